@@ -1,0 +1,63 @@
+//! Files that appear whole or not at all: write beside the final name, then rename.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// A file under construction. It takes its final name with [`AtomicFile::commit`]; dropped before that, it is removed.
+pub struct AtomicFile {
+    final_path: PathBuf,
+    partial_path: PathBuf,
+    writer: Option<BufWriter<fs::File>>,
+}
+
+impl AtomicFile {
+    /// Opens a partial file beside `path`.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let partial_path = partial_path(path);
+        #[expect(clippy::disallowed_methods, reason = "this is the one place that may: the file is renamed when whole")]
+        let file = fs::File::create(&partial_path)?;
+        Ok(Self { final_path: path.to_owned(), partial_path, writer: Some(BufWriter::new(file)) })
+    }
+
+    /// Where the bytes lie until [`AtomicFile::commit`]: for libraries that want a path of their own.
+    pub fn partial_path(&self) -> &Path {
+        &self.partial_path
+    }
+
+    /// The writer of the partial file.
+    pub fn writer(&mut self) -> &mut BufWriter<fs::File> {
+        self.writer.as_mut().expect("the writer is there until commit, which takes self")
+    }
+
+    /// Flushes the bytes to the disk and gives the file its final name.
+    pub fn commit(mut self) -> io::Result<()> {
+        let writer = self.writer.take().expect("the writer is there until commit, which takes self");
+        let file = writer.into_inner().map_err(|error| error.into_error())?;
+        file.sync_all()?;
+        drop(file);
+        fs::rename(&self.partial_path, &self.final_path)
+    }
+}
+
+impl Drop for AtomicFile {
+    fn drop(&mut self) {
+        // After a commit the partial name is gone and this does nothing.
+        let _ = fs::remove_file(&self.partial_path);
+    }
+}
+
+/// Writes `bytes` to `path`, whole or not at all.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = AtomicFile::create(path)?;
+    file.writer().write_all(bytes)?;
+    file.commit()
+}
+
+/// The name of the partial file: the same folder (so that the rename stays on one disk), with the process in it.
+pub fn partial_path(path: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}

@@ -1,0 +1,1 @@
+//! The device, shaders, targets, timers and readback. Knows nothing of terrain.

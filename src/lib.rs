@@ -1,0 +1,15 @@
+//! hachure draws real terrain of any size in real time as ink, pencil, wash or print.
+//!
+//! The modules stand in the order in which data flows; a module uses only what stands above it.
+//!
+//! ```text
+//! source  ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ file, window
+//! ```
+//!
+//! `ARCHITECTURE.md` tells the whole path with the reasons for each decision.
+
+pub mod file;
+pub mod gpu;
+pub mod pyramid;
+pub mod scene;
+pub mod source;

@@ -1,0 +1,3 @@
+//! Arguments only; the work is in `commands`.
+
+fn main() {}
