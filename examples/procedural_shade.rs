@@ -9,15 +9,9 @@
 
 use hachure::file::atomic;
 use hachure::source::procedural;
-use hachure::source::{HeightGrid, Progress};
+use hachure::source::{HeightGrid, Silent};
 use std::path::Path;
 use std::time::Instant;
-
-struct Quiet;
-
-impl Progress for Quiet {
-    fn report(&self, _what: &str, _done: f32) {}
-}
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -30,7 +24,7 @@ fn main() -> anyhow::Result<()> {
     let size = number(3, f64::from(procedural::SIZE_SAMPLES))? as u32;
     let spacing_m = number(4, procedural::SPACING_M)?;
     let started = Instant::now();
-    let grid = procedural::generate_sized(seed, size, spacing_m, &Quiet);
+    let grid = procedural::generate_sized(seed, size, spacing_m, &Silent);
     println!("seed {seed}: {size}² in {:.2} s", started.elapsed().as_secs_f64());
     tell_statistics(&grid, spacing_m as f32);
     let crop = (number(5, f64::from(size))? as usize).min(size as usize);
@@ -108,15 +102,12 @@ fn profiles(grid: &HeightGrid, spacing_m: f32) -> (usize, usize, Vec<u8>) {
             let height_m = grid.heights_m[row * size + c] * (1.0 - f) + grid.heights_m[row * size + c + 1] * f;
             let y = 230.0 + (eye_m - height_m) / (distance * spacing_m) * width as f32 / 1.1;
             if y < *top - 0.02 {
-                // Only where something new rises clearly behind is it an edge.
-                let is_edge = *top - y > 0.0 && *top < height as f32;
                 let slope = (grid.heights_m[row * size + c + 1] - grid.heights_m[row * size + c.saturating_sub(1)])
                     / (2.0 * spacing_m);
                 let tone = (200.0 - 90.0 * slope).clamp(60.0, 250.0) as u8;
                 for line in (y.max(0.0) as usize)..(top.min(height as f32 - 1.0) as usize).max(y.max(0.0) as usize) {
                     pixels[line * width + x] = tone.saturating_add(fade / 2);
                 }
-                let _ = is_edge;
                 *top = y;
             }
         }

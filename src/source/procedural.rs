@@ -56,9 +56,9 @@ pub fn generate(seed: u32, progress: &dyn Progress) -> HeightGrid {
 pub fn generate_sized(seed: u32, size_samples: u32, spacing_m: f64, progress: &dyn Progress) -> HeightGrid {
     let size = size_samples.max(2) as usize;
     let relief = Relief::new(seed);
-    let mut land = grow(&relief, size + 2 * TRIM_SAMPLES, spacing_m, progress);
+    let (mut land, inflow_m2) = grow(&relief, size + 2 * TRIM_SAMPLES, spacing_m, progress);
     progress.report("valley floors", 0.85);
-    finish(&relief, &mut land);
+    finish(&relief, &mut land, inflow_m2.as_deref());
     progress.report("done", 1.0);
     let heights_m = land
         .values
@@ -80,12 +80,19 @@ pub fn generate_sized(seed: u32, size_samples: u32, spacing_m: f64, progress: &d
     }
 }
 
-/// Uplift and incision, from the coarsest grid to the finest.
-fn grow(relief: &Relief, final_size: usize, final_spacing_m: f64, progress: &dyn Progress) -> Raster {
+/// Uplift and incision, from the coarsest grid to the finest: heights in metres, and what streams bring in across the
+/// border, square metres per sample.
+fn grow(
+    relief: &Relief,
+    final_size: usize,
+    final_spacing_m: f64,
+    progress: &dyn Progress,
+) -> (Raster, Option<Vec<f32>>) {
     let level_count = (COARSEST_M / final_spacing_m).max(1.0).log2().floor() as u32;
     let extent_m = (final_size as f64 - 1.0) * final_spacing_m;
     let mut land: Option<(Raster, Vec<f32>)> = None;
     let mut scale = 1.0_f32;
+    let mut final_inflow_m2 = None;
     let mut is_cut = false;
     for level in (0..=level_count).rev() {
         let spacing_m = final_spacing_m * f64::from(1u32 << level);
@@ -129,12 +136,13 @@ fn grow(relief: &Relief, final_size: usize, final_spacing_m: f64, progress: &dyn
             progress.report("rivers", 0.8 * ((level_count - level) as f32 + part) / (level_count + 1) as f32);
         }
         land = Some((heights, areas_m2));
+        final_inflow_m2 = inflow_m2;
     }
     // The loop runs at least once, for level 0.
-    let mut heights =
-        land.map_or_else(|| Raster::from_fn(final_size, final_spacing_m, |_, _| 0.0), |(heights, _)| heights);
+    let bare = || Raster::from_fn(final_size, final_spacing_m, |_, _| 0.0);
+    let mut heights = land.map_or_else(bare, |(heights, _)| heights);
     heights.values.par_iter_mut().for_each(|height_m| *height_m += LOWEST_M);
-    heights
+    (heights, final_inflow_m2)
 }
 
 /// The ground on which the first rain falls; the border is the sea level of this land.
@@ -194,18 +202,21 @@ fn inflow(coarse: &Raster, coarse_areas_m2: &[f32], heights: &Raster) -> Vec<f32
 }
 
 /// Slides, valley floors, and the last flood and smoothing.
-fn finish(relief: &Relief, land: &mut Raster) {
+fn finish(relief: &Relief, land: &mut Raster, inflow_m2: Option<&[f32]>) {
     let spacing_m = land.spacing_m;
     let hardness = Raster::from_fn(land.size, spacing_m, |x_m, y_m| relief.hardness(x_m, y_m)).values;
     // Common rock stands at 41°, soft at 36°, hard at up to 52°.
     let talus: Vec<f32> = hardness.iter().map(|hardness| (0.87 * hardness.powf(0.7)).clamp(0.72, 1.3)).collect();
     hillslope::slide(land, &talus, 10);
     let order = erosion::flood(land);
-    let areas_m2 = erosion::upstream_areas(land, &order, None);
-    let depths_m = valley::lay_floors(land, &areas_m2);
+    let areas_m2 = erosion::upstream_areas(land, &order, inflow_m2);
+    // In the plain, where divides are low, deep gravel would stand above the neighbouring stream.
+    let depth_factors =
+        Raster::from_fn(land.size, spacing_m, |x_m, y_m| (relief.uplift(x_m, y_m) * 5.0).min(1.0)).values;
+    let depths_m = valley::lay_floors(land, &order, &areas_m2, &depth_factors);
     // The fill is smoothed strongly where it is deep; the rock hardly.
-    hillslope::creep(land, |index| if depths_m[index] > 0.0 { 0.9 } else { 0.0 }, 6);
-    hillslope::creep(land, |_| 0.3, 1);
+    hillslope::creep(land, |index| if depths_m[index] > 0.0 { 0.9 } else { 0.0 }, 8);
+    hillslope::creep(land, |_| 0.5, 2);
     erosion::flood(land);
 }
 
