@@ -1,6 +1,12 @@
 //! Height files → heights in metres on a regular grid, with the place of that grid on the earth.
 
+mod erosion;
 pub mod georeference;
+mod hillslope;
+pub mod procedural;
+mod raster;
+mod relief;
+mod valley;
 
 use georeference::Georeference;
 
