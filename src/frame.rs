@@ -70,20 +70,10 @@ impl Frame {
     ///
     /// # Panics
     /// When the style needs a pass that the frame was not made for.
-    pub fn render(
-        &mut self,
-        gpu: &Gpu,
-        terrain: &mut Terrain,
-        view: &View,
-        style: &Style,
-        light: &Light,
-    ) -> Prepared {
+    pub fn render(&mut self, gpu: &Gpu, terrain: &mut Terrain, view: &View, style: &Style, light: &Light) -> Prepared {
         let size_px = view.part.size_px;
-        let terrain_view = TerrainView {
-            camera_m: view.pose.position_m,
-            frusta: vec![view.frustum()],
-            focal_px: view.focal_px(),
-        };
+        let terrain_view =
+            TerrainView { camera_m: view.pose.position_m, frusta: vec![view.frustum()], focal_px: view.focal_px() };
         let prepared = terrain.prepare(gpu, &terrain_view);
         let world = terrain.resources();
         self.view.write(gpu, &[view.uniform()]);
@@ -143,8 +133,7 @@ impl Frame {
             }
 
             // Composite.
-            let inputs =
-                composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
+            let inputs = composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
             passes.composite.run(gpu, encoder, size_px, style, light.haze_m as f32, inputs);
         }
         self.timer.resolve(&mut encoder);

@@ -3,13 +3,14 @@
 //! The modules stand in the order in which data flows; a module uses only what stands above it.
 //!
 //! ```text
-//! source  ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ file, window
+//! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window
 //! ```
 //!
 //! `ARCHITECTURE.md` tells the whole path with the reasons for each decision.
 
 pub mod file;
 pub mod gpu;
+pub mod source;
 pub mod pyramid;
 pub mod scene;
 pub mod style;
@@ -19,4 +20,6 @@ pub mod lines;
 pub mod tones;
 pub mod composite;
 pub mod frame;
-pub mod source;
+pub mod picture;
+pub mod measure;
+pub mod commands;

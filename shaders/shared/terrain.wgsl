@@ -157,6 +157,7 @@ struct Cell {
 // The cell of a level, or of the coarser one that stands in for it, that holds a grid coordinate.
 fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
     var level = wanted_level;
+    var found: Cell;
     loop {
         let info = levels[level];
         let c = g * info.scale + info.fraction;
@@ -168,10 +169,12 @@ fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
         let resident = i32(page >> 24u);
         if resident == level || level == terrain.level_count - 1 {
             let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(0.0), vec2<f32>(1.0));
-            return Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
+            found = Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
+            break;
         }
         level = resident;
     }
+    return found;
 }
 
 fn row_of_samples(cell: Cell, row: i32) -> vec4<f32> {

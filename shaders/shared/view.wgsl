@@ -18,7 +18,7 @@ struct View {
     // Where the targets' first pixel lies in the picture (a large picture is rendered in parts).
     origin_px: vec2<i32>,
     picture_px: vec2<f32>,
-    pad2: vec2<f32>,
+    padding: vec2<f32>,
 }
 
 // The ray through the centre of the targets' pixel, at unit distance along the view axis.

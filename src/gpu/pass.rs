@@ -42,7 +42,8 @@ impl ComputePass {
         size_px: [u32; 2],
         resources: &[Named],
     ) {
-        let group = bind_group(gpu, self.name, &self.shader, |group| self.pipeline.get_bind_group_layout(group), resources);
+        let group =
+            bind_group(gpu, self.name, &self.shader, |group| self.pipeline.get_bind_group_layout(group), resources);
         let mut pass = encoder.scoped_compute_pass(self.name);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
@@ -70,7 +71,11 @@ pub fn bind_group(
             wgpu::BindGroupEntry { binding, resource: resource.clone() }
         })
         .collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout: &layout(0), entries: &entries })
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout: &layout(0),
+        entries: &entries,
+    })
 }
 
 /// A texture view as a resource.

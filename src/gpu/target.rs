@@ -23,13 +23,7 @@ impl Target {
         Self::new(gpu, label, size_px, format, Usage::RENDER_ATTACHMENT | Usage::TEXTURE_BINDING | Usage::COPY_SRC)
     }
 
-    fn new(
-        gpu: &Gpu,
-        label: &str,
-        size_px: [u32; 2],
-        format: wgpu::TextureFormat,
-        usage: wgpu::TextureUsages,
-    ) -> Self {
+    fn new(gpu: &Gpu, label: &str, size_px: [u32; 2], format: wgpu::TextureFormat, usage: wgpu::TextureUsages) -> Self {
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(label),
             size: wgpu::Extent3d { width: size_px[0], height: size_px[1], depth_or_array_layers: 1 },

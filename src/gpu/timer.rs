@@ -26,13 +26,15 @@ impl Timer {
     /// [`GpuError::Device`] when the queries cannot be made.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
-        let profiler =
-            GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
+        let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
         Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period() })
     }
 
     /// Opens the scope in which a frame is recorded.
-    pub fn frame<'a>(&'a self, encoder: &'a mut wgpu::CommandEncoder) -> wgpu_profiler::Scope<'a, wgpu::CommandEncoder> {
+    pub fn frame<'a>(
+        &'a self,
+        encoder: &'a mut wgpu::CommandEncoder,
+    ) -> wgpu_profiler::Scope<'a, wgpu::CommandEncoder> {
         self.profiler.scope("frame", encoder)
     }
 

@@ -27,8 +27,7 @@ impl SobelPass {
         position: &Target,
         errors: &Target,
     ) {
-        let resources =
-            [("view", view), ("position", texture(&position.view)), ("errors", texture(&errors.view))];
+        let resources = [("view", view), ("position", texture(&position.view)), ("errors", texture(&errors.view))];
         self.0.run(gpu, encoder, size_px, &resources);
     }
 }

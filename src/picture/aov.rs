@@ -42,7 +42,9 @@ pub enum PlaneSource {
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum AovError {
     /// Not a name.
-    #[error("--aov {name}: no such channel; there is depth, position, normal, surface, motion, lsa, strokes, tone, hatch")]
+    #[error(
+        "--aov {name}: no such channel; there is depth, position, normal, surface, motion, lsa, strokes, tone, hatch"
+    )]
     Unknown {
         /// As given.
         name: String,
@@ -157,9 +159,7 @@ fn read_floats(
             Some(lines) => window.scatter(gpu, &lines.line, |i, line: f32| values[i] = line),
             None => Ok(()),
         },
-        PlaneSource::Tone => {
-            window.scatter(gpu, &targets.tone, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3]))
-        }
+        PlaneSource::Tone => window.scatter(gpu, &targets.tone, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),
         PlaneSource::SurfaceId | PlaneSource::Strokes => Ok(()),
     }
 }

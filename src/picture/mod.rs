@@ -143,14 +143,30 @@ pub fn render<E>(
 }
 
 impl PictureReport {
+    /// Adds another picture's: times and counts are sums.
+    pub fn append(&mut self, other: Self) {
+        for time in other.passes {
+            self.add_time(time);
+        }
+        self.wall_ms += other.wall_ms;
+        self.triangles += other.triangles;
+        self.patches += other.patches;
+        self.parts += other.parts;
+        self.tiles_loaded += other.tiles_loaded;
+        self.tiles_missing += other.tiles_missing;
+        self.target_bytes = self.target_bytes.max(other.target_bytes);
+    }
+
+    fn add_time(&mut self, time: PassTime) {
+        match self.passes.iter_mut().find(|known| known.name == time.name) {
+            Some(known) => known.gpu_ms += time.gpu_ms,
+            None => self.passes.push(time),
+        }
+    }
+
     fn add(&mut self, prepared: &Prepared, frame: &mut Frame) {
         while let Some(times) = frame.take_times() {
-            for time in times {
-                match self.passes.iter_mut().find(|known| known.name == time.name) {
-                    Some(known) => known.gpu_ms += time.gpu_ms,
-                    None => self.passes.push(time),
-                }
-            }
+            times.into_iter().for_each(|time| self.add_time(time));
         }
         self.parts += 1;
         self.triangles += prepared.selection.triangles();

@@ -76,6 +76,7 @@ pub fn generate_sized(seed: u32, size_samples: u32, spacing_m: f64, progress: &d
         georeference: Georeference {
             crs_from_grid: [-half_m, spacing_m, 0.0, half_m, 0.0, -spacing_m],
             crs: Crs::Local,
+            geokeys: Default::default(),
         },
     }
 }

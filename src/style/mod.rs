@@ -212,8 +212,8 @@ impl Style {
         if path.extension().is_none_or(|extension| extension != "toml") {
             return Err(StyleError::Unknown { name: name.to_owned() });
         }
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| StyleError::Read { path: name.to_owned(), source })?;
+        let text =
+            std::fs::read_to_string(path).map_err(|source| StyleError::Read { path: name.to_owned(), source })?;
         Self::parse(name, &text)
     }
 

@@ -26,8 +26,7 @@ impl MotionPass {
         position: &Target,
         motion: &Target,
     ) {
-        let resources =
-            [("view", view), ("position", texture(&position.view)), ("motion", texture(&motion.view))];
+        let resources = [("view", view), ("position", texture(&position.view)), ("motion", texture(&motion.view))];
         self.0.run(gpu, encoder, size_px, &resources);
     }
 }

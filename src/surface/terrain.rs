@@ -1,10 +1,10 @@
 //! Draws the selected patches: depth and surface id. See `shaders/surface/terrain.wgsl`.
 
+use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{Named, bind_group};
 use crate::gpu::shader::Shader;
 use crate::gpu::target::Target;
-use crate::gpu::Gpu;
 use crate::pyramid::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
@@ -60,7 +60,8 @@ impl TerrainPass {
         self.instances.write(gpu, &instances);
         let mut resources = vec![("view", inputs.view.clone())];
         resources.extend(inputs.terrain.iter().cloned());
-        let group = bind_group(gpu, "surface/terrain", &self.shader, |i| self.solid.get_bind_group_layout(i), &resources);
+        let group =
+            bind_group(gpu, "surface/terrain", &self.shader, |i| self.solid.get_bind_group_layout(i), &resources);
 
         let mut pass = encoder.scoped_render_pass(
             "surface/terrain",
@@ -70,7 +71,10 @@ impl TerrainPass {
                     view: &inputs.surface_id.view,
                     depth_slice: None,
                     resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
                 })],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                     view: &inputs.depth.view,

@@ -67,7 +67,15 @@ pub struct ViewUniform {
     size_px: [u32; 2],
     origin_px: [i32; 2],
     picture_px: [f32; 2],
-    pad2: [f32; 2],
+    padding: [f32; 2],
+}
+
+impl Pose {
+    /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.
+    pub fn yaw_deg(&self) -> f64 {
+        // The right side is level, and a quarter turn ahead of the yaw.
+        (-self.right.y).atan2(self.right.x).to_degrees().rem_euclid(360.0)
+    }
 }
 
 impl View {
@@ -112,7 +120,7 @@ impl View {
             size_px: self.part.size_px,
             origin_px: self.part.origin_px,
             picture_px: self.picture_px.map(|side| side as f32),
-            pad2: [0.0; 2],
+            padding: [0.0; 2],
         }
     }
 

@@ -62,9 +62,8 @@ pub fn needed(pyramid: &Pyramid, warp: &Warp, rule: &LevelRule) -> Vec<TileAddre
     let mut needed = Vec::new();
     let top = pyramid.levels().len() as u32 - 1;
     let size = pyramid.levels()[top as usize];
-    let mut wave: Vec<_> = (0..size.tiles_y())
-        .flat_map(|y| (0..size.tiles_x()).map(move |x| TileAddress { level: top, x, y }))
-        .collect();
+    let mut wave: Vec<_> =
+        (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| TileAddress { level: top, x, y })).collect();
     while !wave.is_empty() {
         needed.extend_from_slice(&wave);
         wave = wave
@@ -78,8 +77,7 @@ pub fn needed(pyramid: &Pyramid, warp: &Warp, rule: &LevelRule) -> Vec<TileAddre
 
 /// Whether the surface somewhere in the tile is finer than the tile's level.
 fn reaches_below(pyramid: &Pyramid, warp: &Warp, rule: &LevelRule, tile: TileAddress) -> bool {
-    let Some(statistics) = pyramid.tile(tile) else { return false };
-    if tile.level == 0 || statistics.voids == Voids::All {
+    if tile.level == 0 || pyramid.tile(tile).voids == Voids::All {
         return false;
     }
     let bounds = bounds(pyramid, warp, rule.camera_m, tile);
@@ -100,21 +98,23 @@ fn error_around_m(pyramid: &Pyramid, tile: TileAddress) -> f32 {
     for dy in -1..=1 {
         for dx in -1..=1 {
             let (Some(x), Some(y)) = (tile.x.checked_add_signed(dx), tile.y.checked_add_signed(dy)) else { continue };
-            if let Some(statistics) = pyramid.tile(TileAddress { x, y, ..tile }) {
-                error_m = error_m.max(statistics.error_m);
-            }
+            error_m = error_m.max(tile_error_m(pyramid, TileAddress { x, y, ..tile }));
         }
     }
     error_m
 }
 
-fn bounds(pyramid: &Pyramid, warp: &Warp, camera_m: DVec3, tile: TileAddress) -> Bounds {
-    let finest = pyramid.finest_size();
+/// The error of a tile; 0 where there is none.
+fn tile_error_m(pyramid: &Pyramid, tile: TileAddress) -> f32 {
     let size = pyramid.levels()[tile.level as usize];
-    let scale = DVec2::new(
-        f64::from(finest.width) / f64::from(size.width),
-        f64::from(finest.height) / f64::from(size.height),
-    );
+    if tile.x < size.tiles_x() && tile.y < size.tiles_y() { pyramid.tile(tile).error_m } else { 0.0 }
+}
+
+fn bounds(pyramid: &Pyramid, warp: &Warp, camera_m: DVec3, tile: TileAddress) -> Bounds {
+    let finest = pyramid.levels()[0];
+    let size = pyramid.levels()[tile.level as usize];
+    let scale =
+        DVec2::new(f64::from(finest.width) / f64::from(size.width), f64::from(finest.height) / f64::from(size.height));
     let last = DVec2::new(f64::from(finest.width - 1), f64::from(finest.height - 1));
     let side = f64::from(TILE_SAMPLES);
     let first = DVec2::new(f64::from(tile.x), f64::from(tile.y)) * side * scale - 1.0;
@@ -196,11 +196,11 @@ pub fn corner_errors_m(pyramid: &Pyramid) -> Vec<f32> {
     for (level, size) in pyramid.levels().iter().enumerate() {
         for y in 0..=size.tiles_y() {
             for x in 0..=size.tiles_x() {
-                let around = [(x.wrapping_sub(1), y.wrapping_sub(1)), (x, y.wrapping_sub(1)), (x.wrapping_sub(1), y), (x, y)];
+                let around =
+                    [(x.wrapping_sub(1), y.wrapping_sub(1)), (x, y.wrapping_sub(1)), (x.wrapping_sub(1), y), (x, y)];
                 let error_m = around
                     .iter()
-                    .filter_map(|&(x, y)| pyramid.tile(TileAddress { level: level as u32, x, y }))
-                    .map(|statistics| statistics.error_m)
+                    .map(|&(x, y)| tile_error_m(pyramid, TileAddress { level: level as u32, x, y }))
                     .fold(0.0, f32::max);
                 corners.push(error_m);
             }
@@ -211,7 +211,7 @@ pub fn corner_errors_m(pyramid: &Pyramid) -> Vec<f32> {
 
 /// The levels relative to an anchor.
 pub fn level_infos(pyramid: &Pyramid, anchor: DVec2) -> Vec<LevelInfo> {
-    let finest = pyramid.finest_size();
+    let finest = pyramid.levels()[0];
     let (mut first_page, mut first_corner) = (0, 0);
     let mut infos = Vec::new();
     for size in pyramid.levels() {

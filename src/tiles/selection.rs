@@ -164,7 +164,7 @@ impl Walk<'_> {
 
     fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
         let (first, side) = key.area();
-        let size = self.pyramid.finest_size();
+        let size = self.pyramid.levels()[0];
         let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
         if first.cmpge(last).any() {
             return None;

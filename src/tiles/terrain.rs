@@ -12,6 +12,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::Named;
 use crate::pyramid::Pyramid;
+use crate::source::{GeoreferenceError, WorldMapping};
 
 /// Accuracy and memory: the knobs of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,7 @@ pub struct Prepared {
 /// The terrain.
 pub struct Terrain {
     pyramid: Pyramid,
+    mapping: WorldMapping,
     warp: Warp,
     options: TerrainOptions,
     atlas: Atlas,
@@ -88,16 +90,21 @@ pub struct TerrainView {
 
 impl Terrain {
     /// Puts a pyramid's tables on the GPU; tiles follow with the views.
-    pub fn new(gpu: &Gpu, pyramid: Pyramid, options: TerrainOptions) -> Self {
+    ///
+    /// # Errors
+    /// When the pyramid's georeference leads nowhere.
+    pub fn new(gpu: &Gpu, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, GeoreferenceError> {
         use wgpu::BufferUsages as Usage;
-        let size = pyramid.finest_size();
-        let warp = Warp::fit(pyramid.mapping(), size.width, size.height);
+        let size = pyramid.levels()[0];
+        let mapping = WorldMapping::new(pyramid.georeference(), size.width, size.height)?;
+        let warp = Warp::fit(&mapping, size.width, size.height);
         let tiles = pyramid.levels().iter().map(|size| u64::from(size.tiles_x()) * u64::from(size.tiles_y())).sum();
         let atlas = Atlas::new(gpu, tiles, options.tile_memory_bytes);
         let mut corner_errors = GrowingBuffer::new(gpu, "tile errors", Usage::STORAGE);
         corner_errors.write(gpu, &residency::corner_errors_m(&pyramid));
-        Self {
+        Ok(Self {
             pyramid,
+            mapping,
             warp,
             options,
             atlas,
@@ -106,7 +113,23 @@ impl Terrain {
             levels: GrowingBuffer::new(gpu, "levels", Usage::STORAGE),
             pages: GrowingBuffer::new(gpu, "pages", Usage::STORAGE),
             corner_errors,
-        }
+        })
+    }
+
+    /// Grid ↔ world ↔ CRS, exactly.
+    pub fn mapping(&self) -> &WorldMapping {
+        &self.mapping
+    }
+
+    /// East and north extent in metres.
+    pub fn extent_m(&self) -> [f64; 2] {
+        let size = self.pyramid.levels()[0];
+        let (right, bottom) = (f64::from(size.width - 1), f64::from(size.height - 1));
+        let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
+        let places = corners.map(|(x, y)| self.warp.world_from_grid(DVec2::new(x, y)));
+        let low = places.into_iter().reduce(DVec2::min).unwrap_or_default();
+        let high = places.into_iter().reduce(DVec2::max).unwrap_or_default();
+        (high - low).to_array()
     }
 
     /// The heights.
@@ -182,7 +205,7 @@ impl Terrain {
     fn uniform_for(&self, anchor: DVec2, rule: &LevelRule) -> TerrainUniform {
         let camera_m = rule.camera_m;
         let local = self.warp.around(anchor, camera_m.truncate());
-        let size = self.pyramid.finest_size();
+        let size = self.pyramid.levels()[0];
         let units = f64::from(UNITS_LOG2).exp2();
         let first = -anchor * units;
         let last = (DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1)) - anchor) * units;

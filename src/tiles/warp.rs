@@ -154,9 +154,8 @@ fn nodes(last_sample: DVec2, count: usize) -> Vec<DVec2> {
 impl Polynomial {
     /// Least squares; `from` and `to` have the same length, at least as many as terms.
     fn fit(from: &[DVec2], to: &[DVec2], degree: usize) -> Self {
-        let (low, high) = from
-            .iter()
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+        let (low, high) =
+            from.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
         let centre = (low + high) * 0.5;
         let half = ((high - low).max_element() * 0.5).max(f64::MIN_POSITIVE);
         let rows: Vec<Vec<f64>> = from.iter().map(|v| basis((*v - centre) / half, degree)).collect();
