@@ -19,6 +19,7 @@
 //!   small areas would be a matter of the talus angle alone, and the mountain sides would be bare planes.
 
 use super::raster::{Raster, is_border, neighbours};
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -79,52 +80,64 @@ fn each_neighbour<'a>(
     })
 }
 
-/// The share of the flow that each lower neighbour of `index` gets, by place in the table; all 0 in a hollow.
-fn flow_shares(heights_m: &[f32], index: usize, size: usize, around: &[(isize, f32, f32); 8]) -> [f32; 8] {
-    let mut shares = [0.0_f32; 8];
-    let mut sum = 0.0;
-    for (neighbour, place) in each_neighbour(index, size, is_border(index, size), around) {
-        let (_, distance, width) = around[place];
-        let fall = (heights_m[index] - heights_m[neighbour]).max(0.0) / distance;
-        let squared = fall * fall;
-        shares[place] = squared * squared * width;
-        sum += shares[place];
-    }
-    // Very slight slopes underflow in the fourth power: the steepest direction then takes all.
-    if sum < 1.0e-24 {
-        shares = [0.0; 8];
-        let mut steepest = (0.0, 0);
-        for (neighbour, place) in each_neighbour(index, size, is_border(index, size), around) {
-            let fall = (heights_m[index] - heights_m[neighbour]) / around[place].1;
-            if fall > steepest.0 {
-                steepest = (fall, place);
-            }
-        }
-        if steepest.0 > 0.0 {
-            shares[steepest.1] = 1.0;
-        }
-        return shares;
-    }
-    shares.map(|share| share / sum)
+/// Where the water of every sample goes.
+pub(super) struct Flow {
+    /// Samples in ascending order of height: a sample comes after all those to which it drains.
+    pub(super) order: Vec<u32>,
+    /// What each neighbour gets, in the order of [`neighbours`]; only the ratios count. A byte each is enough, and the
+    /// passes over all samples are bound by memory.
+    shares: Vec<[u8; 8]>,
 }
 
-/// Upstream area of every sample in square metres, given the order of [`flood`]; `inflow_m2`, if given, is added to
-/// each sample's own area (what streams bring in across the border).
-pub(super) fn upstream_areas(heights: &Raster, order: &[u32], inflow_m2: Option<&[f32]>) -> Vec<f32> {
+/// Fills the hollows of `heights` (metres) and finds the way of the water.
+pub(super) fn route(heights: &mut Raster) -> Flow {
+    let order = flood(heights);
     let size = heights.size;
     let around = neighbours(size);
+    let heights_m = &heights.values;
+    let mut shares = vec![[0_u8; 8]; size * size];
+    shares.par_chunks_mut(size).enumerate().for_each(|(row, line)| {
+        for (column, shares) in line.iter_mut().enumerate() {
+            let index = row * size + column;
+            let mut falls = [0.0_f32; 8];
+            if is_border(index, size) {
+                for (neighbour, place) in each_neighbour(index, size, true, &around) {
+                    falls[place] = (heights_m[index] - heights_m[neighbour]).max(0.0) / around[place].1;
+                }
+            } else {
+                for (fall, (offset, distance, _)) in falls.iter_mut().zip(around) {
+                    *fall = (heights_m[index] - heights_m[index.wrapping_add_signed(offset)]).max(0.0) / distance;
+                }
+            }
+            let steepest = falls.iter().copied().fold(0.0, f32::max);
+            if steepest > 0.0 {
+                for place in 0..8 {
+                    let squared = (falls[place] / steepest).powi(2);
+                    shares[place] = (510.0 * squared * squared * around[place].2) as u8;
+                }
+            }
+        }
+    });
+    Flow { order, shares }
+}
+
+/// Upstream area of every sample in square metres; `inflow_m2`, if given, is added to each sample's own area (what
+/// streams bring in across the border).
+pub(super) fn upstream_areas(heights: &Raster, flow: &Flow, inflow_m2: Option<&[f32]>) -> Vec<f32> {
+    let around = neighbours(heights.size);
     let own_m2 = (heights.spacing_m * heights.spacing_m) as f32;
     let mut areas_m2: Vec<f32> = match inflow_m2 {
         Some(inflow_m2) => inflow_m2.iter().map(|inflow| inflow + own_m2).collect(),
-        None => vec![own_m2; size * size],
+        None => vec![own_m2; heights.values.len()],
     };
-    for &index in order.iter().rev() {
+    for &index in flow.order.iter().rev() {
         let index = index as usize;
-        let area_m2 = areas_m2[index];
-        let shares = flow_shares(&heights.values, index, size, &around);
-        for (share, (offset, _, _)) in shares.iter().zip(around) {
-            if *share > 0.0 {
-                areas_m2[index.wrapping_add_signed(offset)] += area_m2 * share;
+        let shares = flow.shares[index];
+        let sum: u32 = shares.iter().map(|&share| u32::from(share)).sum();
+        let part_m2 = areas_m2[index] / sum.max(1) as f32;
+        for (share, (offset, _, _)) in shares.into_iter().zip(around) {
+            if share > 0 {
+                areas_m2[index.wrapping_add_signed(offset)] += part_m2 * f32::from(share);
             }
         }
     }
@@ -134,10 +147,10 @@ pub(super) fn upstream_areas(heights: &Raster, order: &[u32], inflow_m2: Option<
 /// One step of uplift and incision; border samples keep their heights.
 ///
 /// `duration` is the time step times `k`; `uplift_m` what the land would rise in a duration of 1; `hardness` divides
-/// `k`. `order` and `areas_m2` come from [`flood`] and [`upstream_areas`].
+/// `k`. `flow` and `areas_m2` come from [`route`] and [`upstream_areas`].
 pub(super) fn incise(
     heights: &mut Raster,
-    order: &[u32],
+    flow: &Flow,
     areas_m2: &[f32],
     uplift_m: &[f32],
     hardness: &[f32],
@@ -146,19 +159,19 @@ pub(super) fn incise(
     let size = heights.size;
     let around = neighbours(size);
     let per_m = duration / heights.spacing_m as f32;
-    let before_m = heights.values.clone();
-    for &index in order {
+    for &index in &flow.order {
         let index = index as usize;
         if is_border(index, size) {
             continue;
         }
-        let strength = per_m * (areas_m2[index] + AREA_OFFSET_M2).sqrt() / hardness[index];
-        let shares = flow_shares(&before_m, index, size, &around);
-        let mut numerator = before_m[index] + duration * uplift_m[index];
+        let shares = flow.shares[index];
+        let sum: u32 = shares.iter().map(|&share| u32::from(share)).sum();
+        let strength = per_m * (areas_m2[index] + AREA_OFFSET_M2).sqrt() / (hardness[index] * sum.max(1) as f32);
+        let mut numerator = heights.values[index] + duration * uplift_m[index];
         let mut denominator = 1.0;
-        for (share, (offset, distance, _)) in shares.iter().zip(around) {
-            if *share > 0.0 {
-                let pull = strength * share / distance;
+        for (share, (offset, distance, _)) in shares.into_iter().zip(around) {
+            if share > 0 {
+                let pull = strength * f32::from(share) / distance;
                 numerator += pull * heights.values[index.wrapping_add_signed(offset)];
                 denominator += pull;
             }

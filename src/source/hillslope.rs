@@ -8,13 +8,13 @@
 use super::raster::{Raster, neighbours};
 use rayon::prelude::*;
 
-/// Lets material slide for `passes` passes: where a slope exceeds `talus` (a ratio per sample), half of the excess goes
-/// to the lower neighbours. Border samples keep their heights. Mass is kept, but for what reaches the border.
+/// Lets material slide for `passes` passes: where a slope exceeds `talus` (a ratio per sample), four tenths of the
+/// steepest excess go to the lower neighbours. Border samples keep their heights. Mass is kept, but for what reaches the border.
 pub(super) fn slide(heights: &mut Raster, talus: &[f32], passes: usize) {
     let size = heights.size;
     let spacing_m = heights.spacing_m as f32;
     let around = neighbours(size);
-    // What one metre of excess sends: half the largest excess over the sum of excesses.
+    // What one metre of excess sends: four tenths of the largest excess over the sum of excesses.
     let mut rates = vec![0.0_f32; size * size];
     let mut after_m = heights.values.clone();
     let excess_m = |heights_m: &[f32], from: usize, to: usize, distance: f32| {
@@ -31,7 +31,7 @@ pub(super) fn slide(heights: &mut Raster, talus: &[f32], passes: usize) {
                     largest = largest.max(excess);
                     sum += excess;
                 }
-                *rate = if sum > 0.0 { 0.5 * largest / sum } else { 0.0 };
+                *rate = if sum > 0.0 { 0.4 * largest / sum } else { 0.0 };
             }
         });
         after_m.par_chunks_mut(size).enumerate().skip(1).take(size - 2).for_each(|(row, line)| {
