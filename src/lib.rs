@@ -10,6 +10,7 @@
 
 pub mod file;
 pub mod gpu;
+pub mod measure;
 pub mod pyramid;
 pub mod scene;
 pub mod source;
