@@ -1,5 +1,7 @@
 //! Output files: what is written is read back, whole or not at all, and what is wrong is named.
 
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -133,10 +133,10 @@ impl Scene {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),
         };
-        if !(scene.sun.azimuth_deg.abs() <= 360.0) {
+        if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
             return Err(wrong("sun.azimuth_deg", "it must lie within -360 to 360"));
         }
-        if !(scene.sun.elevation_deg.abs() <= 90.0) {
+        if !(-90.0..=90.0).contains(&scene.sun.elevation_deg) {
             return Err(wrong("sun.elevation_deg", "it must lie within -90 to 90"));
         }
         if let Some(distance_m) = file.haze.distance_m
