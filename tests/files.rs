@@ -1,5 +1,7 @@
 //! Output files: what is written is read back, whole or not at all, and what is wrong is named.
 
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -280,4 +282,44 @@ fn film_given_up_leaves_nothing() {
     assert!(VideoWriter::create(&path, 64, 64, 30.0).unwrap().finish().is_err(), "a film without frames");
     assert!(VideoWriter::create(&path, 64, 64, f64::NAN).is_err());
     assert_eq!(names_in(folder.path()), [""; 0]);
+}
+
+/// Asks the OpenEXR library itself, through Python, what stands in a file.
+#[test]
+fn exr_is_read_by_another_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let attributes = [("camera".to_owned(), "0,0,+5,0,0,60".to_owned())];
+    write_exr(&path, 50, 37, &channels(), &attributes).unwrap();
+    // Prints name, type and the wrapping sum of the bits of every channel.
+    let script = "
+import sys, numpy, OpenEXR
+part = OpenEXR.File(sys.argv[1], separate_channels=True).parts[0]
+for name, channel in sorted(part.channels.items()):
+    pixels = channel.pixels
+    assert pixels.shape == (37, 50), pixels.shape
+    bits = numpy.ascontiguousarray(pixels).view(numpy.uint32).ravel()
+    print(name, pixels.dtype, int((bits.astype(numpy.uint64) * numpy.arange(1, bits.size + 1, dtype=numpy.uint64)).sum()))
+print(part.header['hachure.camera'])
+print(part.header['software'])
+";
+    let output = Command::new("python3").args(["-c", script]).arg(&path).output();
+    let output = match output {
+        Ok(output) if !String::from_utf8_lossy(&output.stderr).contains("ModuleNotFoundError") => output,
+        _ => return println!("skipped: python3 with OpenEXR and numpy is not installed"),
+    };
+    let mut expected: Vec<String> = channels()
+        .iter()
+        .map(|channel| {
+            let kind = if matches!(channel.samples, Samples::U32(_)) { "uint32" } else { "float32" };
+            let sum = (1..).zip(bits(&channel.samples)).map(|(place, bits)| place * u64::from(bits)).sum::<u64>();
+            format!("{} {kind} {sum}", channel.name)
+        })
+        .collect();
+    expected.sort();
+    expected.push("0,0,+5,0,0,60".to_owned());
+    expected.push(concat!("hachure ", env!("CARGO_PKG_VERSION")).to_owned());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let complaints = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{complaints}");
 }

@@ -1,5 +1,7 @@
 //! Camera, camera path and scene file: what is written is read back, and what is wrong is named.
 
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
 use std::path::Path;
 
 use glam::DVec3;

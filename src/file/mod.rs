@@ -49,7 +49,7 @@ pub enum FileError {
 }
 
 impl FileError {
-    fn write(path: &Path, cause: impl ToString) -> Self {
+    pub(crate) fn write(path: &Path, cause: impl ToString) -> Self {
         Self::Write { path: path.to_owned(), cause: one_line(&cause.to_string()) }
     }
 

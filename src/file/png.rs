@@ -76,9 +76,9 @@ impl PngWriter {
             PngPixels::Rgba8 => png::ColorType::Rgba,
         });
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        // Several times faster than zlib's levels at about the size of its low ones; the up filter suits it on
-        // drawings, whose rows resemble each other.
-        encoder.set_compression(png::Compression::Fast);
+        // On drawings, Balanced makes half to a third of what Fast makes, and 9 million pixels take 0.1 to 0.7 s. The
+        // up filter keeps smooth washes small, and pure lines no larger than any other filter does.
+        encoder.set_compression(png::Compression::Balanced);
         encoder.set_filter(png::Filter::Up);
         let stream = encoder
             .write_header()

@@ -36,12 +36,12 @@ pub struct CameraPath {
 #[derive(Debug, thiserror::Error)]
 pub enum PathError {
     /// The file cannot be read at all.
-    #[error("cannot read the camera path {}: {source}", path.display())]
+    #[error("cannot read the camera path {}: {cause}", path.display())]
     Open {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// A line is wrong.
     #[error("{}:{line}: {cause}", path.display())]
@@ -188,7 +188,7 @@ impl CameraPath {
 }
 
 fn open(path: &Path) -> Result<std::fs::File, PathError> {
-    std::fs::File::open(path).map_err(|source| PathError::Open { path: path.to_owned(), source })
+    std::fs::File::open(path).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
 }
 
 /// The rows of a path: the header is right, there is at least one, and the times increase.

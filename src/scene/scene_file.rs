@@ -31,12 +31,12 @@ use super::{Haze, Scene, Sun, World};
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The file cannot be read at all.
-    #[error("cannot read the scene {}: {source}", path.display())]
+    #[error("cannot read the scene {}: {cause}", path.display())]
     Open {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// It is not TOML, has a key that scenes do not have, or a value of the wrong type.
     #[error("{}:{line}: {key}{cause}", path.display())]
@@ -114,8 +114,7 @@ impl Scene {
     /// # Errors
     /// A file that cannot be read or is not TOML; unknown keys; no world, or two; values out of range.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let text =
-            std::fs::read_to_string(path).map_err(|source| SceneError::Open { path: path.to_owned(), source })?;
+        let text = std::fs::read_to_string(path).map_err(|cause| SceneError::Open { path: path.to_owned(), cause })?;
         Self::parse(path, &text)
     }
 
@@ -134,10 +133,10 @@ impl Scene {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),
         };
-        if !(scene.sun.azimuth_deg.abs() <= 360.0) {
+        if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
             return Err(wrong("sun.azimuth_deg", "it must lie within -360 to 360"));
         }
-        if !(scene.sun.elevation_deg.abs() <= 90.0) {
+        if !(-90.0..=90.0).contains(&scene.sun.elevation_deg) {
             return Err(wrong("sun.elevation_deg", "it must lie within -90 to 90"));
         }
         if let Some(distance_m) = file.haze.distance_m
