@@ -1,7 +1,9 @@
-//! Where a grid of samples lies: its coordinate reference system and its place in it, and the way from grid
-//! coordinates to the world's metres (east, north).
+//! Where a grid of samples lies: its coordinate reference system and its place in it, from the tags of a GeoTIFF.
 
 use serde::{Deserialize, Serialize};
+
+use super::crs_catalogue::{self as catalogue, Kind};
+use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
 
 /// The place of a height grid. Grid coordinates are (column, row) of sample *centres*: sample (0, 0) is the first of
 /// the file.
@@ -11,6 +13,9 @@ pub struct Georeference {
     pub crs_from_grid: [f64; 6],
     /// What the CRS coordinates mean.
     pub crs: Crs,
+    /// The GeoTIFF keys that say so, for writing the same reference system elsewhere. Empty where there are none.
+    #[serde(default)]
+    pub geokeys: GeoKeys,
 }
 
 /// As much of a coordinate reference system as the world's frame needs.
@@ -36,4 +41,229 @@ pub enum Crs {
         /// For people.
         name: String,
     },
+}
+
+/// Why a grid has no usable place on the earth.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GeoreferenceError {
+    /// Not in the catalogue, and the file says nothing else about its units.
+    #[error("its coordinate reference system EPSG:{epsg} is unknown")]
+    UnknownCrs {
+        /// The code.
+        epsg: u32,
+    },
+    /// Earth-centred coordinates.
+    #[error("its coordinates are geocentric, which is no reference system for a height grid")]
+    Geocentric,
+    /// The samples lie on one point or line, or infinitely far apart.
+    #[error("its pixel size is zero or not finite")]
+    PixelSize,
+    /// Units or axes that cannot be.
+    #[error("its {what} is {value}")]
+    Impossible {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The grid reaches beyond a pole.
+    #[error("its latitudes run from {south_degrees:.6}° to {north_degrees:.6}°, beyond ±90°")]
+    BeyondPole {
+        /// Of the southernmost sample.
+        south_degrees: f64,
+        /// Of the northernmost sample.
+        north_degrees: f64,
+    },
+    /// The projection to the world's metres cannot be set up.
+    #[error("no projection to metres can be set up: {reason}")]
+    Projection {
+        /// In the projection's own words.
+        reason: String,
+    },
+}
+
+/// The tags of a GeoTIFF that say where it lies, as they are in the file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GeoTags {
+    /// Tag 33550.
+    pub pixel_scale: Vec<f64>,
+    /// Tag 33922: six numbers per tie point.
+    pub tie_points: Vec<f64>,
+    /// Tag 34264: a 4×4 matrix by rows.
+    pub transformation: Vec<f64>,
+    /// Tags 34735 to 34737.
+    pub geokeys: GeoKeys,
+}
+
+/// The georeference that the tags describe. What is missing is replaced by the plainest assumption (metres, 1 m
+/// spacing), with a warning that names `file`.
+///
+/// # Errors
+/// A CRS that is unknown or geocentric; units, axes or pixel sizes that cannot be.
+pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, GeoreferenceError> {
+    let Some(crs_from_grid) = transform_from_tags(&tags) else {
+        tracing::warn!("{file}: says nothing about where it lies; 1 m between samples is assumed");
+        let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+        return Ok(Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() });
+    };
+    let [_, a, b, _, c, d] = crs_from_grid;
+    let (determinant, scale) = (a * d - b * c, a.hypot(c) * b.hypot(d));
+    if !crs_from_grid.iter().all(|value| value.is_finite()) || !(determinant.abs() > 1e-9 * scale) {
+        return Err(GeoreferenceError::PixelSize);
+    }
+    let crs = crs_from_keys(&tags.geokeys, file)?;
+    Ok(Georeference { crs_from_grid, crs, geokeys: tags.geokeys })
+}
+
+/// `crs_from_grid` for sample centres; `None` without any transform.
+fn transform_from_tags(tags: &GeoTags) -> Option<[f64; 6]> {
+    let [x0, a, b, y0, c, d] = match (&*tags.pixel_scale, &*tags.tie_points, &*tags.transformation) {
+        ([sx, sy, ..], [i, j, _, x, y, _, ..], _) if *sx != 0.0 && *sy != 0.0 => {
+            // The standard has positive scales and rows that run south; a file that wants otherwise has a matrix.
+            let sy = sy.abs();
+            [x - i * sx, *sx, 0.0, y + j * sy, 0.0, -sy]
+        }
+        (_, _, [a, b, _, x0, c, d, _, y0, ..]) => [*x0, *a, *b, *y0, *c, *d],
+        // A scale of zero, with nothing that could replace it, is an error later on.
+        ([sx, sy, ..], [_, _, _, x, y, _, ..], _) => [*x, *sx, 0.0, *y, 0.0, -sy],
+        _ => return None,
+    };
+    // Raster space has its origin at the corner of the first sample where a pixel is an area, which is the default,
+    // and at its centre where a pixel is a point.
+    let to_centre = if tags.geokeys.raster_type == Some(2) { 0.0 } else { 0.5 };
+    Some([x0 + to_centre * (a + b), a, b, y0 + to_centre * (c + d), c, d])
+}
+
+fn crs_from_keys(keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
+    let projected = keys.short(key::PROJECTED_CRS).filter(|&code| code != 0);
+    let geographic = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != 0);
+    match (keys.model_type, projected, geographic) {
+        (Some(3), ..) => Err(GeoreferenceError::Geocentric),
+        (Some(1), code, _) => projected_crs(code, keys, file),
+        (Some(2), _, code) => geographic_crs(code, keys, file),
+        // Without a model type, or with one that the standard does not know, the codes tell.
+        (_, Some(code), _) => projected_crs(Some(code), keys, file),
+        (_, None, Some(code)) => geographic_crs(Some(code), keys, file),
+        (_, None, None) => match linear_unit(keys)? {
+            Some(metres_per_unit) if metres_per_unit != 1.0 => {
+                Ok(Crs::Projected { metres_per_unit, name: name(None, keys) })
+            }
+            Some(_) => Ok(Crs::Local),
+            None => {
+                tracing::warn!("{file}: names no coordinate reference system; its units are taken as metres");
+                Ok(Crs::Local)
+            }
+        },
+    }
+}
+
+fn projected_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
+    let code = code.filter(|&code| code != USER_DEFINED);
+    let definition = code.and_then(catalogue::look_up);
+    if definition.is_some_and(|definition| definition.kind == Kind::Geocentric) {
+        return Err(GeoreferenceError::Geocentric);
+    }
+    // A unit of the file's own goes before the code's: State Plane files in feet are often labelled with the code of
+    // the metric CRS, and GDAL reads them so too.
+    let metres_per_unit = match (linear_unit(keys)?, definition, code) {
+        (Some(unit), ..) => unit,
+        (None, Some(definition), _) if definition.kind == Kind::Projected => definition.unit,
+        (None, _, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
+        (None, _, None) => {
+            tracing::warn!("{file}: does not say the unit of its coordinates; metres are assumed");
+            1.0
+        }
+    };
+    Ok(Crs::Projected { metres_per_unit, name: name(code, keys) })
+}
+
+fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
+    let code = code.filter(|&code| code != USER_DEFINED);
+    let definition = code.and_then(catalogue::look_up).filter(|definition| definition.kind != Kind::Projected);
+    if definition.is_some_and(|definition| definition.kind == Kind::Geocentric) {
+        return Err(GeoreferenceError::Geocentric);
+    }
+    let ellipsoid = match (definition.and_then(|definition| definition.ellipsoid), ellipsoid_from_keys(keys)?, code) {
+        (Some(known), ..) => known,
+        (None, Some(own), _) => own,
+        (None, None, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
+        (None, None, None) => {
+            tracing::warn!("{file}: does not say its ellipsoid; WGS 84 is assumed");
+            WGS84
+        }
+    };
+    let own_unit = match keys.short(key::ANGULAR_UNITS) {
+        Some(USER_DEFINED) => keys.double(key::ANGULAR_UNIT_SIZE),
+        Some(unit) => catalogue::radians_per_angular_unit(unit),
+        None => None,
+    };
+    let radians_per_unit = own_unit.or(definition.map(|it| it.unit)).unwrap_or(1f64.to_radians());
+    if !(radians_per_unit.is_finite() && radians_per_unit > 0.0) {
+        return Err(GeoreferenceError::Impossible { what: "angular unit in radians", value: radians_per_unit });
+    }
+    // The catalogue rounds π/180 to fifteen digits, which at 180° would be a quarter of a millimetre.
+    let degree = 1f64.to_radians();
+    let radians_per_unit = if (radians_per_unit / degree - 1.0).abs() < 1e-9 { degree } else { radians_per_unit };
+    let [semi_major_axis_m, inverse_flattening] = ellipsoid;
+    Ok(Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name: name(code, keys) })
+}
+
+const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
+
+/// Semi-major axis in metres and inverse flattening, where the keys give the axis.
+fn ellipsoid_from_keys(keys: &GeoKeys) -> Result<Option<[f64; 2]>, GeoreferenceError> {
+    let Some(major) = keys.double(key::SEMI_MAJOR_AXIS) else { return Ok(None) };
+    // From the smallest round moon to beyond the largest planet.
+    if !(1e5..1e8).contains(&major) {
+        return Err(GeoreferenceError::Impossible { what: "semi-major axis in metres", value: major });
+    }
+    let inverse = match (keys.double(key::INVERSE_FLATTENING), keys.double(key::SEMI_MINOR_AXIS)) {
+        (Some(inverse), _) => inverse,
+        (None, Some(minor)) if minor != major => major / (major - minor),
+        (None, Some(_)) => 0.0,
+        (None, None) => WGS84[1],
+    };
+    // 0 is how a sphere is written; below 2 the short axis would be less than half of the long one.
+    if inverse != 0.0 && !(inverse.is_finite() && inverse > 2.0) {
+        return Err(GeoreferenceError::Impossible { what: "inverse flattening", value: inverse });
+    }
+    Ok(Some([major, inverse]))
+}
+
+/// Metres per unit by the file's own keys.
+fn linear_unit(keys: &GeoKeys) -> Result<Option<f64>, GeoreferenceError> {
+    let unit = match keys.short(key::LINEAR_UNITS) {
+        Some(USER_DEFINED) => keys.double(key::LINEAR_UNIT_SIZE),
+        Some(unit) => catalogue::metres_per_linear_unit(unit),
+        None => None,
+    };
+    match unit {
+        Some(value) if !(value.is_finite() && value > 0.0) => {
+            Err(GeoreferenceError::Impossible { what: "linear unit in metres", value })
+        }
+        unit => Ok(unit),
+    }
+}
+
+/// Metres per unit of height, where the keys say it and it is not metres.
+pub(super) fn vertical_metres_per_unit(keys: &GeoKeys) -> Option<f64> {
+    let unit = match keys.short(key::VERTICAL_UNITS) {
+        Some(unit) => catalogue::metres_per_linear_unit(unit),
+        None => keys.short(key::VERTICAL_CRS).and_then(catalogue::metres_per_unit_of_vertical_crs),
+    };
+    unit.filter(|&unit| unit != 1.0)
+}
+
+fn name(code: Option<u16>, keys: &GeoKeys) -> String {
+    let citation = || [key::PROJECTED_CITATION, key::CITATION, key::GEOGRAPHIC_CITATION].into_iter();
+    match code {
+        Some(code) => format!("EPSG:{code}"),
+        None => citation()
+            .filter_map(|id| keys.ascii(id))
+            .map(|text| text.lines().next().unwrap_or("").trim())
+            .find(|text| !text.is_empty())
+            .unwrap_or("unnamed")
+            .to_owned(),
+    }
 }

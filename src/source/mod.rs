@@ -1,8 +1,26 @@
 //! Height files → heights in metres on a regular grid, with the place of that grid on the earth.
+//!
+//! [`open`] looks at a file's content, not at its ending, and reads what it finds: today GeoTIFF and cloud-optimised
+//! GeoTIFF. Whatever the file declares (no-data mark, scale and offset, vertical unit) is applied on the way, so that
+//! what comes out is metres, or NaN.
 
+mod crs_catalogue;
+mod error;
+mod geokeys;
 pub mod georeference;
+mod geotiff;
+mod geotiff_layout;
+mod looks_like;
+mod samples;
+mod world_mapping;
 
+use std::path::Path;
+
+pub use error::SourceError;
+pub use geokeys::{GeoKey, GeoKeyValue, GeoKeys};
 use georeference::Georeference;
+pub use georeference::GeoreferenceError;
+pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.
 #[derive(Clone, Debug)]
@@ -28,4 +46,14 @@ pub struct Silent;
 
 impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
+}
+
+/// Reads a height file whole: `width × height` samples, every one a finite number of metres or NaN.
+///
+/// # Errors
+/// A [`SourceError`] whose message is one line with the file's name and the cause. Damaged and hostile files give
+/// errors too: neither a panic nor an allocation that the file's size does not justify.
+pub fn open(path: &Path, progress: &dyn Progress) -> Result<HeightGrid, SourceError> {
+    looks_like::require_tiff(path)?;
+    geotiff::read(path, progress)
 }

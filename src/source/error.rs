@@ -1,0 +1,110 @@
+//! What can be wrong with a height file.
+
+use std::path::PathBuf;
+
+use tiff_reader::TiffError;
+
+use super::georeference::GeoreferenceError;
+
+/// Why a height file could not be read. The message is one line that names the file and the cause; `source()` goes on
+/// to the cause's own words where there are any.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SourceError {
+    /// The file system says no.
+    #[error("{}: cannot be opened", path.display())]
+    Open {
+        /// Of the file.
+        path: PathBuf,
+        /// What the file system says.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A folder, a pipe, a device.
+    #[error("{}: is not a regular file", path.display())]
+    NotAFile {
+        /// Of the file.
+        path: PathBuf,
+    },
+    /// Zero bytes.
+    #[error("{}: is empty", path.display())]
+    Empty {
+        /// Of the file.
+        path: PathBuf,
+    },
+    /// Something else than TIFF.
+    #[error("{}: {looks_like}; hachure reads GeoTIFF", path.display())]
+    NotTiff {
+        /// Of the file.
+        path: PathBuf,
+        /// What it is instead: "is a PNG picture".
+        looks_like: &'static str,
+    },
+    /// The TIFF contradicts itself, or ends too early.
+    #[error("{}: is damaged or truncated", path.display())]
+    Damaged {
+        /// Of the file.
+        path: PathBuf,
+        /// What the TIFF reader says.
+        #[source]
+        source: TiffError,
+    },
+    /// The TIFF contradicts itself in a way that the reader could not put into words.
+    #[error("{}: is damaged: {what}", path.display())]
+    Inconsistent {
+        /// Of the file.
+        path: PathBuf,
+        /// The contradiction.
+        what: String,
+    },
+    /// Sane, but written in a way that is not read here.
+    #[error("{}: {what} is not supported", path.display())]
+    Unsupported {
+        /// Of the file.
+        path: PathBuf,
+        /// The compression or sample type: "compression LZMA (34925)".
+        what: String,
+    },
+    /// A TIFF, but not of heights.
+    #[error("{}: holds {what}, not heights", path.display())]
+    NotHeights {
+        /// Of the file.
+        path: PathBuf,
+        /// What it holds: "an RGB picture".
+        what: &'static str,
+    },
+    /// A single row or column.
+    #[error("{}: has {width}×{height} samples, but a surface needs at least 2×2", path.display())]
+    TooSmall {
+        /// Of the file.
+        path: PathBuf,
+        /// Samples per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// More samples than can be held at once.
+    #[error("{}: {width}×{height} samples are more than can be read at once", path.display())]
+    TooLarge {
+        /// Of the file.
+        path: PathBuf,
+        /// Samples per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+    /// Nothing to draw.
+    #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", path.display())]
+    AllNoData {
+        /// Of the file.
+        path: PathBuf,
+    },
+    /// The place on the earth is unknown or impossible.
+    #[error("{}: {source}", path.display())]
+    Georeference {
+        /// Of the file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: GeoreferenceError,
+    },
+}

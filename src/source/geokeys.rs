@@ -1,0 +1,147 @@
+//! The GeoTIFF keys of a file, kept as they are so that what is baked from it can carry the same reference system.
+
+use geotiff_reader::geokeys as upstream;
+use serde::{Deserialize, Serialize};
+
+pub(super) const MODEL_TYPE: u16 = 1024;
+pub(super) const RASTER_TYPE: u16 = 1025;
+pub(super) const CITATION: u16 = 1026;
+pub(super) const GEOGRAPHIC_CRS: u16 = 2048;
+pub(super) const GEOGRAPHIC_CITATION: u16 = 2049;
+pub(super) const ANGULAR_UNITS: u16 = 2054;
+pub(super) const ANGULAR_UNIT_SIZE: u16 = 2055;
+pub(super) const SEMI_MAJOR_AXIS: u16 = 2057;
+pub(super) const SEMI_MINOR_AXIS: u16 = 2058;
+pub(super) const INVERSE_FLATTENING: u16 = 2059;
+pub(super) const PROJECTED_CRS: u16 = 3072;
+pub(super) const PROJECTED_CITATION: u16 = 3073;
+pub(super) const LINEAR_UNITS: u16 = 3076;
+pub(super) const LINEAR_UNIT_SIZE: u16 = 3077;
+pub(super) const VERTICAL_CRS: u16 = 4096;
+pub(super) const VERTICAL_CITATION: u16 = 4097;
+pub(super) const VERTICAL_DATUM: u16 = 4098;
+pub(super) const VERTICAL_UNITS: u16 = 4099;
+
+/// The code by which a key says "my own definition".
+pub(super) const USER_DEFINED: u16 = 32767;
+pub(super) const METRE: u16 = 9001;
+
+/// The keys of a GeoTIFF; empty for a file that has none.
+///
+/// The vertical unit is the one thing that is not as in the file: heights are metres here, so the keys say metres.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GeoKeys {
+    /// The EPSG code of the horizontal CRS, where the file names one.
+    pub epsg: Option<u32>,
+    /// GTModelTypeGeoKey: 1 projected, 2 geographic, 3 geocentric.
+    pub model_type: Option<u16>,
+    /// GTRasterTypeGeoKey: 1 a pixel is an area, 2 a pixel is a point. It says how the *file's* tie point is meant;
+    /// `Georeference::crs_from_grid` has taken it into account already.
+    pub raster_type: Option<u16>,
+    /// All keys, these included, in the file's order.
+    pub keys: Vec<GeoKey>,
+}
+
+/// One key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GeoKey {
+    /// As in the GeoTIFF standard.
+    pub id: u16,
+    /// Its value.
+    pub value: GeoKeyValue,
+}
+
+/// The value of a key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum GeoKeyValue {
+    /// A code.
+    Short(u16),
+    /// Numbers, most often one.
+    Double(Vec<f64>),
+    /// ASCII without the `|` that ends it in the file.
+    Ascii(String),
+}
+
+impl GeoKeys {
+    /// From the values of the tags 34735 (directory), 34736 (doubles), 34737 (ASCII). A directory that cannot be read
+    /// gives no keys.
+    #[must_use]
+    pub fn parse(directory: &[u16], doubles: &[f64], ascii: &str) -> Self {
+        let Some(parsed) = upstream::GeoKeyDirectory::parse(directory, doubles, ascii) else {
+            return Self::default();
+        };
+        let keys = parsed.keys.into_iter().map(|key| GeoKey { id: key.id, value: key.value.into() }).collect();
+        let mut this = Self { keys, ..Self::default() };
+        this.model_type = this.short(MODEL_TYPE);
+        this.raster_type = this.short(RASTER_TYPE);
+        let code = |id| this.short(id).filter(|&code| code != 0 && code != USER_DEFINED);
+        this.epsg = match this.model_type {
+            Some(1) => code(PROJECTED_CRS),
+            Some(2 | 3) => code(GEOGRAPHIC_CRS),
+            _ => code(PROJECTED_CRS).or_else(|| code(GEOGRAPHIC_CRS)),
+        }
+        .map(u32::from);
+        this
+    }
+
+    /// The code that key `id` holds.
+    #[must_use]
+    pub fn short(&self, id: u16) -> Option<u16> {
+        match self.value(id)? {
+            GeoKeyValue::Short(code) => Some(*code),
+            _ => None,
+        }
+    }
+
+    /// The first number that key `id` holds.
+    #[must_use]
+    pub fn double(&self, id: u16) -> Option<f64> {
+        match self.value(id)? {
+            GeoKeyValue::Double(values) => values.first().copied(),
+            _ => None,
+        }
+    }
+
+    /// The text that key `id` holds.
+    #[must_use]
+    pub fn ascii(&self, id: u16) -> Option<&str> {
+        match self.value(id)? {
+            GeoKeyValue::Ascii(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// Says metres where the file said feet, after the heights have been converted. A vertical CRS in feet has no code
+    /// for its metric twin, so its code and citation go.
+    pub(super) fn declare_vertical_metres(&mut self) {
+        self.keys.retain(|key| ![VERTICAL_CRS, VERTICAL_CITATION, VERTICAL_DATUM, VERTICAL_UNITS].contains(&key.id));
+        self.keys.push(GeoKey { id: VERTICAL_UNITS, value: GeoKeyValue::Short(METRE) });
+    }
+
+    fn value(&self, id: u16) -> Option<&GeoKeyValue> {
+        self.keys.iter().find(|key| key.id == id).map(|key| &key.value)
+    }
+}
+
+impl From<upstream::GeoKeyValue> for GeoKeyValue {
+    fn from(value: upstream::GeoKeyValue) -> Self {
+        match value {
+            upstream::GeoKeyValue::Short(code) => Self::Short(code),
+            upstream::GeoKeyValue::Double(values) => Self::Double(values),
+            // Writers refuse other characters, and `|` ends a value in the file.
+            upstream::GeoKeyValue::Ascii(text) => {
+                Self::Ascii(text.chars().filter(char::is_ascii).map(|c| if c == '|' { ';' } else { c }).collect())
+            }
+        }
+    }
+}
+
+impl From<&GeoKeyValue> for upstream::GeoKeyValue {
+    fn from(value: &GeoKeyValue) -> Self {
+        match value {
+            GeoKeyValue::Short(code) => Self::Short(*code),
+            GeoKeyValue::Double(values) => Self::Double(values.clone()),
+            GeoKeyValue::Ascii(text) => Self::Ascii(text.clone()),
+        }
+    }
+}

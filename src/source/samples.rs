@@ -1,0 +1,245 @@
+//! From the samples of a file to metres: which samples are voids, and what the others mean.
+
+/// How a sample is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SampleType {
+    U8,
+    I8,
+    U16,
+    I16,
+    U32,
+    I32,
+    U64,
+    I64,
+    F32,
+    F64,
+}
+
+/// No height in metres is larger than this: the highest relief in the solar system is under 30 km. What is larger is
+/// a mark for no-data that the file does not declare (-3.4e38, 1e20, -2147483648 …).
+const MAX_HEIGHT_M: f64 = 1e6;
+
+/// What the samples of one band mean.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Meaning {
+    pub sample_type: SampleType,
+    /// The value that the file declares as no-data, in the file's numbers.
+    pub no_data: Option<f64>,
+    pub scale: f64,
+    /// In the file's unit, after the scale.
+    pub offset: f64,
+    pub metres_per_unit: f64,
+}
+
+/// What was found on the way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tally {
+    /// Samples that are heights.
+    pub heights: u64,
+    /// Samples beyond ±[`MAX_HEIGHT_M`], taken as voids.
+    pub absurd: u64,
+    /// Untagged -32767 and -32768, taken as voids.
+    pub implied_voids: u64,
+}
+
+impl SampleType {
+    /// From the TIFF's SampleFormat (1 unsigned, 2 signed, 3 floating point) and the bytes of a decoded sample.
+    pub fn from_format(format: u16, bytes: usize) -> Option<Self> {
+        Some(match (format, bytes) {
+            (1, 1) => Self::U8,
+            (2, 1) => Self::I8,
+            (1, 2) => Self::U16,
+            (2, 2) => Self::I16,
+            (1, 4) => Self::U32,
+            (2, 4) => Self::I32,
+            (1, 8) => Self::U64,
+            (2, 8) => Self::I64,
+            (3, 4) => Self::F32,
+            (3, 8) => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of a decoded sample.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::U64 | Self::I64 | Self::F64 => 8,
+        }
+    }
+}
+
+impl Meaning {
+    /// Appends one height in metres, or NaN, for each sample in `bytes`, which are in the machine's byte order.
+    pub fn append_heights_m(&self, bytes: &[u8], heights_m: &mut Vec<f32>, tally: &mut Tally) {
+        match self.sample_type {
+            SampleType::U8 => self.append(bytes, |[b]: [u8; 1]| f64::from(b), heights_m, tally),
+            SampleType::I8 => self.append(bytes, |b| f64::from(i8::from_ne_bytes(b)), heights_m, tally),
+            SampleType::U16 => self.append(bytes, |b| f64::from(u16::from_ne_bytes(b)), heights_m, tally),
+            SampleType::I16 => self.append(bytes, |b| f64::from(i16::from_ne_bytes(b)), heights_m, tally),
+            SampleType::U32 => self.append(bytes, |b| f64::from(u32::from_ne_bytes(b)), heights_m, tally),
+            SampleType::I32 => self.append(bytes, |b| f64::from(i32::from_ne_bytes(b)), heights_m, tally),
+            // What an f64 cannot hold exactly is beyond every height.
+            SampleType::U64 => self.append(bytes, |b| u64::from_ne_bytes(b) as f64, heights_m, tally),
+            SampleType::I64 => self.append(bytes, |b| i64::from_ne_bytes(b) as f64, heights_m, tally),
+            SampleType::F32 => self.append(bytes, |b| f64::from(f32::from_ne_bytes(b)), heights_m, tally),
+            SampleType::F64 => self.append(bytes, f64::from_ne_bytes, heights_m, tally),
+        }
+    }
+
+    fn append<const N: usize>(
+        &self,
+        bytes: &[u8],
+        value: impl Fn([u8; N]) -> f64,
+        heights_m: &mut Vec<f32>,
+        tally: &mut Tally,
+    ) {
+        let (samples, _rest) = bytes.as_chunks::<N>();
+        heights_m.extend(samples.iter().map(|&sample| self.height_m(value(sample), tally)));
+    }
+
+    fn height_m(&self, value: f64, tally: &mut Tally) -> f32 {
+        if !value.is_finite() || self.is_no_data(value) {
+            return f32::NAN;
+        }
+        // Void marks of 16-bit formats: -32768 is SRTM's and -32767 DTED's. Where the tag was lost on the way they are
+        // voids all the same, as neither the Earth nor a drawing of it goes 32 km down.
+        if self.no_data.is_none() && self.sample_type == SampleType::I16 && value <= -32767.0 {
+            tally.implied_voids += 1;
+            return f32::NAN;
+        }
+        let height_m = (value * self.scale + self.offset) * self.metres_per_unit;
+        if height_m.abs() <= MAX_HEIGHT_M {
+            tally.heights += 1;
+            height_m as f32
+        } else {
+            tally.absurd += 1;
+            f32::NAN
+        }
+    }
+
+    fn is_no_data(&self, value: f64) -> bool {
+        let Some(no_data) = self.no_data else { return false };
+        // The tag is decimal text, the sample binary: "-3.4e+38" must match the f32 next to it. Beyond the range of
+        // f32 the conversion gives an infinity, which a finite sample never equals, so the largest f32 stands in.
+        value == no_data
+            || self.sample_type == SampleType::F32 && {
+                let nearest = (no_data as f32).clamp(f32::MIN, f32::MAX);
+                (value - f64::from(nearest)).abs() <= 2.0 * f64::from(f32::EPSILON) * f64::from(nearest.abs())
+            }
+    }
+}
+
+/// The number in a GDAL_NODATA tag; `None` for text that is none. NaN and infinities are accepted: such samples are
+/// voids anyway.
+pub(super) fn parse_no_data(text: &str) -> Option<f64> {
+    let text = text.trim_matches(|c: char| c == '\0' || c.is_whitespace()).to_ascii_lowercase();
+    match text.as_str() {
+        // As the C library of Windows once wrote them.
+        "-1.#inf" => Some(f64::NEG_INFINITY),
+        "1.#inf" => Some(f64::INFINITY),
+        "-1.#ind" | "1.#qnan" | "-1.#qnan" | "-nan" => Some(f64::NAN),
+        text => text.parse().ok(),
+    }
+}
+
+/// What GDAL's XML metadata (tag 42112) says of the first band: its scale, offset and unit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct BandMetadata {
+    pub scale: Option<f64>,
+    pub offset: Option<f64>,
+    pub unit: Option<String>,
+}
+
+impl BandMetadata {
+    /// From the text of the tag. What is not understood is passed over: the tag holds anything that anybody wanted
+    /// to keep with the file.
+    pub fn parse(xml: &str) -> Self {
+        let mut found = Self::default();
+        for item in xml.split("<Item ").skip(1) {
+            let Some((attributes, rest)) = item.split_once('>') else { continue };
+            let value = rest.split('<').next().unwrap_or("").trim();
+            let attribute = |name: &str| {
+                let start = attributes.find(&format!("{name}=\""))? + name.len() + 2;
+                attributes.get(start..)?.split('"').next()
+            };
+            if !matches!(attribute("sample"), None | Some("0")) {
+                continue;
+            }
+            let number = || value.parse::<f64>().ok().filter(|number| number.is_finite());
+            match attribute("role") {
+                Some("scale") => found.scale = number().filter(|&scale| scale != 0.0),
+                Some("offset") => found.offset = number(),
+                Some("unittype") => found.unit = Some(value.to_ascii_lowercase()),
+                _ => {}
+            }
+        }
+        found
+    }
+
+    /// Metres per unit, for the units of length that GDAL writes; `None` for no unit and for others.
+    pub fn metres_per_unit(&self) -> Option<f64> {
+        match self.unit.as_deref()? {
+            "m" | "metre" | "meter" | "metres" | "meters" => Some(1.0),
+            "ft" | "foot" | "feet" | "international foot" => Some(0.3048),
+            "us-ft" | "ftus" | "us survey foot" | "foot_us" | "us_survey_foot" => Some(1200.0 / 3937.0),
+            "km" | "kilometre" | "kilometer" => Some(1000.0),
+            "dm" | "decimetre" => Some(0.1),
+            "cm" | "centimetre" | "centimeter" => Some(0.01),
+            "mm" | "millimetre" | "millimeter" => Some(0.001),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn meaning(sample_type: SampleType, no_data: Option<f64>) -> Meaning {
+        Meaning { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0 }
+    }
+
+    #[test]
+    fn decimal_text_matches_the_nearest_single() {
+        for text in ["-3.4e+38", "-3.39999999999999996e+38", "-3.4028234663852886e+38", "-3.4028235e+38", "-9999.9"] {
+            let no_data = parse_no_data(text).unwrap();
+            let meaning = meaning(SampleType::F32, Some(no_data));
+            assert!(meaning.is_no_data(f64::from(no_data as f32)), "{text}");
+            assert!(!meaning.is_no_data(-9999.0), "{text}");
+        }
+        assert!(meaning(SampleType::F32, Some(-1.797e308)).is_no_data(f64::from(f32::MIN)));
+        assert_eq!(parse_no_data(" -1.#INF\0"), Some(f64::NEG_INFINITY));
+        assert_eq!(parse_no_data("none"), None);
+    }
+
+    #[test]
+    fn voids_and_absurd_numbers_are_not_heights() {
+        let mut tally = Tally::default();
+        let mut heights_m = Vec::new();
+        let samples: Vec<u8> = [-32768i16, -32767, -32766, 8848].into_iter().flat_map(i16::to_ne_bytes).collect();
+        meaning(SampleType::I16, None).append_heights_m(&samples, &mut heights_m, &mut tally);
+        assert!(heights_m[0].is_nan() && heights_m[1].is_nan());
+        assert_eq!(heights_m[2..], [-32766.0, 8848.0]);
+        assert_eq!(tally, Tally { heights: 2, absurd: 0, implied_voids: 2 });
+
+        let samples: Vec<u8> = [f64::NAN, f64::INFINITY, 1e7, 5.0].into_iter().flat_map(f64::to_ne_bytes).collect();
+        heights_m.clear();
+        meaning(SampleType::F64, None).append_heights_m(&samples, &mut heights_m, &mut tally);
+        assert_eq!(heights_m.iter().filter(|height| height.is_nan()).count(), 3);
+        assert_eq!(tally.absurd, 1);
+    }
+
+    #[test]
+    fn band_metadata_is_found() {
+        let xml = r#"<GDALMetadata><Item name="A">x</Item><Item name="SCALE" sample="0" role="scale">0.5</Item>
+            <Item name="SCALE" sample="1" role="scale">7</Item><Item name="OFFSET" sample="0" role="offset">-3</Item>
+            <Item name="UNITTYPE" sample="0" role="unittype">US survey foot</Item></GDALMetadata>"#;
+        let found = BandMetadata::parse(xml);
+        assert_eq!((found.scale, found.offset), (Some(0.5), Some(-3.0)));
+        assert_eq!(found.metres_per_unit(), Some(1200.0 / 3937.0));
+        assert_eq!(BandMetadata::parse("<Item <Item>"), BandMetadata::default());
+    }
+}
