@@ -43,9 +43,9 @@ fn definition_from_wkt(wkt: &str) -> Option<Definition> {
         }
         None => wkt,
     };
-    let wkt = wkt.strip_prefix("BOUNDCRS[SOURCECRS[").map_or(wkt, |bound| {
-        bound.find(",TARGETCRS[").and_then(|end| bound.get(..end)).unwrap_or(bound)
-    });
+    let wkt = wkt
+        .strip_prefix("BOUNDCRS[SOURCECRS[")
+        .map_or(wkt, |bound| bound.find(",TARGETCRS[").and_then(|end| bound.get(..end)).unwrap_or(bound));
     let (_, kind, unit_keyword) = BEGINNINGS.into_iter().find(|(beginning, ..)| wkt.starts_with(beginning))?;
     // The last unit belongs to the outermost CRS: a projected one holds the geographic one with its degrees inside.
     let unit = numbers_after(wkt.get(wkt.rfind(unit_keyword)?..)?).next()?;
@@ -122,6 +122,7 @@ pub(super) fn radians_per_angular_unit(code: u16) -> Option<f64> {
 }
 
 #[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
 

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use tiff_reader::{OpenOptions, TagValue, TiffError, TiffFile};
 
-use super::geotiff_layout::{self as layout, Layout};
 use super::georeference::{self, GeoTags};
+use super::geotiff_layout::{self as layout, Layout};
 use super::samples::{BandMetadata, Meaning, Tally, parse_no_data};
 use super::{GeoKeys, HeightGrid, Progress, SourceError, WorldMapping};
 

@@ -54,7 +54,12 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     }
     let layout = ifd.raster_layout().map_err(|source| match source {
         tiff_reader::TiffError::UnsupportedBitsPerSample(bits) => {
-            SourceError::Unsupported { path: path.into(), what: format!("a sample of {bits} bits of this kind") }
+            let kind = match ifd.sample_format().ok().and_then(|formats| formats.first().copied()) {
+                Some(3) => "floating-point",
+                Some(2) => "signed",
+                _ => "unsigned",
+            };
+            SourceError::Unsupported { path: path.into(), what: format!("a {bits}-bit {kind} sample") }
         }
         source => SourceError::Damaged { path: path.into(), source },
     })?;

@@ -31,20 +31,9 @@ pub struct WorldMapping {
 
 #[derive(Clone, Debug)]
 enum Projection {
-    Scaled {
-        metres_per_unit: f64,
-    },
-    TransverseMercator {
-        radians_per_unit: f64,
-        centre_latitude_rad: f64,
-        geographic: Box<Proj>,
-        projected: Box<Proj>,
-    },
-    EquidistantCylindrical {
-        radians_per_unit: f64,
-        centre_latitude_rad: f64,
-        radius_m: f64,
-    },
+    Scaled { metres_per_unit: f64 },
+    TransverseMercator { radians_per_unit: f64, centre_latitude_rad: f64, geographic: Box<Proj>, projected: Box<Proj> },
+    EquidistantCylindrical { radians_per_unit: f64, centre_latitude_rad: f64, radius_m: f64 },
 }
 
 impl WorldMapping {
