@@ -1,11 +1,13 @@
 //! Where the samples of a height file lie: the GeoTIFF keys, and the way to the world's metres.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
-use geotiff_writer::{GeoKeyValue, GeoTiffBuilder, ModelType, NumericSample, RasterType};
+use geotiff_writer::{
+    Compression, GeoKeyValue, GeoTiffBuilder, ModelType, NumericSample, PhotometricInterpretation, RasterType,
+};
 use glam::DVec2;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, GeoKeys, GeoreferenceError, HeightGrid, Silent, SourceError, WorldMapping};
-use ndarray::Array2;
+use ndarray::{Array2, Array3};
 
 /// Writes a file and opens it.
 fn open<T: NumericSample>(builder: &GeoTiffBuilder, samples: &Array2<T>) -> Result<HeightGrid, SourceError> {
@@ -143,6 +145,53 @@ fn voids_are_nan() {
     let column = GeoTiffBuilder::new(1, 4).pixel_scale(1.0, 1.0).origin(0.0, 0.0);
     let column = open(&column, &Array2::<f32>::zeros((4, 1))).unwrap_err().to_string();
     assert!(column.contains("1×4") && column.contains("at least 2×2"), "{column}");
+}
+
+#[test]
+fn blocks_that_a_sparse_file_leaves_out_hold_no_data() {
+    // Four tiles of 16×16, of which only the first holds anything but zeros.
+    let samples = Array2::from_shape_fn((32, 32), |(row, column)| if row.max(column) < 16 { 7i16 } else { 0 });
+    let sparse = GeoTiffBuilder::new(32, 32).tile_size(16, 16).sparse(true);
+    let zeros = open(&sparse, &samples).unwrap();
+    assert_eq!((zeros.heights_m[0], zeros.heights_m[16]), (7.0, 0.0));
+    let voids = open(&sparse.nodata("-9999"), &samples).unwrap();
+    assert_eq!(voids.heights_m[0], 7.0);
+    assert_eq!(voids.heights_m.iter().filter(|height| height.is_nan()).count(), 3 * 256);
+}
+
+#[test]
+fn a_header_may_not_claim_more_than_the_file_can_hold() {
+    let scratch = tempfile::tempdir().unwrap();
+    for compression in [Compression::None, Compression::Deflate] {
+        for size in [40_000u32, 1 << 20, u32::MAX] {
+            let path = scratch.path().join("claims.tif");
+            utm().compression(compression).write_2d(&path, samples().view()).unwrap();
+            let mut bytes = std::fs::read(&path).unwrap();
+            // The entries of ImageWidth and ImageLength: tag, type LONG, count 1, value.
+            for tag in [0, 1] {
+                let entry = [tag, 1, 4, 0, 1, 0, 0, 0];
+                let at = bytes.windows(8).position(|window| window == entry).unwrap() + entry.len();
+                bytes[at..at + 4].copy_from_slice(&size.to_le_bytes());
+            }
+            std::fs::write(&path, bytes).unwrap();
+            let error = source::open(&path, &Silent).unwrap_err();
+            assert!(!matches!(error, SourceError::Open { .. }), "{error}");
+        }
+    }
+}
+
+#[test]
+fn the_first_of_several_bands_is_read_but_a_picture_is_refused() {
+    let bands = Array3::from_shape_fn((2, 3, 2), |(row, column, band)| (row * 3 + column + 100 * band) as i16);
+    let scratch = tempfile::tempdir().unwrap();
+    let path = scratch.path().join("bands.tif");
+    GeoTiffBuilder::new(3, 2).bands(2).write_3d(&path, bands.view()).unwrap();
+    assert_eq!(source::open(&path, &Silent).unwrap().heights_m, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    let picture = Array3::<u8>::zeros((2, 3, 3));
+    let builder = GeoTiffBuilder::new(3, 2).bands(3).photometric(PhotometricInterpretation::Rgb);
+    builder.write_3d(&path, picture.view()).unwrap();
+    let error = source::open(&path, &Silent).unwrap_err().to_string();
+    assert!(error.ends_with("bands.tif: holds an RGB picture, not heights"), "{error}");
 }
 
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];

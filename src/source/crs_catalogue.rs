@@ -122,7 +122,6 @@ pub(super) fn radians_per_angular_unit(code: u16) -> Option<f64> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
 

@@ -270,7 +270,6 @@ fn name(code: Option<u16>, keys: &GeoKeys) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::*;
 

@@ -61,6 +61,9 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
             };
             SourceError::Unsupported { path: path.into(), what: format!("a {bits}-bit {kind} sample") }
         }
+        tiff_reader::TiffError::InvalidImageLayout(_) if ifd.predictor() != 1 && is_bit_packed(ifd) => {
+            SourceError::Unsupported { path: path.into(), what: "a predictor on bit-packed samples".to_owned() }
+        }
         source => SourceError::Damaged { path: path.into(), source },
     })?;
     let sample_type = SampleType::from_format(layout.sample_format, layout.bytes_per_sample).ok_or_else(|| {
@@ -127,6 +130,10 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
         })
         .collect();
     Ok(Layout { ifd, width, height, sample_type, block, absent_blocks })
+}
+
+fn is_bit_packed(ifd: &Ifd) -> bool {
+    ifd.bits_per_sample().is_ok_and(|bits| bits.iter().any(|bits| !matches!(bits, 8 | 16 | 32 | 64)))
 }
 
 fn require_heights(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {
