@@ -3,13 +3,23 @@
 //! The modules stand in the order in which data flows; a module uses only what stands above it.
 //!
 //! ```text
-//! source  ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ file, window
+//! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window
 //! ```
 //!
 //! `ARCHITECTURE.md` tells the whole path with the reasons for each decision.
 
 pub mod file;
 pub mod gpu;
+pub mod source;
 pub mod pyramid;
 pub mod scene;
-pub mod source;
+pub mod style;
+pub mod tiles;
+pub mod surface;
+pub mod lines;
+pub mod tones;
+pub mod composite;
+pub mod frame;
+pub mod picture;
+pub mod measure;
+pub mod commands;

@@ -1,3 +1,50 @@
 //! Arguments only; the work is in `commands`.
 
-fn main() {}
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use hachure::commands;
+use hachure::gpu::device::AdapterWish;
+
+/// Draws real terrain of any size in real time as ink, pencil, wash or print
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// The GPU: `software`, or a part of its name
+    #[arg(long, global = true, default_value = "best")]
+    adapter: AdapterWish,
+    /// Tell more; twice for everything
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Draw a picture, a row of pictures, or a film
+    Render(commands::render::RenderArgs),
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let level = match cli.verbose {
+        0 => "hachure=warn",
+        1 => "hachure=info",
+        _ => "hachure=debug,wgpu=info",
+    };
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| level.into());
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    let result = match &cli.command {
+        Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
+        None => Ok(()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // The whole chain of causes on one line.
+            eprintln!("hachure: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

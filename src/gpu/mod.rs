@@ -1,1 +1,11 @@
 //! The device, shaders, targets, timers and readback. Knows nothing of terrain.
+
+pub mod buffer;
+pub mod device;
+pub mod pass;
+pub mod readback;
+pub mod shader;
+pub mod target;
+pub mod timer;
+
+pub use device::{Gpu, GpuError};

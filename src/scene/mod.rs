@@ -1,1 +1,94 @@
 //! What is looked at and from where: camera, camera path, light, scene file.
+
+pub mod camera;
+pub mod path;
+pub mod scene_file;
+
+use std::path::PathBuf;
+
+use camera::Camera;
+use glam::DVec3;
+
+/// Everything that decides what is drawn, but for the style.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// The terrain.
+    pub world: World,
+    /// The light.
+    pub sun: Sun,
+    /// The air.
+    pub haze: Haze,
+    /// Where a flight starts; none means a view that the world's extent suggests.
+    pub start: Option<Camera>,
+    /// What heights are multiplied by; 1 is true to nature.
+    pub vertical_exaggeration: f64,
+}
+
+/// Where the heights come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum World {
+    /// A DEM file or a baked pyramid.
+    File(PathBuf),
+    /// The address of one.
+    Url(String),
+    /// The embedded procedural world.
+    Procedural {
+        /// Another seed is another world.
+        seed: u32,
+    },
+}
+
+/// A distant light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Where it stands, clockwise from north, in degrees.
+    pub azimuth_deg: f64,
+    /// Above the horizon, in degrees, −90 to 90.
+    pub elevation_deg: f64,
+}
+
+/// Air that takes contrast with distance d: a share of 1 − exp(−d / distance_m).
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Haze {
+    /// The distance at which haze has taken 63 %, in metres; none means [`Haze::distance_over_m`].
+    pub distance_m: Option<f64>,
+    /// What distance fades to, as sRGB-encoded red, green, blue of 0 to 1; none means the style's paper.
+    pub color_srgb: Option<[f32; 3]>,
+}
+
+impl Default for Scene {
+    /// The procedural world, light from the north-west as maps have it, no exaggeration.
+    fn default() -> Self {
+        Self::of_world(World::Procedural { seed: 1 })
+    }
+}
+
+impl Scene {
+    /// A world with everything else at its default: what a bare DEM means on the command line.
+    pub fn of_world(world: World) -> Self {
+        Self { world, sun: Sun::default(), haze: Haze::default(), start: None, vertical_exaggeration: 1.0 }
+    }
+}
+
+impl Default for Sun {
+    fn default() -> Self {
+        Self { azimuth_deg: 315.0, elevation_deg: 40.0 }
+    }
+}
+
+impl Sun {
+    /// The unit vector from the ground toward the sun, in the world's frame.
+    pub fn direction(&self) -> DVec3 {
+        let (sin_azimuth, cos_azimuth) = self.azimuth_deg.to_radians().sin_cos();
+        let (sin_elevation, cos_elevation) = self.elevation_deg.to_radians().sin_cos();
+        DVec3::new(sin_azimuth * cos_elevation, cos_azimuth * cos_elevation, sin_elevation)
+    }
+}
+
+impl Haze {
+    /// The distance in use over a world of `extent_m` (east, north): the one given, else the diagonal of the extent,
+    /// so that the far corner, seen from the near one, keeps 37 % of its contrast.
+    pub fn distance_over_m(&self, extent_m: [f64; 2]) -> f64 {
+        self.distance_m.unwrap_or_else(|| extent_m[0].hypot(extent_m[1]).max(1.0))
+    }
+}

@@ -1,0 +1,80 @@
+// Paper, tones, haze and lines become a picture.
+#import hachure::view::{View, ray_of_pixel}
+#import hachure::color::noise
+
+struct Composite {
+    paper: vec3<f32>,
+    // Distance at which haze has taken 63 %.
+    haze_m: f32,
+    ink: vec3<f32>,
+    // How much of the paper's grain shows.
+    grain: f32,
+    sky_zenith: vec3<f32>,
+    // How much of a line is left in full haze.
+    faintest_line: f32,
+    sky_horizon: vec3<f32>,
+    // 1: lines are drawn.
+    line_strength: f32,
+    haze: vec3<f32>,
+    // Tones at full haze keep this much of themselves.
+    faintest_tone: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> composite: Composite;
+@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(3) var tone: texture_2d<f32>;
+@group(0) @binding(4) var line: texture_2d<f32>;
+// Linear, opaque.
+@group(0) @binding(5) var picture: texture_storage_2d<rgba16float, write>;
+
+// Fibres and tooth, fixed to the sheet.
+fn paper_grain(p: vec2<f32>) -> f32 {
+    let fibre = noise(p * vec2<f32>(0.11, 0.37)) + noise(p.yx * vec2<f32>(0.09, 0.33));
+    let tooth = noise(p * 0.83);
+    return (fibre - 1.0) * 0.6 + (tooth - 0.5) * 0.8;
+}
+
+// The distance that a line stands for: that of the nearest surface around it, for a silhouette belongs to what hides.
+fn nearest_m(pixel: vec2<i32>) -> f32 {
+    let last = vec2<i32>(view.size_px) - 1;
+    var nearest = 1e30;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let at = textureLoad(position, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
+            if at.w > 0.0 {
+                nearest = min(nearest, length(at.xyz));
+            }
+        }
+    }
+    return nearest;
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    let shaded = textureLoad(tone, pixel, 0);
+    let sheet = vec2<f32>(pixel + view.origin_px);
+    var color: vec3<f32>;
+    if at.w <= 0.0 {
+        let up = normalize(ray_of_pixel(view, pixel)).z;
+        color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
+    } else {
+        let clear = mix(composite.faintest_tone, 1.0, exp(-length(at.xyz) / composite.haze_m));
+        color = mix(composite.haze, shaded.rgb, clear);
+    }
+    color *= composite.paper;
+    if composite.grain > 0.0 {
+        color *= 1.0 + composite.grain * paper_grain(sheet);
+    }
+    let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
+    if drawn > 0.0 {
+        let clear = mix(composite.faintest_line, 1.0, exp(-nearest_m(pixel) / composite.haze_m));
+        color = mix(color, composite.ink, drawn * clear);
+    }
+    textureStore(picture, pixel, vec4<f32>(color, 1.0));
+}

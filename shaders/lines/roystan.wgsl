@@ -1,0 +1,47 @@
+// Roystan's outline: Roberts crosses on depth and on normals ("Honks" in the comparison of Zaidi et al.).
+//
+// An edge where 100 sqrt(sum of squared depth differences) > 1.5 depth k, with k growing from 1 to 8 as the surface
+// turns away from the eye, or where the normals, packed to [0, 1], differ by more than 0.4. The depth is the
+// reversed device depth, near / distance, as in its original.
+#import hachure::view::{View, ray_of_pixel}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(2) var normal: texture_2d<f32>;
+@group(0) @binding(3) var errors: texture_storage_2d<rgba16float, write>;
+
+fn inside(pixel: vec2<i32>) -> vec2<i32> {
+    return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+}
+
+fn inverse_depth(pixel: vec2<i32>) -> f32 {
+    let d = textureLoad(position, inside(pixel), 0).w;
+    return select(1.0 / d, 0.0, d <= 0.0);
+}
+
+fn packed_normal(pixel: vec2<i32>) -> vec3<f32> {
+    return textureLoad(normal, inside(pixel), 0).xyz * 0.5 + 0.5;
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let p = vec2<i32>(id.xy);
+    let a = p + vec2<i32>(-1, -1);
+    let b = p + vec2<i32>(1, 1);
+    let c = p + vec2<i32>(1, -1);
+    let d = p + vec2<i32>(-1, 1);
+    let depth_here = inverse_depth(p);
+    let across = vec2<f32>(inverse_depth(b) - inverse_depth(a), inverse_depth(d) - inverse_depth(c));
+    let n = textureLoad(normal, p, 0).xyz;
+    let facing = dot(n, -normalize(ray_of_pixel(view, p)));
+    let k = 1.0 + 7.0 * clamp((1.0 - facing - 0.5) / 0.5, 0.0, 1.0);
+    // The device depth is 1 / distance times a constant, which cancels.
+    let depth_edge = 100.0 * length(across) > 1.5 * max(depth_here, inverse_depth(a)) * k;
+    let n1 = packed_normal(b) - packed_normal(a);
+    let n2 = packed_normal(d) - packed_normal(c);
+    let normal_edge = sqrt(dot(n1, n1) + dot(n2, n2)) > 0.4;
+    textureStore(errors, p, vec4<f32>(select(0.0, 1.0, depth_edge || normal_edge)));
+}

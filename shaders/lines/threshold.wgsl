@@ -1,0 +1,49 @@
+// From errors to lines: the line-density filter (Zaidi et al., end of section 4.1) and the ramp, once and last.
+//
+// Along each axis the error is reduced by `density` times (2 in the paper) the smallest error in a line of five pixels
+// around it: a single line, low on both sides, stays; an area where everything is an edge goes.
+// Detectors that know no axes (`scalar`) take the smallest over all four lines, as one number.
+#import hachure::view::View
+
+struct Threshold {
+    ramp: vec2<f32>,
+    density: f32,
+    scalar: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> threshold: Threshold;
+@group(0) @binding(2) var errors: texture_2d<f32>;
+@group(0) @binding(3) var line: texture_storage_2d<r32float, write>;
+
+fn load(pixel: vec2<i32>) -> vec4<f32> {
+    let inside = clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+    return clamp(textureLoad(errors, inside, 0), vec4<f32>(0.0), vec4<f32>(1.0));
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let p = vec2<i32>(id.xy);
+    let here = load(p);
+    var error = max(max(here.x, here.y), max(here.z, here.w));
+    // The filter only lowers: what is below the ramp needs none.
+    if threshold.density > 0.0 && error > threshold.ramp.x {
+        var least = here;
+        for (var i = -2; i <= 2; i++) {
+            least.x = min(least.x, load(p + vec2<i32>(i, 0)).x);
+            least.y = min(least.y, load(p + vec2<i32>(0, i)).y);
+            least.z = min(least.z, load(p + vec2<i32>(i, i)).z);
+            least.w = min(least.w, load(p + vec2<i32>(i, -i)).w);
+        }
+        if threshold.scalar != 0u {
+            least = vec4<f32>(min(min(least.x, least.y), min(least.z, least.w)));
+        }
+        let kept = here - threshold.density * least;
+        error = max(max(kept.x, kept.y), max(kept.z, kept.w));
+    }
+    let value = clamp((error - threshold.ramp.x) / (threshold.ramp.y - threshold.ramp.x), 0.0, 1.0);
+    textureStore(line, p, vec4<f32>(value, 0.0, 0.0, 0.0));
+}

@@ -1,0 +1,35 @@
+// Colours and noises of the paper. Colours are linear.
+#define_import_path hachure::color
+
+fn luminance(color: vec3<f32>) -> f32 {
+    return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
+}
+
+fn srgb_from_linear(color: vec3<f32>) -> vec3<f32> {
+    let c = clamp(color, vec3<f32>(0.0), vec3<f32>(1.0));
+    return select(1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3<f32>(0.0031308));
+}
+
+// PCG hash (Jarzynski and Olano 2020): well mixed on every driver.
+fn hash(cell: vec2<i32>) -> f32 {
+    var v = vec2<u32>(cell) * 1664525u + 1013904223u;
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v ^= v >> vec2<u32>(16u);
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v ^= v >> vec2<u32>(16u);
+    return f32(v.x >> 8u) / 16777216.0;
+}
+
+// Value noise in [0, 1], C1.
+fn noise(p: vec2<f32>) -> f32 {
+    let whole = floor(p);
+    let cell = vec2<i32>(whole);
+    let f = p - whole;
+    let s = f * f * (3.0 - 2.0 * f);
+    return mix(
+        mix(hash(cell), hash(cell + vec2<i32>(1, 0)), s.x),
+        mix(hash(cell + vec2<i32>(0, 1)), hash(cell + vec2<i32>(1, 1)), s.x),
+        s.y);
+}

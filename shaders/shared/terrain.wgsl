@@ -1,0 +1,252 @@
+// The one surface. Every pass that wants a height asks here, so that mesh, positions, normals and lines agree.
+//
+// Heights are bicubic (Catmull-Rom, a = -0.5) over the samples of a pyramid level. The level is a continuous function
+// of place and distance alone: the scale of the pixel's footprint, or finer where the measured error of the level
+// would pass the allowed error. Two patches of the mesh that share a vertex therefore compute the same height for it
+// to the bit, whatever their own levels are.
+//
+// Grid coordinates `g` are in samples of the finest level, relative to the anchor, a sample near the camera.
+#define_import_path hachure::terrain
+
+struct Level {
+    // Level coordinate of g: g * scale + fraction, counted from sample `cell`.
+    scale: vec2<f32>,
+    fraction: vec2<f32>,
+    cell: vec2<i32>,
+    size: vec2<i32>,
+    first_page: u32,
+    tiles_x: u32,
+    first_corner: u32,
+    pad: u32,
+}
+
+struct Terrain {
+    // Coefficients: xy of world_from_grid, zw of grid_from_world, in rows of rising powers of the first variable.
+    terms: array<vec4<f32>, 36>,
+    // The grid's first and last sample, in grid units relative to the anchor.
+    extent_units: vec4<i32>,
+    // Variables of the polynomials: g * grid_unit, metres * world_unit.
+    grid_unit: f32,
+    world_unit: f32,
+    degree: i32,
+    level_count: i32,
+    // The camera's height is coarse + fine; coarse is exact in f32 and near, so samples minus it keep their digits.
+    camera_z_coarse_m: f32,
+    camera_z_fine_m: f32,
+    // Heights of the whole terrain, relative to the camera.
+    min_z_m: f32,
+    max_z_m: f32,
+    spacing_m: f32,
+    // Height error that the choice of the level may add, in pixels.
+    level_error_px: f32,
+    // Added to log2(footprint / spacing).
+    level_bias: f32,
+    focal_px: f32,
+    // Where the expansion of grid_from_world lies: the place in the terrain's extent that is nearest to the camera.
+    world_origin_m: vec2<f32>,
+    pad: vec2<f32>,
+}
+
+@group(0) @binding(10) var<uniform> terrain: Terrain;
+@group(0) @binding(11) var<storage, read> levels: array<Level>;
+// Slot in the atlas in the low 24 bits, the level of that slot's tile in the high 8: a coarser one stands in.
+@group(0) @binding(12) var<storage, read> pages: array<u32>;
+// For each level, the largest height error of the up to four tiles around each corner of its tiles, in metres.
+@group(0) @binding(13) var<storage, read> corner_errors_m: array<f32>;
+@group(0) @binding(14) var heights: texture_2d_array<f32>;
+
+const TILE_SAMPLES: i32 = 256;
+const TILE_SHIFT: vec2<u32> = vec2<u32>(8u, 8u);
+const TILE_BORDER: i32 = 2;
+const UNITS_PER_SAMPLE: f32 = 4096.0;
+
+fn first_term_of_row(row: i32) -> i32 {
+    return row * (terrain.degree + 1) - (row * (row - 1)) / 2;
+}
+
+// Camera-relative east and north of a grid coordinate, in metres.
+fn world_from_grid(g: vec2<f32>) -> vec2<f32> {
+    let v = g * terrain.grid_unit;
+    var sum = vec2<f32>(0.0);
+    for (var row = terrain.degree; row >= 0; row--) {
+        let first = first_term_of_row(row);
+        var inner = vec2<f32>(0.0);
+        for (var i = terrain.degree - row; i >= 0; i--) {
+            inner = inner * v.x + terrain.terms[first + i].xy;
+        }
+        sum = sum * v.y + inner;
+    }
+    return sum;
+}
+
+struct GridPoint {
+    g: vec2<f32>,
+    // dg/dx and dg/dy for x east and y north, in samples per metre.
+    dg_dx: vec2<f32>,
+    dg_dy: vec2<f32>,
+}
+
+// The grid coordinate of a camera-relative place, with its derivatives.
+fn grid_from_world(xy_m: vec2<f32>) -> GridPoint {
+    let v = (xy_m - terrain.world_origin_m) * terrain.world_unit;
+    var sum = vec2<f32>(0.0);
+    var sum_x = vec2<f32>(0.0);
+    var sum_y = vec2<f32>(0.0);
+    for (var row = terrain.degree; row >= 0; row--) {
+        let first = first_term_of_row(row);
+        var inner = vec2<f32>(0.0);
+        var inner_x = vec2<f32>(0.0);
+        for (var i = terrain.degree - row; i >= 0; i--) {
+            inner_x = inner_x * v.x + inner;
+            inner = inner * v.x + terrain.terms[first + i].zw;
+        }
+        sum_y = sum_y * v.y + sum;
+        sum = sum * v.y + inner;
+        sum_x = sum_x * v.y + inner_x;
+    }
+    return GridPoint(sum, sum_x * terrain.world_unit, sum_y * terrain.world_unit);
+}
+
+// Continuous bound of the height error of a level at a place, in metres.
+fn level_error_m(level: i32, g: vec2<f32>) -> f32 {
+    let info = levels[level];
+    let tiles = vec2<i32>(i32(info.tiles_x), (info.size.y + TILE_SAMPLES - 1) / TILE_SAMPLES);
+    let sample = g * info.scale + info.fraction + vec2<f32>(info.cell);
+    let place = clamp(sample / f32(TILE_SAMPLES), vec2<f32>(0.0), vec2<f32>(tiles));
+    let corner = min(vec2<i32>(place), tiles - 1);
+    let f = place - vec2<f32>(corner);
+    let first = i32(info.first_corner) + corner.y * (tiles.x + 1) + corner.x;
+    let below = mix(corner_errors_m[first], corner_errors_m[first + 1], f.x);
+    let above = mix(corner_errors_m[first + tiles.x + 1], corner_errors_m[first + tiles.x + 2], f.x);
+    return mix(below, above, f.y);
+}
+
+// The continuous level at a place, seen from `distance_m`.
+fn level_at(g: vec2<f32>, distance_m: f32) -> f32 {
+    let pixel_m = distance_m / terrain.focal_px;
+    let allowed_m = terrain.level_error_px * pixel_m;
+    let coarsest = terrain.level_count - 1;
+    let wanted = clamp(log2(pixel_m / terrain.spacing_m) + terrain.level_bias, 0.0, f32(coarsest));
+    var level = min(i32(wanted), coarsest);
+    var error_m = level_error_m(level, g);
+    if error_m <= allowed_m {
+        let coarser_m = level_error_m(min(level + 1, coarsest), g);
+        let most = select(1.0, (allowed_m - error_m) / (coarser_m - error_m), coarser_m > allowed_m);
+        return f32(level) + min(wanted - f32(level), most);
+    }
+    var coarser_m = error_m;
+    while level > 0 && error_m > allowed_m {
+        level -= 1;
+        coarser_m = error_m;
+        error_m = level_error_m(level, g);
+    }
+    if error_m >= allowed_m {
+        return f32(level);
+    }
+    return f32(level) + clamp((allowed_m - error_m) / (coarser_m - error_m), 0.0, 1.0);
+}
+
+struct Cell {
+    // First texel of the cell in its tile, the tile's slot, its level, and the place within the cell.
+    texel: vec2<i32>,
+    slot: i32,
+    level: i32,
+    f: vec2<f32>,
+}
+
+// The cell of a level, or of the coarser one that stands in for it, that holds a grid coordinate.
+fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
+    var level = wanted_level;
+    var found: Cell;
+    loop {
+        let info = levels[level];
+        let c = g * info.scale + info.fraction;
+        let whole = floor(c);
+        let cell = vec2<i32>(whole) + info.cell;
+        let inside = clamp(cell, vec2<i32>(0), max(info.size - 2, vec2<i32>(0)));
+        let tile = inside >> TILE_SHIFT;
+        let page = pages[info.first_page + u32(tile.y) * info.tiles_x + u32(tile.x)];
+        let resident = i32(page >> 24u);
+        if resident == level || level == terrain.level_count - 1 {
+            let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(0.0), vec2<f32>(1.0));
+            found = Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
+            break;
+        }
+        level = resident;
+    }
+    return found;
+}
+
+fn row_of_samples(cell: Cell, row: i32) -> vec4<f32> {
+    let first = cell.texel + vec2<i32>(-1, row);
+    return vec4<f32>(
+        textureLoad(heights, first, cell.slot, 0).r,
+        textureLoad(heights, first + vec2<i32>(1, 0), cell.slot, 0).r,
+        textureLoad(heights, first + vec2<i32>(2, 0), cell.slot, 0).r,
+        textureLoad(heights, first + vec2<i32>(3, 0), cell.slot, 0).r,
+    );
+}
+
+fn cubic_weights(f: f32) -> vec4<f32> {
+    return vec4<f32>(
+        f * (-0.5 + f * (1.0 - 0.5 * f)),
+        1.0 + f * f * (-2.5 + 1.5 * f),
+        f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * f * (-0.5 + 0.5 * f),
+    );
+}
+
+fn cubic_slopes(f: f32) -> vec4<f32> {
+    return vec4<f32>(
+        -0.5 + f * (2.0 - 1.5 * f),
+        f * (-5.0 + 4.5 * f),
+        0.5 + f * (4.0 - 4.5 * f),
+        f * (-1.0 + 1.5 * f),
+    );
+}
+
+// Height relative to the camera in metres, and its derivatives by g in metres per sample, on one level.
+fn height_on_level(level: i32, g: vec2<f32>) -> vec3<f32> {
+    let cell = find_cell(level, g);
+    let wx = cubic_weights(cell.f.x);
+    let wy = cubic_weights(cell.f.y);
+    let sx = cubic_slopes(cell.f.x);
+    let sy = cubic_slopes(cell.f.y);
+    let row0 = row_of_samples(cell, -1);
+    let row1 = row_of_samples(cell, 0);
+    let row2 = row_of_samples(cell, 1);
+    let row3 = row_of_samples(cell, 2);
+    // Differences from one sample keep the digits that 4000 m would eat.
+    let reference = row1.y;
+    let along = vec4<f32>(
+        dot(wx, row0 - reference), dot(wx, row1 - reference), dot(wx, row2 - reference), dot(wx, row3 - reference));
+    let slope = vec4<f32>(dot(sx, row0 - reference), dot(sx, row1 - reference), dot(sx, row2 - reference),
+        dot(sx, row3 - reference));
+    let base = (reference - terrain.camera_z_coarse_m) - terrain.camera_z_fine_m;
+    let by_g = vec2<f32>(dot(wy, slope), dot(sy, along)) * levels[cell.level].scale;
+    return vec3<f32>(base + dot(wy, along), by_g);
+}
+
+// As height_on_level, on a continuous level.
+fn surface_at(g: vec2<f32>, level: f32) -> vec3<f32> {
+    let fine = i32(level);
+    // Most places need one level only; the blend happens in the middle half.
+    let blend = clamp((level - f32(fine)) * 2.0 - 0.5, 0.0, 1.0);
+    if blend <= 0.0 {
+        return height_on_level(fine, g);
+    }
+    if blend >= 1.0 {
+        return height_on_level(fine + 1, g);
+    }
+    return mix(height_on_level(fine, g), height_on_level(fine + 1, g), blend);
+}
+
+// Whether the data have a hole here: any corner of the cell is void (the lowest bit of its sample is set).
+fn is_void(g: vec2<f32>, level: i32) -> bool {
+    let cell = find_cell(level, g);
+    let bits = bitcast<u32>(textureLoad(heights, cell.texel, cell.slot, 0).r)
+        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r)
+        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r)
+        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 1), cell.slot, 0).r);
+    return (bits & 1u) != 0u;
+}

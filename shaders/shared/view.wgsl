@@ -1,0 +1,28 @@
+// One eye's view of the world. Positions are relative to the camera, in metres, east-north-up.
+#define_import_path hachure::view
+
+struct View {
+    clip_from_camera: mat4x4<f32>,
+    // Takes this frame's camera-relative positions to the previous frame's clip space.
+    previous_clip_from_camera: mat4x4<f32>,
+    // The ray through picture point p, at unit distance along the view axis: corner + p.x * dx + p.y * dy.
+    ray_corner: vec3<f32>,
+    // Pixels per radian near the middle of the picture.
+    focal_px: f32,
+    ray_dx: vec3<f32>,
+    near_m: f32,
+    ray_dy: vec3<f32>,
+    pad: f32,
+    // Of the targets.
+    size_px: vec2<u32>,
+    // Where the targets' first pixel lies in the picture (a large picture is rendered in parts).
+    origin_px: vec2<i32>,
+    picture_px: vec2<f32>,
+    padding: vec2<f32>,
+}
+
+// The ray through the centre of the targets' pixel, at unit distance along the view axis.
+fn ray_of_pixel(view: View, pixel: vec2<i32>) -> vec3<f32> {
+    let p = vec2<f32>(pixel + view.origin_px) + 0.5;
+    return view.ray_corner + p.x * view.ray_dx + p.y * view.ray_dy;
+}

@@ -1,0 +1,52 @@
+// Blinn-Phong over an elevation tint: the baseline of every comparison.
+#import hachure::view::View
+
+struct Plain {
+    to_sun: vec3<f32>,
+    camera_z_m: f32,
+    // Heights at which the tint begins and ends.
+    low_m: f32,
+    high_m: f32,
+    shininess: f32,
+    specular: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> plain: Plain;
+@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(4) var tone: texture_storage_2d<rgba16float, write>;
+
+fn tint(height_m: f32, up: f32) -> vec3<f32> {
+    let t = clamp((height_m - plain.low_m) / (plain.high_m - plain.low_m), 0.0, 1.0);
+    let valley = vec3<f32>(0.135, 0.225, 0.085);
+    let meadow = vec3<f32>(0.305, 0.335, 0.135);
+    let rock = vec3<f32>(0.315, 0.270, 0.225);
+    let snow = vec3<f32>(0.880, 0.900, 0.930);
+    var color = mix(valley, meadow, smoothstep(0.0, 0.4, t));
+    color = mix(color, rock, smoothstep(0.3, 0.65, t));
+    color = mix(color, snow, smoothstep(0.68, 0.85, t));
+    // Nothing grows and nothing lies on a wall.
+    return mix(rock, color, smoothstep(0.45, 0.75, up));
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 {
+        textureStore(tone, pixel, vec4<f32>(1.0));
+        return;
+    }
+    let n = textureLoad(normal, pixel, 0).xyz;
+    let to_eye = -normalize(at.xyz);
+    let diffuse = max(dot(n, plain.to_sun), 0.0);
+    let half_way = normalize(to_eye + plain.to_sun);
+    let gloss = plain.specular * pow(max(dot(n, half_way), 0.0), plain.shininess) * f32(diffuse > 0.0);
+    let sky_light = 0.22 + 0.10 * n.z;
+    let color = tint(at.z + plain.camera_z_m, n.z) * (sky_light + 0.95 * diffuse) + gloss;
+    textureStore(tone, pixel, vec4<f32>(color, clamp(sky_light + 0.7 * diffuse, 0.0, 1.0)));
+}

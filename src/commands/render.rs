@@ -1,0 +1,265 @@
+//! `hachure render`: a DEM becomes a drawing in a file, or a camera path a row of them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::Args;
+use serde::Serialize;
+
+use super::world::OpenWorld;
+use crate::file::FileError;
+use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::png::PngWriter;
+use crate::file::video::VideoWriter;
+use crate::frame::Frame;
+use crate::gpu::Gpu;
+use crate::gpu::device::AdapterWish;
+use crate::picture::aov::{self, Plane};
+use crate::picture::{self, Band, PictureReport, PictureRequest};
+use crate::scene::camera::Camera;
+use crate::scene::path::CameraPath;
+use crate::style::Style;
+use crate::surface::view::Pose;
+use crate::tiles::terrain::TerrainOptions;
+
+/// Arguments of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// Scene file, DEM or baked pyramid; without one, the embedded world
+    pub world: Option<String>,
+    /// .png, .exr or .mp4, or frames: a pattern like dir/%05d.png
+    #[arg(short, long)]
+    pub output: PathBuf,
+    /// A preset or a style file
+    #[arg(long, default_value = "ink")]
+    pub style: String,
+    /// Width and height in pixels, like 1280x720
+    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
+    pub size: [u32; 2],
+    /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
+    pub camera: Option<Camera>,
+    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov
+    #[arg(long)]
+    pub path: Option<PathBuf>,
+    /// Frames per second along the path
+    #[arg(long, default_value_t = 30.0)]
+    pub fps: f64,
+    /// Height error that may be seen, in pixels
+    #[arg(long, default_value_t = 1.0)]
+    pub lod_error: f64,
+    /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone, hatch
+    #[arg(long, default_value = "")]
+    pub aov: String,
+    /// Memory for tiles on the GPU, in MiB
+    #[arg(long, default_value_t = 512)]
+    pub tile_memory: u64,
+    /// Print what it cost, for programs
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `1280x720`.
+///
+/// # Errors
+/// Says what it should look like.
+pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=1 << 20).contains(side));
+    text.split_once(['x', 'X'])
+        .and_then(|(width, height)| Some([parse(width)?, parse(height)?]))
+        .ok_or_else(|| format!("{text:?} is not a size like 1280x720"))
+}
+
+#[derive(Serialize)]
+struct Report {
+    adapter: String,
+    output: PathBuf,
+    style: String,
+    size: [u32; 2],
+    frames: u64,
+    wall_ms: f64,
+    passes: Vec<PassReport>,
+    triangles: u64,
+    patches: u64,
+    parts: u64,
+    tiles_loaded: u64,
+    tiles_missing: u64,
+    gpu_bytes: u64,
+    camera: String,
+}
+
+#[derive(Serialize)]
+struct PassReport {
+    name: String,
+    gpu_ms: f64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input does not hold or the output cannot be written.
+pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    let kind = OutputKind::of(&args.output)?;
+    let style = Style::load(&args.style)?;
+    let planes = aov::planes(&args.aov, &style)?;
+    if !planes.is_empty()
+        && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
+    {
+        bail!(
+            "--aov: only an .exr has room for channels beside the colour, and the output is {}",
+            args.output.display()
+        );
+    }
+    if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
+        bail!("--lod-error {}: it must be a number above 0", args.lod_error);
+    }
+    let gpu = Gpu::open(adapter)?;
+    let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
+    let world = OpenWorld::open(&gpu, args.world.as_deref(), options)?;
+    let mut job = Job { args, style, planes, gpu, world, frame: None };
+    let cameras = job.cameras(&kind)?;
+    let report = job.run(kind, &cameras)?;
+    if args.json {
+        let report = job.report(&cameras, report);
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    }
+    Ok(())
+}
+
+struct Job<'a> {
+    args: &'a RenderArgs,
+    style: Style,
+    planes: Vec<Plane>,
+    gpu: Gpu,
+    world: OpenWorld,
+    frame: Option<Frame>,
+}
+
+impl Job<'_> {
+    /// The cameras of the frames: at least one.
+    fn cameras(&self, kind: &OutputKind) -> anyhow::Result<Vec<Camera>> {
+        let Some(path) = &self.args.path else {
+            return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
+        };
+        if !(self.args.fps > 0.0 && self.args.fps <= 1000.0) {
+            bail!("--fps {}: it must be a number above 0, at most 1000", self.args.fps);
+        }
+        let path = CameraPath::read_on_ground(path, |x, y| self.world.ground_m(x, y))?;
+        // One picture of a path is its first.
+        let most = if matches!(kind, OutputKind::Picture(_)) { 1 } else { usize::MAX };
+        Ok(path.frames(self.args.fps).take(most).collect())
+    }
+
+    fn run(&mut self, kind: OutputKind, cameras: &[Camera]) -> anyhow::Result<PictureReport> {
+        let [width, height] = self.args.size;
+        let output = self.args.output.clone();
+        let mut film = match kind {
+            OutputKind::Mp4 => Some(VideoWriter::create(&output, width, height, self.args.fps)?),
+            _ => None,
+        };
+        let mut total = PictureReport::default();
+        let mut previous = None;
+        for (number, camera) in cameras.iter().enumerate() {
+            let pose = self.world.pose(camera);
+            let previous = previous.replace(pose).unwrap_or(pose);
+            let report = match (&kind, &mut film) {
+                (OutputKind::Picture(format), _) => self.picture(&output, *format, pose, previous)?,
+                (OutputKind::Frames(pattern, format), _) => {
+                    self.picture(&pattern.prepare(number as u64)?, *format, pose, previous)?
+                }
+                (OutputKind::Mp4, Some(film)) => {
+                    let mut rows = Vec::new();
+                    let report = self.render(pose, previous, |band| {
+                        rows.extend(picture::srgb8(&band.picture));
+                        Ok(())
+                    })?;
+                    film.write_frame(&rows)?;
+                    report
+                }
+                (OutputKind::Mp4, None) => unreachable!("the film was made above"),
+            };
+            total.append(report);
+        }
+        if let Some(film) = film {
+            film.finish()?;
+        }
+        Ok(total)
+    }
+
+    fn picture(
+        &mut self,
+        path: &Path,
+        format: PictureFormat,
+        pose: Pose,
+        previous: Pose,
+    ) -> anyhow::Result<PictureReport> {
+        let [width, height] = self.args.size;
+        match format {
+            PictureFormat::Png => {
+                let mut writer = PngWriter::create(path, width, height)?;
+                let report = self.render(pose, previous, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+                writer.finish()?;
+                Ok(report)
+            }
+            PictureFormat::Exr => {
+                let mut channels = ["R", "G", "B", "A"].map(|name| (name, SampleKind::F32)).to_vec();
+                channels.extend(self.planes.iter().map(|plane| (plane.name.as_str(), plane.source.kind())));
+                let attributes = [("camera".to_owned(), self.camera_text(pose))];
+                let mut writer = ExrWriter::create(path, width, height, &channels, &attributes)?;
+                let report = self.render(pose, previous, |band| {
+                    let colour: [Vec<f32>; 4] =
+                        [0, 1, 2, 3].map(|i| band.picture.iter().map(|texel| texel[i]).collect());
+                    let mut rows: Vec<_> = colour.iter().map(|samples| SamplesRef::F32(samples)).collect();
+                    rows.extend(band.planes.iter().map(|samples| samples.as_ref()));
+                    writer.write_rows(&rows)
+                })?;
+                writer.finish()?;
+                Ok(report)
+            }
+        }
+    }
+
+    fn render(
+        &mut self,
+        pose: Pose,
+        previous: Pose,
+        take: impl FnMut(Band) -> Result<(), FileError>,
+    ) -> anyhow::Result<PictureReport> {
+        let request = PictureRequest {
+            pose,
+            previous,
+            size_px: self.args.size,
+            style: &self.style,
+            light: self.world.light(),
+            planes: &self.planes,
+        };
+        Ok(picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?)
+    }
+
+    /// The eye in the world's frame: what turns camera-relative positions into places.
+    fn camera_text(&self, pose: Pose) -> String {
+        let camera = self.world.camera(&pose);
+        camera.to_string()
+    }
+
+    fn report(&self, cameras: &[Camera], report: PictureReport) -> Report {
+        let camera = self.world.camera(&self.world.pose(&cameras[0])).to_string();
+        Report {
+            adapter: self.gpu.description(),
+            output: self.args.output.clone(),
+            style: self.style.name.clone(),
+            size: self.args.size,
+            frames: cameras.len() as u64,
+            wall_ms: report.wall_ms,
+            passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),
+            triangles: report.triangles,
+            patches: report.patches,
+            parts: report.parts,
+            tiles_loaded: report.tiles_loaded,
+            tiles_missing: report.tiles_missing,
+            gpu_bytes: report.target_bytes + self.world.terrain.gpu_bytes(),
+            camera,
+        }
+    }
+}

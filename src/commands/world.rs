@@ -1,0 +1,135 @@
+//! WORLD on the command line: a scene file, a DEM, a baked pyramid, or nothing for the embedded world.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use glam::DVec2;
+
+use super::progress::Bar;
+use crate::frame::Light;
+use crate::gpu::Gpu;
+use crate::pyramid::{self, Pyramid};
+use crate::scene::camera::Camera;
+use crate::scene::{Scene, World};
+use crate::source;
+use crate::surface::view::Pose;
+use crate::tiles::Terrain;
+use crate::tiles::terrain::TerrainOptions;
+
+/// The version of the embedded world: part of its key in the cache.
+const PROCEDURAL_VERSION: u32 = 1;
+
+/// An open world.
+pub struct OpenWorld {
+    /// Light, air and start.
+    pub scene: Scene,
+    /// The surface.
+    pub terrain: Terrain,
+}
+
+/// The scene of WORLD.
+///
+/// # Errors
+/// When the scene file does not hold.
+pub fn scene_of(world: Option<&str>) -> anyhow::Result<Scene> {
+    let Some(world) = world else { return Ok(Scene::default()) };
+    if world.contains("://") {
+        return Ok(Scene::of_world(World::Url(world.to_owned())));
+    }
+    let path = Path::new(world);
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        return Ok(Scene::read(path)?);
+    }
+    Ok(Scene::of_world(World::File(path.to_owned())))
+}
+
+/// The pyramid of a scene's world, baked into the cache where there is none.
+///
+/// # Errors
+/// When the DEM cannot be read or the cache not written.
+pub fn open_pyramid(scene: &Scene) -> anyhow::Result<Pyramid> {
+    let bar = Bar::default();
+    match &scene.world {
+        World::File(path) => Ok(pyramid::open_or_bake(path, || source::open(path, &bar), None, &bar)?),
+        World::Url(url) => bail!("{url}: hachure reads files of this machine; worlds over the network come later"),
+        World::Procedural { seed } => {
+            let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
+            let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, &bar));
+            Ok(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, &bar)?)
+        }
+    }
+}
+
+impl OpenWorld {
+    /// Opens WORLD for drawing.
+    ///
+    /// # Errors
+    /// When the scene or its DEM do not hold.
+    pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> anyhow::Result<Self> {
+        let scene = scene_of(world)?;
+        let pyramid = open_pyramid(&scene)?;
+        let name = world.unwrap_or("the embedded world").to_owned();
+        let terrain = Terrain::new(gpu, pyramid, options).with_context(|| name)?;
+        Ok(Self { scene, terrain })
+    }
+
+    /// East and north extent in metres.
+    pub fn extent_m(&self) -> [f64; 2] {
+        self.terrain.extent_m()
+    }
+
+    /// The light and air of the scene.
+    pub fn light(&self) -> Light {
+        Light { to_sun: self.scene.sun.direction(), haze_m: self.scene.haze.distance_over_m(self.extent_m()) }
+    }
+
+    /// Height of the ground in metres; in holes and outside, the lowest height.
+    pub fn ground_m(&self, east_m: f64, north_m: f64) -> f64 {
+        self.terrain.height_m(DVec2::new(east_m, north_m)).unwrap_or_else(|| f64::from(self.terrain.pyramid().min_m()))
+    }
+
+    /// A camera as an eye: heights above ground become heights.
+    pub fn pose(&self, camera: &Camera) -> Pose {
+        let camera = camera.on_ground(|x, y| self.ground_m(x, y));
+        Pose {
+            position_m: camera.position_m,
+            forward: camera.forward(),
+            right: camera.right(),
+            up: camera.up(),
+            fov_rad: camera.fov_deg.to_radians(),
+        }
+    }
+
+    /// An eye as a camera.
+    pub fn camera(&self, pose: &Pose) -> Camera {
+        let forward = pose.forward;
+        Camera {
+            position_m: pose.position_m,
+            height_above_ground: false,
+            yaw_deg: pose.yaw_deg(),
+            pitch_deg: forward.z.clamp(-1.0, 1.0).asin().to_degrees(),
+            fov_deg: pose.fov_rad.to_degrees(),
+        }
+    }
+
+    /// Where to look from when nobody says: from the south, over the whole extent, a little above its summits.
+    pub fn default_camera(&self) -> Camera {
+        if let Some(start) = self.scene.start {
+            return start;
+        }
+        let [_, north_m] = self.extent_m();
+        let pyramid = self.terrain.pyramid();
+        let (low_m, high_m) = (f64::from(pyramid.min_m()), f64::from(pyramid.max_m()));
+        let z_m = high_m + 0.15 * (high_m - low_m);
+        let y_m = -0.42 * north_m;
+        let ahead_m = 0.45 * north_m;
+        let target_m = low_m + 0.55 * (high_m - low_m);
+        Camera {
+            position_m: glam::DVec3::new(0.0, y_m, z_m),
+            height_above_ground: false,
+            yaw_deg: 0.0,
+            pitch_deg: ((target_m - z_m) / ahead_m).atan().to_degrees(),
+            fov_deg: 45.0,
+        }
+    }
+}

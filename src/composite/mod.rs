@@ -1,0 +1,92 @@
+//! Tones, lines, paper and haze → the picture. See `shaders/composite/composite.wgsl`.
+
+pub mod present;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::{ComputePass, texture};
+use crate::gpu::target::Target;
+use crate::style::Style;
+
+/// Linear colour, opaque.
+pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct CompositeUniform {
+    paper: [f32; 3],
+    haze_m: f32,
+    ink: [f32; 3],
+    grain: f32,
+    sky_zenith: [f32; 3],
+    faintest_line: f32,
+    sky_horizon: [f32; 3],
+    line_strength: f32,
+    haze: [f32; 3],
+    faintest_tone: f32,
+}
+
+/// The pass.
+pub struct CompositePass {
+    pass: ComputePass,
+    uniform: GrowingBuffer,
+}
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: wgpu::BindingResource<'a>,
+    /// For haze.
+    pub position: &'a Target,
+    /// Colour and tone.
+    pub tone: &'a Target,
+    /// Lines; a style without lines hands any picture that holds zeros.
+    pub line: &'a Target,
+    /// Out.
+    pub picture: &'a Target,
+}
+
+impl CompositePass {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        let pass = ComputePass::new(gpu, "composite/composite");
+        Self { pass, uniform: GrowingBuffer::new(gpu, "composite", wgpu::BufferUsages::UNIFORM) }
+    }
+
+    /// Composites. `haze_m` is the distance at which haze has taken 63 %.
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        size_px: [u32; 2],
+        style: &Style,
+        haze_m: f32,
+        inputs: Inputs<'_>,
+    ) {
+        let lines = style.lines.as_ref();
+        let uniform = CompositeUniform {
+            paper: style.paper.color.linear(),
+            haze_m,
+            ink: lines.map_or([0.0; 3], |lines| lines.ink.linear()),
+            grain: style.paper.grain,
+            sky_zenith: style.sky.zenith.linear(),
+            faintest_line: lines.map_or(0.0, |lines| lines.faintest),
+            sky_horizon: style.sky.horizon.linear(),
+            line_strength: f32::from(u8::from(lines.is_some())),
+            haze: style.haze.color.linear(),
+            faintest_tone: style.haze.faintest_tone,
+        };
+        self.uniform.write(gpu, &[uniform]);
+        let resources = [
+            ("view", inputs.view),
+            ("composite", self.uniform.binding()),
+            ("position", texture(&inputs.position.view)),
+            ("tone", texture(&inputs.tone.view)),
+            ("line", texture(&inputs.line.view)),
+            ("picture", texture(&inputs.picture.view)),
+        ];
+        self.pass.run(gpu, encoder, size_px, &resources);
+    }
+}

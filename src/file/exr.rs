@@ -1,0 +1,372 @@
+//! OpenEXR: named channels of 32-bit floats and unsigned integers, one part, lossless ZIP.
+//!
+//! [`ExrWriter`] takes bands of rows from top to bottom and compresses them on all cores while the caller makes the
+//! next, so that a picture of any size needs the memory of a few bands. [`write_exr`] writes what is whole already.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use exr::block::writer::{ChunksWriter, write_chunks_with};
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{
+    AttributeValue, ChannelDescription, Compression, FlatSamples, LineOrder, ReadChannels, ReadLayers, SampleType,
+    SmallVec, Text, Vec2,
+};
+
+use super::atomic::AtomicFile;
+use super::{FileError, sample_count};
+
+/// Rows that ZIP compresses together; the format fixes them.
+const BLOCK_ROWS: usize = 16;
+
+/// Blocks that wait for a core. The compressor holds a few more.
+const WAITING_BLOCKS: usize = 4;
+
+/// Hachure's own attributes carry this before their names, so that they never meet a standard one.
+const ATTRIBUTE_PREFIX: &str = "hachure.";
+
+/// A named channel of a whole picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Written exactly: `R`, `depth.V`, `surface.id`.
+    pub name: String,
+    /// width × height samples, row by row from the top.
+    pub samples: Samples,
+}
+
+/// The samples of a channel. Every bit pattern survives, +inf and NaN among them.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// 32-bit floats.
+    F32(Vec<f32>),
+    /// 32-bit unsigned integers.
+    U32(Vec<u32>),
+}
+
+/// Samples that lie elsewhere: a band of a channel.
+#[derive(Clone, Copy, Debug)]
+pub enum SamplesRef<'a> {
+    /// 32-bit floats.
+    F32(&'a [f32]),
+    /// 32-bit unsigned integers.
+    U32(&'a [u32]),
+}
+
+/// What a channel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleKind {
+    /// 32-bit floats.
+    F32,
+    /// 32-bit unsigned integers.
+    U32,
+}
+
+impl Samples {
+    /// A view of them.
+    pub fn as_ref(&self) -> SamplesRef<'_> {
+        match self {
+            Self::F32(samples) => SamplesRef::F32(samples),
+            Self::U32(samples) => SamplesRef::U32(samples),
+        }
+    }
+}
+
+impl<'a> SamplesRef<'a> {
+    /// What they are.
+    pub fn kind(self) -> SampleKind {
+        match self {
+            Self::F32(_) => SampleKind::F32,
+            Self::U32(_) => SampleKind::U32,
+        }
+    }
+
+    /// How many there are.
+    pub fn len(self) -> usize {
+        self.bytes().len() / 4
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(self) -> bool {
+        self.bytes().is_empty()
+    }
+
+    fn bytes(self) -> &'a [u8] {
+        match self {
+            Self::F32(samples) => bytemuck::cast_slice(samples),
+            Self::U32(samples) => bytemuck::cast_slice(samples),
+        }
+    }
+}
+
+/// An EXR under construction. Without [`ExrWriter::finish`] nothing appears under its name.
+pub struct ExrWriter {
+    path: PathBuf,
+    width: usize,
+    rows_left: usize,
+    kinds: Vec<SampleKind>,
+    /// For each place in the file's order of channels, the index of that channel in the caller's.
+    file_order: Vec<usize>,
+    block: Vec<u8>,
+    blocks: Option<SyncSender<Vec<u8>>>,
+    encoder: Option<JoinHandle<Result<AtomicFile, String>>>,
+}
+
+impl ExrWriter {
+    /// Starts a picture of `width` × `height` pixels with these channels, in any order. The attributes are text; they
+    /// stand in the file as `hachure.NAME`, beside the standard attribute `software`.
+    ///
+    /// # Errors
+    /// An empty picture; no channel, one without a name or two of the same; a folder that is not there or not
+    /// writable.
+    pub fn create(
+        path: &Path,
+        width: u32,
+        height: u32,
+        channels: &[(&str, SampleKind)],
+        attributes: &[(String, String)],
+    ) -> Result<Self, FileError> {
+        sample_count(path, width, height)?;
+        // The format wants channels sorted by the bytes of their names.
+        let mut file_order: Vec<usize> = (0..channels.len()).collect();
+        file_order.sort_by_key(|&channel| channels[channel].0.as_bytes());
+        let header = header(path, width, height, file_order.iter().map(|&channel| channels[channel]), attributes)?;
+        let file = AtomicFile::create(path).map_err(|error| FileError::write(path, error))?;
+        let (sender, receiver) = sync_channel(WAITING_BLOCKS);
+        let encoder = std::thread::Builder::new()
+            .name("exr".to_owned())
+            .spawn(move || encode(file, header, &receiver))
+            .map_err(|error| FileError::write(path, error))?;
+        Ok(Self {
+            path: path.to_owned(),
+            width: width as usize,
+            rows_left: height as usize,
+            kinds: channels.iter().map(|&(_, kind)| kind).collect(),
+            file_order,
+            block: Vec::new(),
+            blocks: Some(sender),
+            encoder: Some(encoder),
+        })
+    }
+
+    /// Appends whole rows of all channels, below those already written: for each channel, in the order given to
+    /// [`ExrWriter::create`], rows × width samples.
+    ///
+    /// # Errors
+    /// Channels of another number, type or length; more rows than the picture has; a full disk.
+    pub fn write_rows(&mut self, band: &[SamplesRef<'_>]) -> Result<(), FileError> {
+        let rows = band.first().map_or(0, |samples| samples.len() / self.width);
+        let fits = |(samples, kind): (&SamplesRef<'_>, &SampleKind)| {
+            samples.kind() == *kind && samples.len() == rows * self.width
+        };
+        if band.len() != self.kinds.len() || !band.iter().zip(&self.kinds).all(fits) || rows > self.rows_left {
+            let cause = "a band of rows does not fit the picture's channels, width or height";
+            return Err(FileError::write(&self.path, cause));
+        }
+        let row_bytes = self.width * 4;
+        for row in 0..rows {
+            for &channel in &self.file_order {
+                self.block.extend_from_slice(&band[channel].bytes()[row * row_bytes..][..row_bytes]);
+            }
+            self.rows_left -= 1;
+            if self.block.len() == BLOCK_ROWS * row_bytes * self.kinds.len() || self.rows_left == 0 {
+                let next = Vec::with_capacity(self.block.len());
+                let block = std::mem::replace(&mut self.block, next);
+                if self.blocks.as_ref().is_none_or(|blocks| blocks.send(block).is_err()) {
+                    // The encoder has stopped before its time, and knows why.
+                    return Err(self.stop().err().unwrap_or_else(|| FileError::write(&self.path, "already stopped")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the picture and gives it its name.
+    ///
+    /// # Errors
+    /// Rows are missing; a full disk.
+    pub fn finish(mut self) -> Result<(), FileError> {
+        if self.rows_left > 0 {
+            return Err(FileError::write(&self.path, format!("{} rows are missing", self.rows_left)));
+        }
+        let file = self.stop()?;
+        file.commit().map_err(|error| FileError::write(&self.path, error))
+    }
+
+    /// Ends the encoder and waits for what it made.
+    fn stop(&mut self) -> Result<AtomicFile, FileError> {
+        self.blocks = None;
+        let result = match self.encoder.take().map(JoinHandle::join) {
+            Some(Ok(result)) => result,
+            Some(Err(_)) => Err("the encoder panicked".to_owned()),
+            None => Err("the encoder has stopped".to_owned()),
+        };
+        result.map_err(|cause| FileError::write(&self.path, cause))
+    }
+}
+
+impl Drop for ExrWriter {
+    /// Waits until the partial file is gone.
+    fn drop(&mut self) {
+        let _ = self.stop();
+    }
+}
+
+/// Compresses and writes the blocks that come, until all are there.
+fn encode(mut file: AtomicFile, header: Header, blocks: &Receiver<Vec<u8>>) -> Result<AtomicFile, String> {
+    let (size, headers) = (header.layer_size, SmallVec::from_iter([header]));
+    let write = |meta: MetaData, chunks: &mut exr::block::writer::ChunkWriter<_>| {
+        let block_at = |index: usize| -> exr::error::Result<UncompressedBlock> {
+            let data = blocks.recv().map_err(|_| exr::error::Error::Aborted)?;
+            let y = index * BLOCK_ROWS;
+            let rows = BLOCK_ROWS.min(size.height() - y);
+            let pixel_position = Vec2(0, y);
+            let pixel_size = Vec2(size.width(), rows);
+            let index = BlockIndex { layer: 0, pixel_position, pixel_size, level: Vec2(0, 0) };
+            Ok(UncompressedBlock { index, data })
+        };
+        let count = chunks.total_chunks_count();
+        // None means that there is nothing to gain from threads, or that none could be had.
+        if let Some(mut compressor) = chunks.parallel_blocks_compressor(&meta) {
+            for index in 0..count {
+                compressor.add_block_to_compression_queue(index, block_at(index)?)?;
+            }
+            return Ok(());
+        }
+        let mut compressor = chunks.sequential_blocks_compressor(&meta);
+        (0..count).try_for_each(|index| compressor.compress_block(index, block_at(index)?))
+    };
+    write_chunks_with(file.writer(), headers, true, write).map_err(|error| error.to_string())?;
+    Ok(file)
+}
+
+fn header<'a>(
+    path: &Path,
+    width: u32,
+    height: u32,
+    sorted_channels: impl Iterator<Item = (&'a str, SampleKind)>,
+    attributes: &[(String, String)],
+) -> Result<Header, FileError> {
+    let mut list: SmallVec<[ChannelDescription; 5]> = SmallVec::new();
+    for (name, kind) in sorted_channels {
+        let sample_type = match kind {
+            SampleKind::F32 => SampleType::F32,
+            SampleKind::U32 => SampleType::U32,
+        };
+        let channel = ChannelDescription::named(text(name), sample_type);
+        if name.is_empty() || list.last().is_some_and(|last| last.name == channel.name) {
+            return Err(FileError::write(path, format!("the channel name `{name}` is empty or stands twice")));
+        }
+        list.push(channel);
+    }
+    if list.is_empty() {
+        return Err(FileError::write(path, "a picture without channels"));
+    }
+    let size = Vec2(width as usize, height as usize);
+    let mut header = Header::new(text("hachure"), size, list).with_encoding(
+        Compression::ZIP16,
+        BlockDescription::ScanLines,
+        LineOrder::Increasing,
+    );
+    // A name of the only part means a multi-part file to some readers.
+    header.own_attributes.layer_name = None;
+    header.own_attributes.software_name = Some(text(concat!("hachure ", env!("CARGO_PKG_VERSION"))));
+    for (name, value) in attributes {
+        let name = text(&format!("{ATTRIBUTE_PREFIX}{name}"));
+        header.own_attributes.other.insert(name, AttributeValue::Text(text(value)));
+    }
+    Ok(header)
+}
+
+/// The UTF-8 bytes of a text, as OpenEXR wants them; the crate's own conversion knows Latin-1 alone and may panic.
+fn text(text: &str) -> Text {
+    let bytes_as_chars: String = text.bytes().map(char::from).collect();
+    // Every char is a byte here, so that this is never None; an empty text is the harmless way out.
+    Text::new_or_none(bytes_as_chars).unwrap_or_default()
+}
+
+/// Writes a whole picture: each channel holds width × height samples. See [`ExrWriter::create`].
+///
+/// # Errors
+/// As [`ExrWriter`]'s methods.
+pub fn write_exr(
+    path: &Path,
+    width: u32,
+    height: u32,
+    channels: &[Channel],
+    attributes: &[(String, String)],
+) -> Result<(), FileError> {
+    let kinds: Vec<(&str, SampleKind)> =
+        channels.iter().map(|channel| (channel.name.as_str(), channel.samples.as_ref().kind())).collect();
+    let mut writer = ExrWriter::create(path, width, height, &kinds, attributes)?;
+    let samples: Vec<SamplesRef<'_>> = channels.iter().map(|channel| channel.samples.as_ref()).collect();
+    writer.write_rows(&samples)?;
+    writer.finish()
+}
+
+/// What [`read_exr`] finds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExrPicture {
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// In the file's order, which is by name.
+    pub channels: Vec<Channel>,
+    /// Hachure's own attributes, sorted by name, without their prefix.
+    pub attributes: Vec<(String, String)>,
+}
+
+impl ExrPicture {
+    /// The samples of a channel of 32-bit floats.
+    pub fn f32(&self, name: &str) -> Option<&[f32]> {
+        self.channels.iter().find(|channel| channel.name == name).and_then(|channel| match &channel.samples {
+            Samples::F32(samples) => Some(samples.as_slice()),
+            Samples::U32(_) => None,
+        })
+    }
+
+    /// The samples of a channel of 32-bit unsigned integers.
+    pub fn u32(&self, name: &str) -> Option<&[u32]> {
+        self.channels.iter().find(|channel| channel.name == name).and_then(|channel| match &channel.samples {
+            Samples::U32(samples) => Some(samples.as_slice()),
+            Samples::F32(_) => None,
+        })
+    }
+}
+
+/// Reads the first part of an EXR that is not deep, whole; 16-bit floats become 32-bit ones.
+///
+/// # Errors
+/// A file that cannot be opened or is no such EXR.
+pub fn read_exr(path: &Path) -> Result<ExrPicture, FileError> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| FileError::read(path, error))?;
+    let layer = image.layer_data;
+    let utf8 = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
+    let channels = layer.channel_data.list.into_iter().map(|channel| Channel {
+        name: utf8(&channel.name),
+        samples: match channel.sample_data {
+            FlatSamples::F16(samples) => Samples::F32(samples.into_iter().map(|sample| sample.to_f32()).collect()),
+            FlatSamples::F32(samples) => Samples::F32(samples),
+            FlatSamples::U32(samples) => Samples::U32(samples),
+        },
+    });
+    let own = layer.attributes.other.iter().filter_map(|(name, value)| match value {
+        AttributeValue::Text(value) => Some((utf8(name).strip_prefix(ATTRIBUTE_PREFIX)?.to_owned(), utf8(value))),
+        _ => None,
+    });
+    let mut attributes: Vec<_> = own.collect();
+    attributes.sort();
+    // The format keeps sizes as signed 32-bit numbers.
+    let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
+    Ok(ExrPicture { width, height, channels: channels.collect(), attributes })
+}

@@ -1,0 +1,159 @@
+//! A frame, from top to bottom: surface → lines and tones → composite.
+//!
+//! `src/frame_passes.md` lists the passes with what each reads and writes. Window, files and measurements all come
+//! through [`Frame::render`].
+
+mod passes;
+mod targets;
+
+use glam::DVec3;
+
+pub use passes::Requirements;
+pub use targets::Targets;
+
+use self::passes::Passes;
+use crate::composite;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::timer::{PassTime, Timer};
+use crate::gpu::{Gpu, GpuError};
+use crate::style::{Lines, Style, Tone};
+use crate::surface::terrain as draw;
+use crate::surface::view::View;
+use crate::tiles::Terrain;
+use crate::tiles::terrain::{Prepared, TerrainView};
+use crate::tones::plain::PlainLight;
+
+/// The scene's light and air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit, in the world.
+    pub to_sun: DVec3,
+    /// Distance at which haze has taken 63 %.
+    pub haze_m: f64,
+}
+
+/// The passes and targets of a style, and the clock.
+pub struct Frame {
+    passes: Passes,
+    targets: Targets,
+    timer: Timer,
+    view: GrowingBuffer,
+}
+
+impl Frame {
+    /// Builds what `requirements` names, and nothing else, for pictures of `size_px`.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when a target is larger than the device can hold, [`GpuError::Device`].
+    pub fn new(gpu: &Gpu, requirements: Requirements, size_px: [u32; 2]) -> Result<Self, GpuError> {
+        Ok(Self {
+            passes: Passes::new(gpu, &requirements),
+            targets: Targets::new(gpu, &requirements, size_px)?,
+            timer: Timer::new(gpu)?,
+            view: GrowingBuffer::new(gpu, "view", wgpu::BufferUsages::UNIFORM),
+        })
+    }
+
+    /// Makes the frame fit another style or size; what stays is kept.
+    ///
+    /// # Errors
+    /// As [`Frame::new`].
+    pub fn adapt(&mut self, gpu: &Gpu, requirements: Requirements, size_px: [u32; 2]) -> Result<(), GpuError> {
+        if !self.targets.fit(&requirements, size_px) {
+            self.targets = Targets::new(gpu, &requirements, size_px)?;
+        }
+        self.passes.adapt(gpu, &requirements);
+        Ok(())
+    }
+
+    /// Renders a view. The pictures are in [`Frame::targets`] when the GPU is done.
+    ///
+    /// # Panics
+    /// When the style needs a pass that the frame was not made for.
+    pub fn render(&mut self, gpu: &Gpu, terrain: &mut Terrain, view: &View, style: &Style, light: &Light) -> Prepared {
+        let size_px = view.part.size_px;
+        let terrain_view =
+            TerrainView { camera_m: view.pose.position_m, frusta: vec![view.frustum()], focal_px: view.focal_px() };
+        let prepared = terrain.prepare(gpu, &terrain_view);
+        let world = terrain.resources();
+        self.view.write(gpu, &[view.uniform()]);
+        let view_resource = || self.view.binding();
+        let to_sun = light.to_sun.as_vec3().to_array();
+        let targets = &self.targets;
+        let passes = &mut self.passes;
+
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        {
+            let mut encoder = self.timer.frame(&mut encoder);
+            let encoder = &mut encoder;
+
+            // Surface: rasterise depth and id, compute the rest.
+            let inputs = draw::Inputs {
+                view: view_resource(),
+                terrain: &world,
+                selection: &prepared.selection,
+                depth: &targets.depth,
+                surface_id: &targets.surface_id,
+            };
+            passes.terrain.run(gpu, encoder, &inputs);
+            let (position, normal) = (&targets.position, &targets.normal);
+            passes.resolve.run(gpu, encoder, size_px, view_resource(), &world, &targets.depth, position, normal);
+            if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
+                pass.run(gpu, encoder, size_px, view_resource(), position, motion);
+            }
+
+            // Lines: detect, threshold, smooth.
+            let mut line = &targets.no_line;
+            if let (Some(lines), Some(drawn)) = (&style.lines, &targets.lines) {
+                passes.detect(gpu, encoder, size_px, lines, view_resource(), targets);
+                passes.threshold(gpu, encoder, size_px, lines, view_resource(), drawn);
+                line = &drawn.line;
+                if let (true, Some(pass)) = (lines.antialias, &passes.smooth) {
+                    pass.run(gpu, encoder, size_px, view_resource(), &drawn.line, &drawn.smoothed);
+                    line = &drawn.smoothed;
+                }
+            }
+
+            // Tones.
+            let tone = &targets.tone;
+            match &style.tone {
+                Tone::Plain => {
+                    let plain = PlainLight {
+                        to_sun,
+                        camera_z_m: view.pose.position_m.z as f32,
+                        range_m: [terrain.pyramid().min_m(), terrain.pyramid().max_m()],
+                    };
+                    let pass = passes.plain.as_mut().expect("the frame was made for this style");
+                    pass.run(gpu, encoder, size_px, plain, view_resource(), position, normal, tone);
+                }
+                Tone::Toon(toon) => {
+                    let pass = passes.toon.as_mut().expect("the frame was made for this style");
+                    pass.run(gpu, encoder, size_px, toon, to_sun, view_resource(), normal, tone);
+                }
+            }
+
+            // Composite.
+            let inputs = composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
+            passes.composite.run(gpu, encoder, size_px, style, light.haze_m as f32, inputs);
+        }
+        self.timer.resolve(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        self.timer.end_frame();
+        prepared
+    }
+
+    /// The pictures of the last frame.
+    pub fn targets(&self) -> &Targets {
+        &self.targets
+    }
+
+    /// The times of the oldest finished frame that has not been asked for.
+    pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
+        self.timer.take()
+    }
+
+    /// Which line picture the style's composite read, if any.
+    pub fn line_target(&self, lines: &Lines) -> Option<&crate::gpu::target::Target> {
+        self.targets.lines.as_ref().map(|drawn| if lines.antialias { &drawn.smoothed } else { &drawn.line })
+    }
+}

@@ -1,0 +1,132 @@
+//! The passes that exist: those that the style requires.
+
+use super::targets::{LineTargets, Targets};
+use crate::composite::CompositePass;
+use crate::gpu::Gpu;
+use crate::lines::detector::{RoystanPass, SobelPass};
+use crate::lines::lsa::LsaPass;
+use crate::lines::smooth::SmoothPass;
+use crate::lines::threshold::ThresholdPass;
+use crate::style::{Detector, Lines, Style, Tone};
+use crate::surface::motion::MotionPass;
+use crate::surface::resolve::ResolvePass;
+use crate::surface::terrain::TerrainPass;
+use crate::tones::plain::PlainPass;
+use crate::tones::toon::ToonPass;
+
+/// What has to exist for a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Requirements {
+    /// What finds lines, if there are any.
+    pub detector: Option<Detector>,
+    /// Whether lines are smoothed.
+    pub antialias: bool,
+    /// Tones in steps rather than Blinn-Phong.
+    pub toon: bool,
+    /// Whether screen motion is wanted.
+    pub motion: bool,
+}
+
+impl Requirements {
+    /// What `style` needs.
+    pub fn of(style: &Style) -> Self {
+        Self {
+            detector: style.lines.as_ref().map(|lines| lines.detector),
+            antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
+            toon: matches!(style.tone, Tone::Toon(_)),
+            motion: false,
+        }
+    }
+}
+
+/// The passes of a frame.
+pub(super) struct Passes {
+    pub terrain: TerrainPass,
+    pub resolve: ResolvePass,
+    pub motion: Option<MotionPass>,
+    pub lsa: Option<LsaPass>,
+    pub sobel: Option<SobelPass>,
+    pub roystan: Option<RoystanPass>,
+    pub threshold: Option<ThresholdPass>,
+    pub smooth: Option<SmoothPass>,
+    pub toon: Option<ToonPass>,
+    pub plain: Option<PlainPass>,
+    pub composite: CompositePass,
+}
+
+/// Makes a pass when it is wanted and not there, drops it when it is not wanted.
+fn keep<T>(slot: &mut Option<T>, wanted: bool, make: impl FnOnce() -> T) {
+    match (wanted, slot.is_some()) {
+        (true, false) => *slot = Some(make()),
+        (false, true) => *slot = None,
+        _ => {}
+    }
+}
+
+impl Passes {
+    pub fn new(gpu: &Gpu, requirements: &Requirements) -> Self {
+        let mut passes = Self {
+            terrain: TerrainPass::new(gpu),
+            resolve: ResolvePass::new(gpu),
+            motion: None,
+            lsa: None,
+            sobel: None,
+            roystan: None,
+            threshold: None,
+            smooth: None,
+            toon: None,
+            plain: None,
+            composite: CompositePass::new(gpu),
+        };
+        passes.adapt(gpu, requirements);
+        passes
+    }
+
+    pub fn adapt(&mut self, gpu: &Gpu, requirements: &Requirements) {
+        let detector = requirements.detector;
+        keep(&mut self.motion, requirements.motion, || MotionPass::new(gpu));
+        keep(&mut self.lsa, detector == Some(Detector::Lsa), || LsaPass::new(gpu));
+        keep(&mut self.sobel, detector == Some(Detector::Sobel), || SobelPass::new(gpu));
+        keep(&mut self.roystan, detector == Some(Detector::Roystan), || RoystanPass::new(gpu));
+        keep(&mut self.threshold, detector.is_some(), || ThresholdPass::new(gpu));
+        keep(&mut self.smooth, requirements.antialias, || SmoothPass::new(gpu));
+        keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
+        keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
+    }
+
+    /// Runs the style's detector.
+    pub fn detect(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        size_px: [u32; 2],
+        lines: &Lines,
+        view: wgpu::BindingResource<'_>,
+        targets: &Targets,
+    ) {
+        let Some(drawn) = &targets.lines else { return };
+        let (position, normal, errors) = (&targets.position, &targets.normal, &drawn.errors);
+        if let Some(pass) = &mut self.lsa {
+            pass.run(gpu, encoder, size_px, lines.epsilon, view, position, normal, errors);
+        } else if let Some(pass) = &self.sobel {
+            pass.run(gpu, encoder, size_px, view, position, errors);
+        } else if let Some(pass) = &self.roystan {
+            pass.run(gpu, encoder, size_px, view, position, normal, errors);
+        }
+    }
+
+    /// Errors → lines.
+    pub fn threshold(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        size_px: [u32; 2],
+        lines: &Lines,
+        view: wgpu::BindingResource<'_>,
+        drawn: &LineTargets,
+    ) {
+        if let Some(pass) = &mut self.threshold {
+            pass.run(gpu, encoder, size_px, lines, view, &drawn.errors, &drawn.line);
+        }
+    }
+}

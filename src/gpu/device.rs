@@ -1,0 +1,192 @@
+//! The GPU: adapter, device, queue, and what the device can do.
+
+use std::sync::{Arc, Mutex};
+
+/// Why there is no GPU to work with, or why it stopped.
+#[derive(Debug, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter answers to the wish.
+    #[error(
+        "no Vulkan, Metal or DirectX 12 adapter answers to {wish}; there is: {found} (Mesa's software driver is enough: \
+         the package mesa-vulkan-drivers on Debian)"
+    )]
+    NoAdapter {
+        /// What was asked for.
+        wish: String,
+        /// What is there.
+        found: String,
+    },
+    /// The adapter would not give a device.
+    #[error("the adapter {adapter} gives no device")]
+    NoDevice {
+        /// Its name.
+        adapter: String,
+        /// Why.
+        #[source]
+        source: wgpu::RequestDeviceError,
+    },
+    /// A target larger than the device can hold.
+    #[error("{what} wants {wanted} but this GPU holds at most {limit}")]
+    Limit {
+        /// What is too large.
+        what: &'static str,
+        /// How large.
+        wanted: u64,
+        /// What the device holds.
+        limit: u64,
+    },
+    /// Reading back failed.
+    #[error("reading from the GPU failed: {0}")]
+    Readback(String),
+    /// wgpu found a mistake of ours, or the driver gave up.
+    #[error("the GPU reported: {0}")]
+    Device(String),
+}
+
+/// An open device.
+pub struct Gpu {
+    /// For surfaces.
+    pub instance: wgpu::Instance,
+    /// For surfaces' capabilities.
+    pub adapter: wgpu::Adapter,
+    /// Makes things.
+    pub device: wgpu::Device,
+    /// Runs things.
+    pub queue: wgpu::Queue,
+    errors: Arc<Mutex<Vec<String>>>,
+}
+
+/// How to choose an adapter.
+#[derive(Clone, Debug, Default)]
+pub enum AdapterWish {
+    /// The fastest.
+    #[default]
+    Best,
+    /// A software driver.
+    Software,
+    /// One whose name contains these words, in any case.
+    Name(String),
+}
+
+impl std::str::FromStr for AdapterWish {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match text {
+            "best" => Self::Best,
+            "software" => Self::Software,
+            name => Self::Name(name.to_owned()),
+        })
+    }
+}
+
+impl Gpu {
+    /// Opens a device without a window.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
+    pub fn open(wish: &AdapterWish) -> Result<Self, GpuError> {
+        Self::open_with(
+            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env()),
+            wish,
+            None,
+        )
+    }
+
+    /// Opens a device that can present to `surface`.
+    ///
+    /// # Errors
+    /// As [`Gpu::open`].
+    pub fn open_with(
+        instance: wgpu::Instance,
+        wish: &AdapterWish,
+        surface: Option<&wgpu::Surface>,
+    ) -> Result<Self, GpuError> {
+        let adapter = choose_adapter(&instance, wish, surface)?;
+        let info = adapter.get_info();
+        let available = adapter.features();
+        let wanted = wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
+        let limits = adapter.limits();
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("hachure"),
+            required_features: available & wanted,
+            required_limits: limits,
+            ..Default::default()
+        }))
+        .map_err(|source| GpuError::NoDevice { adapter: info.name.clone(), source })?;
+
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = Arc::clone(&errors);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            tracing::error!("{error}");
+            if let Ok(mut list) = sink.lock() {
+                list.push(error.to_string());
+            }
+        }));
+        Ok(Self { instance, adapter, device, queue, errors })
+    }
+
+    /// The adapter's name, driver and its version: what a report states.
+    pub fn description(&self) -> String {
+        let info = self.adapter.get_info();
+        format!("{} ({:?}, {} {})", info.name, info.backend, info.driver, info.driver_info)
+    }
+
+    /// The errors that wgpu reported since the last call: validation, out of memory.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] with the first of them.
+    pub fn check(&self) -> Result<(), GpuError> {
+        match self.errors.lock() {
+            Ok(mut list) if !list.is_empty() => {
+                let first = list.swap_remove(0);
+                list.clear();
+                Err(GpuError::Device(first.split_whitespace().collect::<Vec<_>>().join(" ")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Waits until all submitted work is done.
+    pub fn wait(&self) {
+        // A lost device shows itself through `check`; there is nothing else to do about it here.
+        let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
+    }
+}
+
+fn choose_adapter(
+    instance: &wgpu::Instance,
+    wish: &AdapterWish,
+    surface: Option<&wgpu::Surface>,
+) -> Result<wgpu::Adapter, GpuError> {
+    if matches!(wish, AdapterWish::Best) {
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: surface,
+            ..Default::default()
+        };
+        if let Ok(adapter) = pollster::block_on(instance.request_adapter(&options)) {
+            return Ok(adapter);
+        }
+    }
+    let all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    let found = all.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
+    all.into_iter()
+        .filter(|adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface)))
+        .find(|adapter| {
+            let info = adapter.get_info();
+            match wish {
+                AdapterWish::Best => true,
+                AdapterWish::Software => info.device_type == wgpu::DeviceType::Cpu,
+                AdapterWish::Name(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
+            }
+        })
+        .ok_or_else(|| GpuError::NoAdapter {
+            wish: match wish {
+                AdapterWish::Best => "the program".to_owned(),
+                AdapterWish::Software => "--adapter software".to_owned(),
+                AdapterWish::Name(name) => format!("--adapter {name:?}"),
+            },
+            found: if found.is_empty() { "none".to_owned() } else { found },
+        })
+}

@@ -1,0 +1,84 @@
+//! Compute passes over a picture: pipeline, named bindings, dispatch.
+
+use super::Gpu;
+use super::shader::Shader;
+
+/// Side of a workgroup of a picture pass, in pixels; the shaders say `@workgroup_size(8, 8)`.
+pub const WORKGROUP_PX: u32 = 8;
+
+/// A compute pipeline whose resources are bound by the names in its shader.
+pub struct ComputePass {
+    name: &'static str,
+    pipeline: wgpu::ComputePipeline,
+    shader: Shader,
+}
+
+/// A resource and the name of the shader variable that it is bound to.
+pub type Named<'a> = (&'a str, wgpu::BindingResource<'a>);
+
+impl ComputePass {
+    /// The pass of the shader `name`, whose entry point is `main`.
+    pub fn new(gpu: &Gpu, name: &'static str) -> Self {
+        let shader = Shader::new(&gpu.device, name);
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: None,
+            module: &shader.module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                zero_initialize_workgroup_memory: false,
+                ..Default::default()
+            },
+            cache: None,
+        });
+        Self { name, pipeline, shader }
+    }
+
+    /// Runs once for each pixel of a `size_px` picture, timed under the name of the pass.
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        size_px: [u32; 2],
+        resources: &[Named],
+    ) {
+        let group =
+            bind_group(gpu, self.name, &self.shader, |group| self.pipeline.get_bind_group_layout(group), resources);
+        let mut pass = encoder.scoped_compute_pass(self.name);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(size_px[0].div_ceil(WORKGROUP_PX), size_px[1].div_ceil(WORKGROUP_PX), 1);
+    }
+}
+
+/// Binds named resources to group 0 of a shader.
+///
+/// # Panics
+/// When a name is not a variable of the shader: a mistake in the program that the first run of a pass shows.
+pub fn bind_group(
+    gpu: &Gpu,
+    label: &str,
+    shader: &Shader,
+    layout: impl Fn(u32) -> wgpu::BindGroupLayout,
+    resources: &[Named],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = resources
+        .iter()
+        .map(|(name, resource)| {
+            let Some(&(_, binding)) = shader.bindings.get(*name) else {
+                panic!("{label}.wgsl has no variable {name}; it has {:?}", shader.bindings.keys());
+            };
+            wgpu::BindGroupEntry { binding, resource: resource.clone() }
+        })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(label),
+        layout: &layout(0),
+        entries: &entries,
+    })
+}
+
+/// A texture view as a resource.
+pub fn texture(view: &wgpu::TextureView) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::TextureView(view)
+}

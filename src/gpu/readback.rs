@@ -1,0 +1,74 @@
+//! Pictures from the GPU to memory: for files and measurements, never inside an interactive frame.
+
+use super::target::Target;
+use super::{Gpu, GpuError};
+
+/// Reads a window of `target` (origin and size in pixels) as rows without padding, in the target's own texel format.
+///
+/// # Errors
+/// [`GpuError::Readback`] when the device is lost or out of memory.
+pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) -> Result<Vec<u8>, GpuError> {
+    let aspect = if target.texture.format().is_depth_stencil_format() {
+        wgpu::TextureAspect::DepthOnly
+    } else {
+        wgpu::TextureAspect::All
+    };
+    let texel = target.texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
+    let row_bytes = size_px[0] * texel;
+    let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: u64::from(padded_row_bytes) * u64::from(size_px[1]),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
+    encoder.copy_texture_to_buffer(
+        wgpu::TexelCopyTextureInfo {
+            texture: &target.texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x: origin_px[0], y: origin_px[1], z: 0 },
+            aspect,
+        },
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(padded_row_bytes),
+                rows_per_image: Some(size_px[1]),
+            },
+        },
+        wgpu::Extent3d { width: size_px[0], height: size_px[1], depth_or_array_layers: 1 },
+    );
+    gpu.queue.submit([encoder.finish()]);
+
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+        // The receiver waits below; it is gone only if this thread is.
+        let _ = sender.send(result);
+    });
+    gpu.wait();
+    receiver
+        .recv()
+        .map_err(|error| GpuError::Readback(error.to_string()))?
+        .map_err(|error| GpuError::Readback(error.to_string()))?;
+    let padded = buffer.get_mapped_range(..).map_err(|error| GpuError::Readback(error.to_string()))?;
+    let mut rows = Vec::with_capacity(row_bytes as usize * size_px[1] as usize);
+    for row in padded.chunks_exact(padded_row_bytes as usize) {
+        rows.extend_from_slice(&row[..row_bytes as usize]);
+    }
+    Ok(rows)
+}
+
+/// As [`read`], with the texels' bytes taken as numbers.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_as<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    target: &Target,
+    origin_px: [u32; 2],
+    size_px: [u32; 2],
+) -> Result<Vec<T>, GpuError> {
+    Ok(bytemuck::pod_collect_to_vec(&read(gpu, target, origin_px, size_px)?))
+}

@@ -1,0 +1,100 @@
+//! Shaders: WGSL files with imports (naga_oil), and the bindings of a shader by the names in its text.
+//!
+//! Every shader is embedded, so that the program is one file. The table [`SHADERS`] is the only list of them; a test
+//! parses and validates each without a GPU.
+
+use std::collections::BTreeMap;
+
+use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor};
+use wgpu::naga;
+
+macro_rules! shader {
+    ($path:literal) => {
+        ($path, include_str!(concat!("../../shaders/", $path, ".wgsl")))
+    };
+}
+
+/// What other shaders import, in the order in which they import each other.
+const MODULES: &[(&str, &str)] = &[shader!("shared/view"), shader!("shared/terrain"), shader!("shared/color")];
+
+/// The shaders that become pipelines: one for each pass.
+pub const SHADERS: &[(&str, &str)] = &[
+    shader!("surface/terrain"),
+    shader!("surface/resolve"),
+    shader!("surface/motion"),
+    shader!("lines/lsa"),
+    shader!("lines/sobel"),
+    shader!("lines/roystan"),
+    shader!("lines/threshold"),
+    shader!("lines/smooth"),
+    shader!("tones/toon"),
+    shader!("tones/plain"),
+    shader!("composite/composite"),
+    shader!("composite/present"),
+];
+
+/// A composed shader: the module, and where its named variables are bound.
+pub struct Shader {
+    /// For pipelines.
+    pub module: wgpu::ShaderModule,
+    /// (group, binding) of each resource variable.
+    pub bindings: BTreeMap<String, (u32, u32)>,
+}
+
+/// A mistake in a shader's text, with its place.
+#[derive(Debug, thiserror::Error)]
+#[error("{name}.wgsl: {cause}")]
+pub struct ShaderError {
+    /// Which one.
+    pub name: String,
+    /// What naga says.
+    pub cause: String,
+}
+
+/// Composes a shader of [`SHADERS`] with its imports.
+///
+/// # Errors
+/// [`ShaderError`] when the text does not parse or validate, or is not in the table.
+pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
+    let source = SHADERS
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, source)| *source)
+        .ok_or_else(|| ShaderError { name: name.to_owned(), cause: "not in the table of shaders".to_owned() })?;
+    let mut composer = Composer::default();
+    for (path, source) in MODULES {
+        composer
+            .add_composable_module(ComposableModuleDescriptor { source, file_path: path, ..Default::default() })
+            .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
+    }
+    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, ..Default::default() }) {
+        Ok(module) => Ok(module),
+        Err(error) => Err(ShaderError { name: name.to_owned(), cause: error.emit_to_string(&composer) }),
+    }
+}
+
+impl Shader {
+    /// Composes and compiles `name`.
+    ///
+    /// # Panics
+    /// When the text is wrong: the texts are part of the program, and a test validates each of them.
+    pub fn new(device: &wgpu::Device, name: &str) -> Self {
+        let module = compose(name).unwrap_or_else(|error| panic!("{error}"));
+        let bindings = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, variable)| {
+                let binding = variable.binding.as_ref()?;
+                // naga_oil decorates the names of imported variables: `nameX_naga_oil_mod_X…X`.
+                let name = variable.name.as_deref()?;
+                let name = name.split("X_naga_oil_mod_").next().unwrap_or(name);
+                Some((name.to_owned(), (binding.group, binding.binding)))
+            })
+            .collect();
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+        });
+        Self { module, bindings }
+    }
+}

@@ -1,0 +1,7 @@
+//! Lines from pictures of the surface: a detector writes errors, the threshold makes lines of them, smoothing takes the
+//! stairs away.
+
+pub mod detector;
+pub mod lsa;
+pub mod smooth;
+pub mod threshold;

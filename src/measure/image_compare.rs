@@ -1,0 +1,118 @@
+//! Whether two pictures are the same: a threshold for each pixel **and** a bound on the share of pixels beyond it.
+//! A mean would hide a lost line; the share does not.
+
+use std::path::Path;
+
+use crate::file::FileError;
+use crate::file::png::{Picture, read_rgba8};
+
+/// What still counts as the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// A pixel is an outlier if one of its four channels differs by more than this, of 255.
+    pub channel_difference: u8,
+    /// The share of pixels that may be outliers, 0 to 1.
+    pub outlier_share: f64,
+}
+
+impl Tolerance {
+    /// Every byte is the same.
+    pub const EXACT: Self = Self { channel_difference: 0, outlier_share: 0.0 };
+}
+
+/// How far two pictures are apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// The number of pixels of each picture.
+    pub pixels: u64,
+    /// How many of them are outliers.
+    pub outliers: u64,
+    /// The largest difference of a channel, of 255, outlier or not.
+    pub worst_difference: u8,
+    /// Column and row of the first pixel that has it.
+    pub worst_px: [u32; 2],
+    /// What they were compared by.
+    pub tolerance: Tolerance,
+}
+
+/// Why two pictures were not compared.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CompareError {
+    /// A reference that is missing or broken is an error, never a pass.
+    #[error("no reference picture: {0}")]
+    Reference(FileError),
+    /// They have different sizes.
+    #[error("the pictures have different sizes: {}x{} and {}x{}", .0[0], .0[1], .1[0], .1[1])]
+    Size([u32; 2], [u32; 2]),
+    /// A picture whose bytes do not fill its size.
+    #[error("a picture of {}x{} pixels with {bytes} bytes", .size_px[0], .size_px[1])]
+    Bytes {
+        /// Width and height.
+        size_px: [u32; 2],
+        /// How many bytes it has.
+        bytes: usize,
+    },
+}
+
+impl Comparison {
+    /// Whether the share of outliers is within the tolerance. Empty pictures do not pass: they show nothing.
+    pub fn passes(&self) -> bool {
+        // A tolerance that is no number passes nothing.
+        self.pixels > 0 && self.outliers as f64 <= self.tolerance.outlier_share * self.pixels as f64
+    }
+}
+
+impl std::fmt::Display for Comparison {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y] = self.worst_px;
+        write!(
+            f,
+            "{} of {} pixels differ by more than {} (allowed: {}); the worst by {} at ({x}, {y})",
+            self.outliers,
+            self.pixels,
+            self.tolerance.channel_difference,
+            (self.tolerance.outlier_share * self.pixels as f64).floor(),
+            self.worst_difference,
+        )
+    }
+}
+
+/// Compares two pictures.
+///
+/// # Errors
+/// Different sizes; bytes that do not fill them.
+pub fn compare(picture: &Picture, reference: &Picture, tolerance: Tolerance) -> Result<Comparison, CompareError> {
+    for Picture { width, height, rgba } in [picture, reference] {
+        if u64::from(*width) * u64::from(*height) * 4 != rgba.len() as u64 {
+            return Err(CompareError::Bytes { size_px: [*width, *height], bytes: rgba.len() });
+        }
+    }
+    let size = |picture: &Picture| [picture.width, picture.height];
+    if size(picture) != size(reference) {
+        return Err(CompareError::Size(size(picture), size(reference)));
+    }
+    let (mut outliers, mut worst_difference, mut worst_index) = (0, 0, 0);
+    let (pixels, references) = (picture.rgba.as_chunks::<4>().0, reference.rgba.as_chunks::<4>().0);
+    for (index, (pixel, reference)) in pixels.iter().zip(references).enumerate() {
+        let difference = pixel.iter().zip(reference).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+        outliers += u64::from(difference > tolerance.channel_difference);
+        if difference > worst_difference {
+            (worst_difference, worst_index) = (difference, index);
+        }
+    }
+    let width = picture.width.max(1) as usize;
+    let worst_px = [(worst_index % width) as u32, (worst_index / width) as u32];
+    Ok(Comparison { pixels: pixels.len() as u64, outliers, worst_difference, worst_px, tolerance })
+}
+
+/// Compares a picture with a reference in a PNG file.
+///
+/// # Errors
+/// A reference that is missing or not readable; different sizes.
+pub fn compare_with_file(
+    picture: &Picture,
+    reference: &Path,
+    tolerance: Tolerance,
+) -> Result<Comparison, CompareError> {
+    compare(picture, &read_rgba8(reference).map_err(CompareError::Reference)?, tolerance)
+}

@@ -1,0 +1,8 @@
+//! What a drawing cost and how far it is from another: statistics of runs, the report of a bench, comparison of
+//! pictures.
+
+pub mod image_compare;
+pub mod memory;
+pub mod report;
+pub mod report_html;
+pub mod statistics;

@@ -1,0 +1,262 @@
+//! `report.html`: the report for people. One page that needs nothing else: plots as SVG inside, no script, no network.
+
+use std::path::Path;
+
+use super::report::{Metrics, Report, Run};
+use super::statistics::{FrameRecord, Percentiles, RunFrames};
+use crate::file::{FileError, atomic};
+
+/// Colours that stand apart on light and on dark ground.
+const COLORS: [&str; 10] =
+    ["#4269d0", "#d99a0b", "#ff725c", "#5bb3a0", "#3ca951", "#f072a5", "#a463f2", "#7ba5e8", "#9c6b4e", "#8f8b86"];
+
+const STYLE: &str = "
+:root { color-scheme: light dark; --ink: #1c1a17; --paper: #fbfaf7; --faint: #8a8680; --rule: #dcd8d0; }
+@media (prefers-color-scheme: dark) { :root { --ink: #e8e4dc; --paper: #191817; --faint: #98938a; --rule: #3a3733; } }
+body { color: var(--ink); background: var(--paper); font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto;
+  max-width: 62rem; padding: 0 1rem; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; }
+.wide { overflow-x: auto; } svg { width: 100%; height: auto; min-width: 36rem; }
+svg text { fill: var(--ink); font: 11px system-ui, sans-serif; } svg .rule { stroke: var(--rule); }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid var(--rule); white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; } .faint, th { color: var(--faint); font-weight: normal; }
+.key { display: inline-block; width: .8em; height: .8em; margin: 0 .35em 0 1em; border-radius: 2px; }
+";
+
+/// The plots' frame, in SVG units: width, left margin.
+const WIDTH: f64 = 900.0;
+const LEFT: f64 = 48.0;
+/// The height of a line plot without its axis, and the places along x that it tells apart.
+const PLOT_HEIGHT: f64 = 220.0;
+const COLUMNS: usize = 800;
+
+/// Writes `report.html`, whole or not at all. `frames` are the runs of the report, in its order; the plots along the
+/// path need them.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_html(path: &Path, report: &Report, frames: &[RunFrames]) -> Result<(), FileError> {
+    atomic::write(path, html(report, frames).as_bytes()).map_err(|error| FileError::write(path, error))
+}
+
+/// The page as text.
+pub fn html(report: &Report, frames: &[RunFrames]) -> String {
+    let [width_px, height_px] = report.size;
+    let [east_m, north_m] = report.world.extent_m;
+    let samples = report.world.samples.map_or("computed heights".to_owned(), |count| format!("{count} samples"));
+    let mut page = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\"><title>hachure bench</title>\
+         <style>{STYLE}</style></head><body>\n<h1>hachure bench</h1>\n\
+         <p>{adapter}; {width_px} × {height_px} pixels; world of {samples}, {east:.2} × {north:.2} km</p>\n",
+        adapter = escape(&report.adapter),
+        east = east_m / 1000.0,
+        north = north_m / 1000.0,
+    );
+    let along = |title: &str, unit: &str, value: fn(&FrameRecord) -> Option<f64>| {
+        plot(frames, value).map_or(String::new(), |svg| {
+            format!("<h2>{title} along the path</h2>\n<p class=\"faint\">{unit} over seconds</p>\n{svg}")
+        })
+    };
+    page += &along("Frame time", "Milliseconds", |frame| frame.frame_ms);
+    page += &along("GPU time", "Milliseconds", |frame| frame.gpu_ms);
+    page += &along("Level-of-detail error", "Pixels", |frame| frame.lod_error_px);
+    page += &bars(&report.runs);
+    page += &table(&report.runs);
+    page += &metrics("Steadiness from frame to frame", &report.runs, |run| run.temporal.as_ref());
+    page += &metrics("Agreement of both eyes", &report.runs, |run| run.stereo.as_ref());
+    page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – was not measured.</p>\n";
+    page += "</body></html>\n";
+    page
+}
+
+/// A line for each run, with a key below; none if nothing was measured.
+fn plot(runs: &[RunFrames], value: fn(&FrameRecord) -> Option<f64>) -> Option<String> {
+    let points: Vec<Vec<[f64; 2]>> = runs
+        .iter()
+        .map(|run| {
+            let measured = run.frames.iter().filter_map(|frame| Some([frame.t_s, value(frame)?]));
+            measured.filter(|point| point.iter().all(|number| number.is_finite())).collect()
+        })
+        .collect();
+    let times_s = || points.iter().flatten().map(|point| point[0]);
+    let (start_s, end_s) = (times_s().reduce(f64::min)?, times_s().reduce(f64::max)?);
+    let top = points.iter().flatten().map(|point| point[1]).fold(0.0, f64::max);
+    let step = nice_step(top / 4.0);
+    let top = (top / step).ceil().max(1.0) * step;
+    let span_s = if end_s > start_s { end_s - start_s } else { 1.0 };
+    let x_of = |t_s: f64| LEFT + (t_s - start_s) / span_s * (WIDTH - LEFT - 12.0);
+    let y_of = |value: f64| 10.0 + (1.0 - value / top) * PLOT_HEIGHT;
+
+    let mut svg = format!("<div class=\"wide\"><svg viewBox=\"0 0 {WIDTH} {}\" role=\"img\">\n", PLOT_HEIGHT + 34.0);
+    for tick in 0..=(top / step).round() as u32 {
+        let (tick, right) = (f64::from(tick) * step, WIDTH - 12.0);
+        let y = y_of(tick);
+        svg += &format!("<line class=\"rule\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>");
+        svg += &format!("<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n", LEFT - 6.0, y + 4.0, short(tick));
+    }
+    let step_s = nice_step(span_s / 8.0);
+    for tick in 0..=(span_s / step_s).floor() as u32 {
+        let t_s = start_s + f64::from(tick) * step_s;
+        let y = PLOT_HEIGHT + 26.0;
+        svg += &format!("<text x=\"{:.1}\" y=\"{y}\" text-anchor=\"middle\">{}</text>\n", x_of(t_s), short(t_s));
+    }
+    for (run, points) in points.iter().enumerate().filter(|(_, points)| !points.is_empty()) {
+        // A long run has many frames in a column of the plot: its largest stands for it, so that no spike is lost.
+        let per_column = points.len().div_ceil(COLUMNS).max(1);
+        let peaks = points.chunks(per_column).filter_map(|chunk| chunk.iter().max_by(|a, b| a[1].total_cmp(&b[1])));
+        let line: Vec<String> = peaks.map(|&[t_s, value]| format!("{:.1},{:.1}", x_of(t_s), y_of(value))).collect();
+        svg += &format!(
+            "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"1.3\" stroke-linecap=\"round\" points=\"{}\"/>\n",
+            color(run),
+            line.join(" ")
+        );
+    }
+    svg += "</svg></div>\n";
+    let names = runs.iter().map(|run| format!("{}, {}", run.style, run.eyes));
+    Some(svg + &key(names))
+}
+
+/// A bar for each run, stacked from the medians of its passes.
+fn bars(runs: &[Run]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for pass in runs.iter().flat_map(|run| &run.passes) {
+        if pass.gpu_ms.is_some() && !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    let total_ms = |run: &Run| run.passes.iter().filter_map(|pass| Some(pass.gpu_ms?.p50)).sum::<f64>();
+    let longest_ms = runs.iter().map(total_ms).fold(0.0, f64::max);
+    if longest_ms <= 0.0 {
+        return String::new();
+    }
+    let (row, bar_left) = (26.0, 170.0);
+    let height = runs.len() as f64 * row + 8.0;
+    let mut svg = format!("<div class=\"wide\"><svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n");
+    for (index, run) in runs.iter().enumerate() {
+        let y = index as f64 * row + 4.0;
+        let name = escape(&format!("{}, {}", run.style, run.eyes));
+        svg += &format!("<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{name}</text>\n", bar_left - 8.0, y + 14.0);
+        let mut x = bar_left;
+        for pass in &run.passes {
+            let Some(time) = pass.gpu_ms else { continue };
+            let width = time.p50 / longest_ms * (WIDTH - bar_left - 70.0);
+            let place = names.iter().position(|name| *name == pass.name).unwrap_or(0);
+            svg += &format!(
+                "<rect x=\"{x:.1}\" y=\"{y}\" width=\"{width:.2}\" height=\"{}\" fill=\"{}\">\
+                 <title>{}: {} ms</title></rect>\n",
+                row - 6.0,
+                color(place),
+                escape(&pass.name),
+                short(time.p50)
+            );
+            x += width;
+        }
+        svg += &format!("<text x=\"{:.1}\" y=\"{}\">{} ms</text>\n", x + 6.0, y + 14.0, short(total_ms(run)));
+    }
+    svg += "</svg></div>\n";
+    let names = names.iter().map(|&name| name.to_owned());
+    format!("<h2>Passes</h2>\n<p class=\"faint\">Median GPU time of each pass</p>\n{svg}{}", key(names))
+}
+
+fn table(runs: &[Run]) -> String {
+    type Cell = fn(&Run) -> String;
+    fn time(time: Option<Percentiles>, part: fn(Percentiles) -> f64) -> String {
+        time.map_or(none(), |time| short(part(time)))
+    }
+    fn count(count: Option<u64>) -> String {
+        count.map_or(none(), |count| count.to_string())
+    }
+    fn mebibytes(bytes: Option<u64>) -> String {
+        bytes.map_or(none(), |bytes| short(bytes as f64 / 1_048_576.0))
+    }
+    let rows: [(&str, Cell); 22] = [
+        ("frames", |run| run.frames.to_string()),
+        ("frame ms, p50", |run| time(run.frame_ms, |ms| ms.p50)),
+        ("frame ms, p95", |run| time(run.frame_ms, |ms| ms.p95)),
+        ("frame ms, p99", |run| time(run.frame_ms, |ms| ms.p99)),
+        ("frame ms, max", |run| time(run.frame_ms, |ms| ms.max)),
+        ("GPU ms, p50", |run| time(run.gpu_ms, |ms| ms.p50)),
+        ("GPU ms, p95", |run| time(run.gpu_ms, |ms| ms.p95)),
+        ("GPU ms, p99", |run| time(run.gpu_ms, |ms| ms.p99)),
+        ("GPU ms, max", |run| time(run.gpu_ms, |ms| ms.max)),
+        ("level-of-detail error px, p50", |run| run.lod_error_px.map_or(none(), |px| short(px.p50))),
+        ("level-of-detail error px, p99", |run| run.lod_error_px.map_or(none(), |px| short(px.p99))),
+        ("level-of-detail error px, max", |run| run.lod_error_px.map_or(none(), |px| short(px.max))),
+        ("triangles", |run| count(run.triangles)),
+        ("strokes", |run| count(run.strokes)),
+        ("GPU memory, MiB", |run| mebibytes(run.memory.gpu_bytes)),
+        ("tile cache, MiB", |run| mebibytes(run.memory.tile_cache_bytes)),
+        ("resident memory, MiB", |run| mebibytes(run.memory.rss_bytes)),
+        ("tiles loaded", |run| count(run.tiles.loaded)),
+        ("tiles evicted", |run| count(run.tiles.evicted)),
+        ("tiles cancelled", |run| count(run.tiles.cancelled)),
+        ("tiles failed", |run| count(run.tiles.failed)),
+        ("late frames", |run| count(run.tiles.late_frames)),
+    ];
+    let rows = rows.iter().map(|(name, cell)| (name.to_string(), runs.iter().map(cell).collect()));
+    format!("<h2>Numbers</h2>\n{}", grid(runs, rows))
+}
+
+fn metrics(title: &str, runs: &[Run], of: fn(&Run) -> Option<&Metrics>) -> String {
+    let names: std::collections::BTreeSet<&String> = runs.iter().filter_map(of).flat_map(Metrics::keys).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let cell = |run: &Run, name: &String| of(run).and_then(|metrics| *metrics.get(name)?).map_or(none(), short);
+    let rows = names.into_iter().map(|name| (name.clone(), runs.iter().map(|run| cell(run, name)).collect()));
+    format!("<h2>{title}</h2>\n{}", grid(runs, rows))
+}
+
+/// A table with a column for each run.
+fn grid(runs: &[Run], rows: impl Iterator<Item = (String, Vec<String>)>) -> String {
+    let heads: String =
+        runs.iter().map(|run| format!("<th>{}, {}</th>", escape(&run.style), escape(&run.eyes))).collect();
+    let mut table = format!("<div class=\"wide\"><table>\n<tr><th></th>{heads}</tr>\n");
+    for (name, cells) in rows {
+        let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        table += &format!("<tr><td>{}</td>{cells}</tr>\n", escape(&name));
+    }
+    table + "</table></div>\n"
+}
+
+fn key(names: impl Iterator<Item = String>) -> String {
+    let entry = |(index, name): (usize, String)| {
+        format!("<span class=\"key\" style=\"background:{}\"></span>{}", color(index), escape(&name))
+    };
+    format!("<p>{}</p>\n", names.enumerate().map(entry).collect::<String>())
+}
+
+fn color(index: usize) -> &'static str {
+    COLORS[index % COLORS.len()]
+}
+
+fn none() -> String {
+    "–".to_owned()
+}
+
+/// Three digits that count, without an exponent.
+fn short(value: f64) -> String {
+    let decimals = match value.abs() {
+        size if size >= 100.0 || size == 0.0 => 0,
+        size if size >= 10.0 => 1,
+        size if size >= 1.0 => 2,
+        _ => 4,
+    };
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `least`; 1 where that is 0.
+fn nice_step(least: f64) -> f64 {
+    if least <= 0.0 || !least.is_finite() {
+        return 1.0;
+    }
+    let power = 10f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0].map(|digit| digit * power).into_iter().find(|&step| step >= least).unwrap_or(10.0 * power)
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

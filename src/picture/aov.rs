@@ -1,0 +1,170 @@
+//! The channels of an EXR beside its colour: one sample at the centre of each pixel, which no anti-aliasing touches.
+
+use super::Window;
+use crate::file::exr::{SampleKind, Samples};
+use crate::frame::Targets;
+use crate::gpu::{Gpu, GpuError};
+use crate::style::{Detector, Style};
+
+/// One channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    /// As in the EXR.
+    pub name: String,
+    /// Where it comes from.
+    pub source: PlaneSource,
+}
+
+/// Where a channel comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaneSource {
+    /// Distance along the view axis in metres; sky is +inf.
+    Depth,
+    /// Relative to the camera in metres: x, y or z; sky is 0.
+    Position(usize),
+    /// Unit, in the world; sky is 0.
+    Normal(usize),
+    /// Which patch; sky is 0.
+    SurfaceId,
+    /// Pixels from the previous frame to this one: x right, y down.
+    Motion(usize),
+    /// E(p) of the LSA contours.
+    LsaError,
+    /// After filter and ramp.
+    LsaLine,
+    /// No style draws strokes yet: 0, none.
+    Strokes,
+    /// Asked for: 0 black to 1 white.
+    Tone,
+}
+
+/// A list of channels that cannot be had.
+#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+pub enum AovError {
+    /// Not a name.
+    #[error(
+        "--aov {name}: no such channel; there is depth, position, normal, surface, motion, lsa, strokes, tone, hatch"
+    )]
+    Unknown {
+        /// As given.
+        name: String,
+    },
+    /// The style does not make it.
+    #[error("--aov lsa: the style {style} draws no LSA contours; ink does")]
+    NoLsa {
+        /// The style's name.
+        style: String,
+    },
+}
+
+/// The channels of a comma-separated list of names.
+///
+/// # Errors
+/// [`AovError`].
+pub fn planes(names: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
+    let mut planes = Vec::new();
+    for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+        let mut add = |name: &str, source| {
+            let plane = Plane { name: name.to_owned(), source };
+            if !planes.contains(&plane) {
+                planes.push(plane);
+            }
+        };
+        let xyz = ["X", "Y", "Z"];
+        match name {
+            "depth" => add("depth.V", PlaneSource::Depth),
+            "position" => (0..3).for_each(|i| add(&format!("position.{}", xyz[i]), PlaneSource::Position(i))),
+            "normal" => (0..3).for_each(|i| add(&format!("normal.{}", xyz[i]), PlaneSource::Normal(i))),
+            "surface" => add("surface.id", PlaneSource::SurfaceId),
+            "motion" => (0..2).for_each(|i| add(&format!("motion.{}", xyz[i]), PlaneSource::Motion(i))),
+            "lsa" => {
+                if style.lines.as_ref().is_none_or(|lines| lines.detector != Detector::Lsa) {
+                    return Err(AovError::NoLsa { style: style.name.clone() });
+                }
+                add("lsa.error", PlaneSource::LsaError);
+                add("lsa.line", PlaneSource::LsaLine);
+            }
+            "strokes" => add("strokes.id", PlaneSource::Strokes),
+            "tone" => add("tone.V", PlaneSource::Tone),
+            // No style hatches yet: the tone after the marks is the tone.
+            "hatch" => add("hatch.V", PlaneSource::Tone),
+            _ => return Err(AovError::Unknown { name: name.to_owned() }),
+        }
+    }
+    Ok(planes)
+}
+
+impl PlaneSource {
+    /// The type of its samples.
+    pub fn kind(self) -> SampleKind {
+        match self {
+            Self::SurfaceId | Self::Strokes => SampleKind::U32,
+            _ => SampleKind::F32,
+        }
+    }
+
+    pub(super) fn samples(self, pixels: usize) -> Samples {
+        match self.kind() {
+            SampleKind::U32 => Samples::U32(vec![0; pixels]),
+            SampleKind::F32 => Samples::F32(vec![0.0; pixels]),
+        }
+    }
+}
+
+/// Reads the planes of a part into a band.
+pub(super) fn read_planes(
+    gpu: &Gpu,
+    targets: &Targets,
+    window: &Window,
+    planes: &[Plane],
+    samples: &mut [Samples],
+) -> Result<(), GpuError> {
+    for (plane, samples) in planes.iter().zip(samples) {
+        match samples {
+            Samples::U32(ids) => {
+                if plane.source == PlaneSource::SurfaceId {
+                    window.scatter(gpu, &targets.surface_id, |i, id: u32| ids[i] = id)?;
+                }
+            }
+            Samples::F32(values) => read_floats(gpu, targets, window, plane.source, values)?,
+        }
+    }
+    Ok(())
+}
+
+fn read_floats(
+    gpu: &Gpu,
+    targets: &Targets,
+    window: &Window,
+    source: PlaneSource,
+    values: &mut [f32],
+) -> Result<(), GpuError> {
+    match source {
+        PlaneSource::Depth => window.scatter(gpu, &targets.position, |i, at: [f32; 4]| {
+            values[i] = if at[3] > 0.0 { at[3] } else { f32::INFINITY };
+        }),
+        PlaneSource::Position(axis) => window.scatter(gpu, &targets.position, |i, at: [f32; 4]| values[i] = at[axis]),
+        PlaneSource::Normal(axis) => window.scatter(gpu, &targets.normal, |i, n: [f32; 4]| values[i] = n[axis]),
+        PlaneSource::Motion(axis) => match &targets.motion {
+            Some(motion) => window.scatter(gpu, motion, |i, v: [f32; 2]| values[i] = v[axis]),
+            None => Ok(()),
+        },
+        PlaneSource::LsaError => match &targets.lines {
+            Some(lines) => window.scatter(gpu, &lines.errors, |i, errors: [u16; 4]| {
+                values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);
+            }),
+            None => Ok(()),
+        },
+        PlaneSource::LsaLine => match &targets.lines {
+            Some(lines) => window.scatter(gpu, &lines.line, |i, line: f32| values[i] = line),
+            None => Ok(()),
+        },
+        PlaneSource::Tone => window.scatter(gpu, &targets.tone, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),
+        PlaneSource::SurfaceId | PlaneSource::Strokes => Ok(()),
+    }
+}
+
+/// A number of 16 bits, exactly.
+pub(super) fn f32_from_f16(bits: u16) -> f32 {
+    half::f16::from_bits(bits).to_f32()
+}

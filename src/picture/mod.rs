@@ -1,0 +1,241 @@
+//! Pictures of any size: rendered in parts that join without a seam, handed over in bands of rows.
+//!
+//! A part is rendered with a margin, since lines look at their neighbours. The level of detail follows from the whole
+//! picture's pixels, and the surface is a function of place and distance: both sides of a seam compute the same.
+
+pub mod aov;
+
+use rayon::prelude::*;
+
+use aov::{Plane, PlaneSource};
+
+use crate::file::exr::Samples;
+use crate::frame::{Frame, Light, Requirements};
+use crate::gpu::readback;
+use crate::gpu::target::Target;
+use crate::gpu::timer::PassTime;
+use crate::gpu::{Gpu, GpuError};
+use crate::style::Style;
+use crate::surface::view::{Part, Pose, View};
+use crate::tiles::Terrain;
+use crate::tiles::terrain::Prepared;
+
+/// How far a pixel of a line looks at its neighbours: LSA 1, density 2, smoothing 5, composite 1, and some to spare.
+const MARGIN_PX: u32 = 12;
+/// Side of a part without margins, at most.
+const PART_PX: u32 = 2048;
+/// A picture with no more pixels than this is one part.
+const WHOLE_PX: u64 = 8 << 20;
+/// Bytes of a band of rows in memory, at most.
+const BAND_BYTES: u64 = 512 << 20;
+
+/// What to render.
+pub struct PictureRequest<'a> {
+    /// The eye.
+    pub pose: Pose,
+    /// The eye one frame ago.
+    pub previous: Pose,
+    /// Of the picture.
+    pub size_px: [u32; 2],
+    /// The style.
+    pub style: &'a Style,
+    /// The light.
+    pub light: Light,
+    /// What is handed over.
+    pub planes: &'a [Plane],
+}
+
+/// Whole rows of a picture, from top to bottom.
+pub struct Band {
+    /// First row.
+    pub first_row: u32,
+    /// Number of rows.
+    pub rows: u32,
+    /// Linear colour and alpha, rows × width.
+    pub picture: Vec<[f32; 4]>,
+    /// In the order of the request, rows × width each.
+    pub planes: Vec<Samples>,
+}
+
+/// What rendering a picture did, over all its parts.
+#[derive(Clone, Debug, Default)]
+pub struct PictureReport {
+    /// GPU time by pass; `frame` is the sum.
+    pub passes: Vec<PassTime>,
+    /// From the start of the first part to the end of the last readback.
+    pub wall_ms: f64,
+    /// Triangles drawn.
+    pub triangles: u64,
+    /// Patches drawn.
+    pub patches: u64,
+    /// Parts rendered.
+    pub parts: u64,
+    /// Tiles read for it.
+    pub tiles_loaded: u64,
+    /// Tiles that a coarser one stood in for.
+    pub tiles_missing: u64,
+    /// Bytes of targets on the GPU.
+    pub target_bytes: u64,
+}
+
+/// Why a picture was not rendered, or not taken.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError<E> {
+    /// The GPU failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The taker of bands failed.
+    #[error(transparent)]
+    Sink(E),
+}
+
+/// Renders a picture and hands it to `take`, band by band.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn render<E>(
+    gpu: &Gpu,
+    frame: &mut Option<Frame>,
+    terrain: &mut Terrain,
+    request: &PictureRequest<'_>,
+    mut take: impl FnMut(Band) -> Result<(), E>,
+) -> Result<PictureReport, PictureError<E>> {
+    let start = std::time::Instant::now();
+    let [width, height] = request.size_px;
+    let mut report = PictureReport::default();
+    let mut requirements = Requirements::of(request.style);
+    requirements.motion = request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_)));
+
+    let limit_px = gpu.device.limits().max_texture_dimension_2d;
+    let single = u64::from(width) * u64::from(height) <= WHOLE_PX && width.max(height) <= limit_px;
+    let bytes_per_row = u64::from(width) * (16 + 4 * request.planes.len() as u64);
+    let band_rows = if single { height } else { (BAND_BYTES / bytes_per_row).clamp(64, PART_PX.into()) as u32 };
+    let part_columns = if single { width } else { PART_PX };
+
+    for first_row in (0..height).step_by(band_rows as usize) {
+        let rows = band_rows.min(height - first_row);
+        let pixels = rows as usize * width as usize;
+        let mut band = Band {
+            first_row,
+            rows,
+            picture: vec![[0.0; 4]; pixels],
+            planes: request.planes.iter().map(|plane| plane.source.samples(pixels)).collect(),
+        };
+        for first_column in (0..width).step_by(part_columns as usize) {
+            let columns = part_columns.min(width - first_column);
+            let (part, inset) = part_with_margin([first_column, first_row], [columns, rows], request.size_px);
+            match frame {
+                Some(frame) => frame.adapt(gpu, requirements, part.size_px)?,
+                None => *frame = Some(Frame::new(gpu, requirements, part.size_px)?),
+            }
+            let Some(frame) = frame.as_mut() else { unreachable!("it was just made") };
+            let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
+            let prepared = frame.render(gpu, terrain, &view, request.style, &request.light);
+            let window = Window { inset, size_px: [columns, rows], first_column, width };
+            read_part(gpu, frame, &window, request, &mut band)?;
+            gpu.check()?;
+            report.add(&prepared, frame);
+        }
+        take(band).map_err(PictureError::Sink)?;
+    }
+    report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
+    Ok(report)
+}
+
+impl PictureReport {
+    /// Adds another picture's: times and counts are sums.
+    pub fn append(&mut self, other: Self) {
+        for time in other.passes {
+            self.add_time(time);
+        }
+        self.wall_ms += other.wall_ms;
+        self.triangles += other.triangles;
+        self.patches += other.patches;
+        self.parts += other.parts;
+        self.tiles_loaded += other.tiles_loaded;
+        self.tiles_missing += other.tiles_missing;
+        self.target_bytes = self.target_bytes.max(other.target_bytes);
+    }
+
+    fn add_time(&mut self, time: PassTime) {
+        match self.passes.iter_mut().find(|known| known.name == time.name) {
+            Some(known) => known.gpu_ms += time.gpu_ms,
+            None => self.passes.push(time),
+        }
+    }
+
+    fn add(&mut self, prepared: &Prepared, frame: &mut Frame) {
+        while let Some(times) = frame.take_times() {
+            times.into_iter().for_each(|time| self.add_time(time));
+        }
+        self.parts += 1;
+        self.triangles += prepared.selection.triangles();
+        self.patches += prepared.selection.leaves.len() as u64;
+        self.tiles_loaded += prepared.tiles.loaded;
+        self.tiles_missing += prepared.tiles.without_room + prepared.tiles.failed;
+        self.target_bytes = self.target_bytes.max(frame.targets().bytes());
+    }
+}
+
+/// A part of the picture, its margin cut at the picture's border, and how far the wanted pixels lie inside.
+fn part_with_margin(origin: [u32; 2], size: [u32; 2], picture: [u32; 2]) -> (Part, [u32; 2]) {
+    let inset = origin.map(|first| first.min(MARGIN_PX));
+    let end = [0, 1].map(|i| (origin[i] + size[i] + MARGIN_PX).min(picture[i]));
+    let origin_px = [0, 1].map(|i| (origin[i] - inset[i]) as i32);
+    let size_px = [0, 1].map(|i| end[i] - origin[i] + inset[i]);
+    (Part { origin_px, size_px }, inset)
+}
+
+/// Where a part's pixels lie in its targets and in the band.
+struct Window {
+    inset: [u32; 2],
+    size_px: [u32; 2],
+    first_column: u32,
+    width: u32,
+}
+
+impl Window {
+    /// Calls `put(index in the band, texel)` for each pixel.
+    fn scatter<T: Copy + bytemuck::Pod>(
+        &self,
+        gpu: &Gpu,
+        target: &Target,
+        mut put: impl FnMut(usize, T),
+    ) -> Result<(), GpuError> {
+        let texels: Vec<T> = readback::read_as(gpu, target, self.inset, self.size_px)?;
+        for (y, row) in texels.chunks_exact(self.size_px[0] as usize).enumerate() {
+            let first = y * self.width as usize + self.first_column as usize;
+            for (x, texel) in row.iter().enumerate() {
+                put(first + x, *texel);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read_part(
+    gpu: &Gpu,
+    frame: &Frame,
+    window: &Window,
+    request: &PictureRequest<'_>,
+    band: &mut Band,
+) -> Result<(), GpuError> {
+    let targets = frame.targets();
+    let picture = &mut band.picture;
+    window.scatter(gpu, &targets.picture, |i, texel: [u16; 4]| picture[i] = texel.map(aov::f32_from_f16))?;
+    aov::read_planes(gpu, targets, window, request.planes, &mut band.planes)
+}
+
+/// Linear colour to sRGB bytes, rounded.
+pub fn srgb8(picture: &[[f32; 4]]) -> Vec<u8> {
+    let mut bytes = vec![0; picture.len() * 4];
+    bytes.par_chunks_exact_mut(4).zip(picture).for_each(|(bytes, texel)| {
+        for (byte, value) in bytes.iter_mut().zip(&texel[..3]) {
+            let value = value.clamp(0.0, 1.0);
+            let encoded = if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+            *byte = (encoded * 255.0).round() as u8;
+        }
+        bytes[3] = 255;
+    });
+    bytes
+}

@@ -1,0 +1,252 @@
+//! Camera paths: CSV with the header `t,x,y,z,yaw,pitch,fov`, and a C1 spline between its rows.
+//!
+//! The spline is a cubic Hermite one over the rows' own times. A row's tangent is the derivative of the parabola
+//! through it and its two neighbours, which on evenly spaced rows is Catmull-Rom's; the first and last row take the
+//! slope of their only side.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::camera::{Camera, FOV_RANGE_DEG};
+
+/// The columns, in order.
+const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
+
+/// Rows nearer in time than this (in seconds) are taken as a mistake; it also keeps slopes finite.
+const SHORTEST_STEP_S: f64 = 1e-6;
+
+/// The latest time a path may hold, in seconds: a year.
+const LATEST_S: f64 = 366.0 * 86_400.0;
+
+/// What the spline interpolates: x, y, z, yaw (unwrapped), pitch, fov.
+type Values = [f64; 6];
+
+/// A camera that moves: a C1 curve through the rows of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraPath {
+    times_s: Vec<f64>,
+    values: Vec<Values>,
+    tangents: Vec<Values>,
+    height_above_ground: bool,
+}
+
+/// Why a file is no camera path. One line that names the file, the line and the cause.
+#[derive(Debug, thiserror::Error)]
+pub enum PathError {
+    /// The file cannot be read at all.
+    #[error("cannot read the camera path {}: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// A line is wrong.
+    #[error("{}:{line}: {cause}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Counted from 1, the header included.
+        line: u64,
+        /// What is wrong with it.
+        cause: String,
+    },
+}
+
+/// One row of the file, with the line it stood on for messages.
+struct Row {
+    line: u64,
+    time_s: f64,
+    camera: Camera,
+}
+
+impl CameraPath {
+    /// Reads a path whose z are either all in the world's frame or all above ground (`+h`). In the second case the
+    /// sampled cameras are above ground as well, so that the flight follows the terrain.
+    ///
+    /// # Errors
+    /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov`; no row; a row that is no camera;
+    /// times that do not increase; z of both kinds.
+    pub fn read(path: &Path) -> Result<Self, PathError> {
+        Self::parse(path, open(path)?)
+    }
+
+    /// As [`CameraPath::read`], from a text. `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// As [`CameraPath::read`].
+    pub fn parse(name: &Path, text: impl Read) -> Result<Self, PathError> {
+        let rows = rows(name, text)?;
+        if let Some(odd) = rows.iter().find(|row| row.camera.height_above_ground != rows[0].camera.height_above_ground)
+        {
+            let cause = "z is above ground (+h) in some rows and not in others; write all rows alike".to_owned();
+            return Err(PathError::Line { path: name.to_owned(), line: odd.line, cause });
+        }
+        Ok(Self::through(&rows))
+    }
+
+    /// Reads a path whose z may be of both kinds: rows above ground are set on the ground where they stand, and the
+    /// path runs in the world's frame. `ground_m(x, y)` is the height of the ground in metres.
+    ///
+    /// # Errors
+    /// As [`CameraPath::read`], but for the last.
+    pub fn read_on_ground(path: &Path, ground_m: impl Fn(f64, f64) -> f64) -> Result<Self, PathError> {
+        let mut rows = rows(path, open(path)?)?;
+        for row in &mut rows {
+            row.camera = row.camera.on_ground(&ground_m);
+        }
+        Ok(Self::through(&rows))
+    }
+
+    /// A camera that stands still.
+    pub fn still(camera: Camera) -> Self {
+        Self::through(&[Row { line: 1, time_s: 0.0, camera }])
+    }
+
+    fn through(rows: &[Row]) -> Self {
+        let times_s: Vec<f64> = rows.iter().map(|row| row.time_s).collect();
+        let mut values: Vec<Values> = Vec::with_capacity(rows.len());
+        for Row { camera, .. } in rows {
+            let DVec3 { x, y, z } = camera.position_m;
+            let mut yaw_deg = camera.yaw_deg;
+            if let Some(previous) = values.last() {
+                // The shorter way round from the row before: a step within −180 to 180.
+                yaw_deg = previous[3] + (yaw_deg - previous[3] + 180.0).rem_euclid(360.0) - 180.0;
+            }
+            values.push([x, y, z, yaw_deg, camera.pitch_deg, camera.fov_deg]);
+        }
+        let tangents = tangents(&times_s, &values);
+        Self { times_s, values, tangents, height_above_ground: rows[0].camera.height_above_ground }
+    }
+
+    /// The times of the rows in seconds, increasing; at least one.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
+    /// From the first row to the last, in seconds; 0 for one row.
+    pub fn duration_s(&self) -> f64 {
+        self.times_s[self.times_s.len() - 1] - self.times_s[0]
+    }
+
+    /// The camera at `time_s` on the file's own clock; before the first row the first, after the last row the last.
+    /// The yaw runs on over 360 rather than jump.
+    pub fn sample(&self, time_s: f64) -> Camera {
+        let last = self.times_s.len() - 1;
+        if last == 0 || time_s.is_nan() || time_s <= self.times_s[0] {
+            return self.camera(self.values[0]);
+        }
+        if time_s >= self.times_s[last] {
+            return self.camera(self.values[last]);
+        }
+        let next = self.times_s.partition_point(|&row_s| row_s <= time_s);
+        let row = next - 1;
+        let step_s = self.times_s[next] - self.times_s[row];
+        let u = (time_s - self.times_s[row]) / step_s;
+        // Cubic Hermite basis.
+        let start = (1.0 + 2.0 * u) * (1.0 - u) * (1.0 - u);
+        let start_slope = u * (1.0 - u) * (1.0 - u) * step_s;
+        let end_slope = u * u * (u - 1.0) * step_s;
+        let values = std::array::from_fn(|k| {
+            start * self.values[row][k]
+                + (1.0 - start) * self.values[next][k]
+                + start_slope * self.tangents[row][k]
+                + end_slope * self.tangents[next][k]
+        });
+        self.camera(values)
+    }
+
+    fn camera(&self, [x, y, z, yaw_deg, pitch_deg, fov_deg]: Values) -> Camera {
+        Camera {
+            position_m: DVec3::new(x, y, z),
+            height_above_ground: self.height_above_ground,
+            yaw_deg,
+            // The spline may swing past rows that stand at the limits.
+            pitch_deg: pitch_deg.clamp(-90.0, 90.0),
+            fov_deg: fov_deg.clamp(FOV_RANGE_DEG[0], FOV_RANGE_DEG[1]),
+        }
+    }
+
+    /// How many frames [`CameraPath::frames`] gives: at least one. `fps` must be positive and finite.
+    pub fn frame_count(&self, fps: f64) -> usize {
+        // The last row is a frame as well, and rounding must not lose it: 0.1 s at 30 fps is 3 steps, not 2.99….
+        (self.duration_s() * fps + 1e-6).floor() as usize + 1
+    }
+
+    /// The cameras of a film at `fps` frames per second, from the first row on.
+    pub fn frames(&self, fps: f64) -> impl ExactSizeIterator<Item = Camera> + '_ {
+        (0..self.frame_count(fps)).map(move |frame| self.sample(self.times_s[0] + frame as f64 / fps))
+    }
+
+    /// `count` cameras, evenly spread in time from the first row to the last, both included.
+    pub fn spread(&self, count: usize) -> impl ExactSizeIterator<Item = Camera> + '_ {
+        let step_s = self.duration_s() / count.saturating_sub(1).max(1) as f64;
+        (0..count).map(move |frame| self.sample(self.times_s[0] + frame as f64 * step_s))
+    }
+}
+
+fn open(path: &Path) -> Result<std::fs::File, PathError> {
+    std::fs::File::open(path).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
+}
+
+/// The rows of a path: the header is right, there is at least one, and the times increase.
+fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
+    let wrong = |line: u64, cause: String| PathError::Line { path: name.to_owned(), line, cause };
+    let csv_error = |error: csv::Error| {
+        let line = error.position().map_or(1, csv::Position::line);
+        wrong(line, error.to_string())
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(true)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text);
+    let header = reader.headers().map_err(csv_error)?;
+    let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}')).collect();
+    if names != HEADER {
+        return Err(wrong(1, format!("the header is `{}`, and must be `{}`", names.join(","), HEADER.join(","))));
+    }
+    let mut rows: Vec<Row> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(csv_error)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let fields: Vec<&str> = record.iter().collect();
+        let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
+            .map_err(|fields| wrong(line, format!("{} fields, and there must be 7", fields.len())))?;
+        let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{time}`: not a number")))?;
+        if time_s.is_nan() || time_s.abs() > LATEST_S {
+            return Err(wrong(line, format!("t is `{time}`: it must lie within a year of 0, in seconds")));
+        }
+        if let Some(previous) = rows.last()
+            && time_s - previous.time_s < SHORTEST_STEP_S
+        {
+            let before = previous.time_s;
+            return Err(wrong(line, format!("t is {time_s} after {before}; times must increase by 1 µs at least")));
+        }
+        let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;
+        rows.push(Row { line, time_s, camera });
+    }
+    if rows.is_empty() {
+        return Err(wrong(2, "a camera path needs at least one row".to_owned()));
+    }
+    Ok(rows)
+}
+
+fn tangents(times_s: &[f64], values: &[Values]) -> Vec<Values> {
+    let last = times_s.len() - 1;
+    let slope = |row: usize, k: usize| (values[row + 1][k] - values[row][k]) / (times_s[row + 1] - times_s[row]);
+    let tangent = |row: usize, k: usize| match row {
+        _ if last == 0 => 0.0,
+        0 => slope(0, k),
+        row if row == last => slope(last - 1, k),
+        row => {
+            let before_s = times_s[row] - times_s[row - 1];
+            let after_s = times_s[row + 1] - times_s[row];
+            (slope(row - 1, k) * after_s + slope(row, k) * before_s) / (before_s + after_s)
+        }
+    };
+    (0..=last).map(|row| std::array::from_fn(|k| tangent(row, k))).collect()
+}

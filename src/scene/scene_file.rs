@@ -1,0 +1,204 @@
+//! The scene file: TOML, every key optional but the world.
+//!
+//! ```toml
+//! vertical_exaggeration = 1.0
+//!
+//! [world]
+//! dem = "mountain.tif"              # beside the scene file, or an address (https://…, s3://…)
+//! # procedural = { seed = 1 }       # instead of dem
+//!
+//! [sun]
+//! azimuth_deg = 315                 # clockwise from north
+//! elevation_deg = 40
+//!
+//! [haze]
+//! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
+//! color = "#dfe6ea"                 # without it, the style's paper
+//!
+//! [camera]
+//! start = "0,-2000,+300,0,-10,50"   # x,y,z,yaw,pitch,fov
+//! ```
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::camera::Camera;
+use super::{Haze, Scene, Sun, World};
+
+/// Why a file is no scene. One line that names the file, the key and the cause.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file cannot be read at all.
+    #[error("cannot read the scene {}: {cause}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// It is not TOML, has a key that scenes do not have, or a value of the wrong type.
+    #[error("{}:{line}: {key}{cause}", path.display())]
+    Toml {
+        /// The file.
+        path: PathBuf,
+        /// Counted from 1.
+        line: usize,
+        /// The key with its section and `: `, or empty where there is none.
+        key: String,
+        /// What the parser said.
+        cause: String,
+    },
+    /// A value that makes no sense.
+    #[error("{}: {key}: {cause}", path.display())]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// The key with its section: `sun.elevation_deg`.
+        key: &'static str,
+        /// What is wrong with it.
+        cause: String,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FileToml {
+    world: WorldToml,
+    #[serde(default)]
+    sun: SunToml,
+    #[serde(default)]
+    haze: HazeToml,
+    #[serde(default)]
+    camera: CameraToml,
+    vertical_exaggeration: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WorldToml {
+    dem: Option<String>,
+    procedural: Option<ProceduralToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ProceduralToml {
+    seed: u32,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct SunToml {
+    azimuth_deg: Option<f64>,
+    elevation_deg: Option<f64>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct HazeToml {
+    distance_m: Option<f64>,
+    color: Option<String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct CameraToml {
+    start: Option<String>,
+}
+
+impl Scene {
+    /// Reads a scene file. A relative `world.dem` counts from the folder of the scene file.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not TOML; unknown keys; no world, or two; values out of range.
+    pub fn read(path: &Path) -> Result<Self, SceneError> {
+        let text = std::fs::read_to_string(path).map_err(|cause| SceneError::Open { path: path.to_owned(), cause })?;
+        Self::parse(path, &text)
+    }
+
+    /// As [`Scene::read`], from a text; `path` is where it stands, or would.
+    ///
+    /// # Errors
+    /// As [`Scene::read`].
+    pub fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
+        let file: FileToml = toml::from_str(text).map_err(|error| toml_error(path, text, &error))?;
+        let wrong =
+            |key: &'static str, cause: &str| SceneError::Value { path: path.to_owned(), key, cause: cause.to_owned() };
+
+        let mut scene = Self::of_world(world(path, file.world).map_err(|cause| wrong("world", cause))?);
+        let Sun { azimuth_deg, elevation_deg } = Sun::default();
+        scene.sun = Sun {
+            azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
+            elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),
+        };
+        if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
+            return Err(wrong("sun.azimuth_deg", "it must lie within -360 to 360"));
+        }
+        if !(-90.0..=90.0).contains(&scene.sun.elevation_deg) {
+            return Err(wrong("sun.elevation_deg", "it must lie within -90 to 90"));
+        }
+        if let Some(distance_m) = file.haze.distance_m
+            && !(distance_m.is_finite() && distance_m > 0.0)
+        {
+            return Err(wrong("haze.distance_m", "it must be finite and more than 0"));
+        }
+        let color_srgb = match &file.haze.color {
+            Some(text) => Some(color(text).ok_or_else(|| wrong("haze.color", "it must be written as \"#rrggbb\""))?),
+            None => None,
+        };
+        scene.haze = Haze { distance_m: file.haze.distance_m, color_srgb };
+        if let Some(text) = &file.camera.start {
+            scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
+        }
+        if let Some(factor) = file.vertical_exaggeration {
+            if !(factor > 0.0 && factor <= 1000.0) {
+                return Err(wrong("vertical_exaggeration", "it must be more than 0 and at most 1000"));
+            }
+            scene.vertical_exaggeration = factor;
+        }
+        Ok(scene)
+    }
+}
+
+fn world(scene_path: &Path, world: WorldToml) -> Result<World, &'static str> {
+    match (world.dem, world.procedural) {
+        (Some(_), Some(_)) => Err("it has both dem and procedural, and must have one of them"),
+        (None, None) => Err("it needs dem = \"FILE\" or procedural = { seed = 1 }"),
+        (None, Some(procedural)) => Ok(World::Procedural { seed: procedural.seed }),
+        (Some(dem), None) if dem.is_empty() => Err("dem is empty"),
+        (Some(dem), None) if dem.contains("://") => Ok(World::Url(dem)),
+        // An absolute path replaces the folder.
+        (Some(dem), None) => Ok(World::File(scene_path.parent().unwrap_or(Path::new("")).join(dem))),
+    }
+}
+
+/// `#rrggbb` as three numbers of 0 to 1.
+fn color(text: &str) -> Option<[f32; 3]> {
+    let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
+    let number = u32::from_str_radix(digits, 16).ok()?;
+    Some([16, 8, 0].map(|shift| f32::from((number >> shift) as u8) / 255.0))
+}
+
+fn toml_error(path: &Path, text: &str, error: &toml::de::Error) -> SceneError {
+    let span = error.span().unwrap_or(0..0);
+    let line = 1 + text.as_bytes().iter().take(span.start).filter(|&&byte| byte == b'\n').count();
+    let key = key_at(text, &span).map_or(String::new(), |key| format!("{key}: "));
+    // The parser's message may run over several lines; ours is one.
+    let cause = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    SceneError::Toml { path: path.to_owned(), line, key, cause }
+}
+
+/// The key in whose line a span begins, with its section.
+fn key_at(text: &str, span: &Range<usize>) -> Option<String> {
+    let before = text.get(..span.start)?;
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let line = text[line_start..].lines().next()?;
+    let section = text[..line_start].lines().rev().find_map(|line| line.trim().strip_prefix('[')?.split(']').next());
+    match (line.trim().strip_prefix('['), line.split_once('=')) {
+        (Some(header), _) => header.split(']').next().map(str::to_owned),
+        (None, Some((key, _))) => Some(section.map_or(key.trim().to_owned(), |name| format!("{name}.{}", key.trim()))),
+        (None, None) => None,
+    }
+}

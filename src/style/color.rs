@@ -1,0 +1,37 @@
+//! Colours as people write them: `"#1b1a17"`, in sRGB.
+
+use serde::{Deserialize, Deserializer, de::Error};
+
+/// An sRGB colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Color([u8; 3]);
+
+impl Color {
+    /// White.
+    pub const WHITE: Self = Self([255; 3]);
+
+    /// In linear light, as the shaders compute.
+    pub fn linear(self) -> [f32; 3] {
+        self.0.map(|value| {
+            let value = f32::from(value) / 255.0;
+            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        })
+    }
+}
+
+impl std::str::FromStr for Color {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let bad = || format!("{text:?} is not a colour like \"#1b1a17\"");
+        let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii()).ok_or_else(bad)?;
+        let byte = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).map_err(|_| bad());
+        Ok(Self([byte(0)?, byte(1)?, byte(2)?]))
+    }
+}
+
+impl<'de> Deserialize<'de> for Color {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+    }
+}

@@ -1,0 +1,257 @@
+//! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
+
+pub mod color;
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+pub use color::Color;
+
+/// The styles that come with the program, by name.
+const PRESETS: &[(&str, &str)] = &[
+    ("plain", include_str!("presets/plain.toml")),
+    ("ink", include_str!("presets/ink.toml")),
+    ("sobel", include_str!("presets/sobel.toml")),
+    ("roystan", include_str!("presets/roystan.toml")),
+];
+
+/// A style that is not there or does not hold.
+#[derive(Debug, thiserror::Error)]
+pub enum StyleError {
+    /// Neither a preset nor a file.
+    #[error("{name}: no such style; there is {}, or the path of a style file (.toml)", names().join(", "))]
+    Unknown {
+        /// As given.
+        name: String,
+    },
+    /// The file cannot be read.
+    #[error("{path}: cannot read the style")]
+    Read {
+        /// The file.
+        path: String,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The text is not a style.
+    #[error("{name}: {cause}")]
+    Parse {
+        /// The file or preset.
+        name: String,
+        /// What and where, in one line.
+        cause: String,
+    },
+}
+
+/// A style.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Style {
+    /// For people and reports.
+    pub name: String,
+    /// In a line.
+    pub description: String,
+    /// Which lines; none draws none.
+    pub lines: Option<Lines>,
+    /// How light becomes colour.
+    pub tone: Tone,
+    /// What it is drawn on.
+    #[serde(default)]
+    pub paper: Paper,
+    /// Above the horizon.
+    #[serde(default)]
+    pub sky: Sky,
+    /// In the distance.
+    #[serde(default)]
+    pub haze: Haze,
+}
+
+/// Lines of a style.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lines {
+    /// What finds them.
+    pub detector: Detector,
+    /// ε of LSA contours.
+    #[serde(default)]
+    pub epsilon: Epsilon,
+    /// Errors at which a line begins and is full.
+    pub ramp: [f32; 2],
+    /// Strength of the line-density filter: 0 is off, 2 the paper's.
+    #[serde(default)]
+    pub density: f32,
+    /// Whether stairs are smoothed.
+    #[serde(default = "yes")]
+    pub antialias: bool,
+    /// Their colour.
+    #[serde(default)]
+    pub ink: Color,
+    /// What is left of a line in full haze, 0 to 1.
+    #[serde(default)]
+    pub faintest: f32,
+}
+
+/// What finds lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Detector {
+    /// Local Surface Approximation contours.
+    Lsa,
+    /// Sobel's operator on depth.
+    Sobel,
+    /// Roystan's outline.
+    Roystan,
+}
+
+/// ε of the planarity term of LSA contours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Epsilon {
+    /// 1e-5 m, as printed.
+    Paper,
+    /// A part of the pixel's size in the world.
+    #[default]
+    Footprint,
+}
+
+/// How light becomes colour.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "lowercase", tag = "kind")]
+pub enum Tone {
+    /// Blinn-Phong over an elevation tint.
+    Plain,
+    /// Steps.
+    Toon(Toon),
+}
+
+/// Steps of light.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Toon {
+    /// At least 2.
+    pub steps: u32,
+    /// Tone of the darkest step, 0 to 1.
+    pub darkest: f32,
+    /// Part of a step in which it fades to the next, 0 to 1.
+    pub softness: f32,
+}
+
+/// The sheet.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Paper {
+    /// Multiplies every colour.
+    pub color: Color,
+    /// How much of its grain shows, 0 to 1.
+    pub grain: f32,
+}
+
+impl Default for Paper {
+    fn default() -> Self {
+        Self { color: Color::WHITE, grain: 0.0 }
+    }
+}
+
+/// The sky's gradient.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sky {
+    /// High up.
+    pub zenith: Color,
+    /// Low down.
+    pub horizon: Color,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        Self { zenith: Color::WHITE, horizon: Color::WHITE }
+    }
+}
+
+/// What distance does.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Haze {
+    /// What far things fade to.
+    pub color: Color,
+    /// What is left of a tone in full haze, 0 to 1.
+    pub faintest_tone: f32,
+}
+
+impl Default for Haze {
+    fn default() -> Self {
+        Self { color: Color::WHITE, faintest_tone: 0.0 }
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// The names of the presets.
+pub fn names() -> Vec<&'static str> {
+    PRESETS.iter().map(|(name, _)| *name).collect()
+}
+
+/// The text of a preset.
+pub fn preset_text(name: &str) -> Option<&'static str> {
+    PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+impl Style {
+    /// A preset by its name, or a style file by its path.
+    ///
+    /// # Errors
+    /// [`StyleError`].
+    pub fn load(name: &str) -> Result<Self, StyleError> {
+        if let Some(text) = preset_text(name) {
+            return Self::parse(name, text);
+        }
+        let path = Path::new(name);
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            return Err(StyleError::Unknown { name: name.to_owned() });
+        }
+        let text =
+            std::fs::read_to_string(path).map_err(|source| StyleError::Read { path: name.to_owned(), source })?;
+        Self::parse(name, &text)
+    }
+
+    /// A style from its text; `name` is for errors.
+    ///
+    /// # Errors
+    /// [`StyleError::Parse`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
+        let fail = |cause: String| StyleError::Parse { name: name.to_owned(), cause };
+        let style: Self = toml::from_str(text).map_err(|error| {
+            let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+            fail(format!("line {line}: {}", error.message()))
+        })?;
+        style.check().map_err(fail)?;
+        Ok(style)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let part = |what: &str, value: f32| {
+            (0.0..=1.0).contains(&value).then_some(()).ok_or_else(|| format!("{what} is {value}, not between 0 and 1"))
+        };
+        if let Some(lines) = &self.lines {
+            if !(lines.ramp[0] >= 0.0 && lines.ramp[1] > lines.ramp[0] && lines.ramp[1].is_finite()) {
+                return Err(format!("lines.ramp is {:?}; it must rise, from 0 or more", lines.ramp));
+            }
+            if !(lines.density >= 0.0 && lines.density.is_finite()) {
+                return Err(format!("lines.density is {}, not 0 or more", lines.density));
+            }
+            part("lines.faintest", lines.faintest)?;
+        }
+        if let Tone::Toon(toon) = &self.tone {
+            if !(2..=64).contains(&toon.steps) {
+                return Err(format!("tone.steps is {}, not between 2 and 64", toon.steps));
+            }
+            part("tone.darkest", toon.darkest)?;
+            part("tone.softness", toon.softness)?;
+        }
+        part("paper.grain", self.paper.grain)?;
+        part("haze.faintest_tone", self.haze.faintest_tone)
+    }
+}

@@ -1,0 +1,184 @@
+//! Draws the selected patches: depth and surface id. See `shaders/surface/terrain.wgsl`.
+
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::{Named, bind_group};
+use crate::gpu::shader::Shader;
+use crate::gpu::target::Target;
+use crate::pyramid::PATCH_QUADS;
+use crate::tiles::selection::{PatchInstance, Selection};
+
+/// Reversed depth: near / distance along the view axis; 0 is the sky.
+pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+/// Which patch; 0 is the sky.
+pub const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+
+/// The pass.
+pub struct TerrainPass {
+    solid: wgpu::RenderPipeline,
+    with_holes: wgpu::RenderPipeline,
+    shader: Shader,
+    indices: GrowingBuffer,
+    instances: GrowingBuffer,
+}
+
+/// What the pass reads and where it writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: wgpu::BindingResource<'a>,
+    /// What `shaders/shared/terrain.wgsl` declares.
+    pub terrain: &'a [Named<'a>],
+    /// The patches.
+    pub selection: &'a Selection,
+    /// [`DEPTH_FORMAT`].
+    pub depth: &'a Target,
+    /// [`ID_FORMAT`].
+    pub surface_id: &'a Target,
+}
+
+impl TerrainPass {
+    /// Builds the pipelines.
+    pub fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let shader = Shader::new(&gpu.device, "surface/terrain");
+        let layout = layout(gpu);
+        let mut indices = GrowingBuffer::new(gpu, "patch indices", Usage::INDEX);
+        indices.write(gpu, &patch_indices());
+        Self {
+            solid: pipeline(gpu, &shader, &layout, "solid"),
+            with_holes: pipeline(gpu, &shader, &layout, "with_holes"),
+            shader,
+            indices,
+            instances: GrowingBuffer::new(gpu, "patches", Usage::VERTEX),
+        }
+    }
+
+    /// Clears the targets and draws the patches.
+    pub fn run(&mut self, gpu: &Gpu, encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>, inputs: &Inputs) {
+        let selection = inputs.selection;
+        let instances: Vec<PatchInstance> = [selection.solid.as_slice(), &selection.with_holes].concat();
+        self.instances.write(gpu, &instances);
+        let mut resources = vec![("view", inputs.view.clone())];
+        resources.extend(inputs.terrain.iter().cloned());
+        let group =
+            bind_group(gpu, "surface/terrain", &self.shader, |i| self.solid.get_bind_group_layout(i), &resources);
+
+        let mut pass = encoder.scoped_render_pass(
+            "surface/terrain",
+            wgpu::RenderPassDescriptor {
+                label: Some("surface/terrain"),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &inputs.surface_id.view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &inputs.depth.view,
+                    depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            },
+        );
+        pass.set_bind_group(0, &group, &[]);
+        pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint16);
+        pass.set_vertex_buffer(0, self.instances.buffer().slice(..));
+        let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
+        let solid = selection.solid.len() as u32;
+        let all = instances.len() as u32;
+        pass.set_pipeline(&self.solid);
+        pass.draw_indexed(0..index_count, 0, 0..solid);
+        pass.set_pipeline(&self.with_holes);
+        pass.draw_indexed(0..index_count, 0, solid..all);
+    }
+}
+
+/// Both triangles of each quad, split along its (0, 0) to (1, 1) diagonal: the one that mesh errors are measured with.
+fn patch_indices() -> Vec<u16> {
+    let side = PATCH_QUADS as u16 + 1;
+    let mut indices = Vec::with_capacity(6 * PATCH_QUADS as usize * PATCH_QUADS as usize);
+    for y in 0..PATCH_QUADS as u16 {
+        for x in 0..PATCH_QUADS as u16 {
+            let here = y * side + x;
+            indices.extend([here, here + 1, here + side + 1, here, here + side + 1, here + side]);
+        }
+    }
+    indices
+}
+
+/// One layout for both pipelines, so that one bind group serves both: the solid one reads less.
+fn layout(gpu: &Gpu) -> wgpu::PipelineLayout {
+    let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
+    let buffer = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: both,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let storage = wgpu::BufferBindingType::Storage { read_only: true };
+    let group = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("surface/terrain"),
+        entries: &[
+            buffer(0, wgpu::BufferBindingType::Uniform),
+            buffer(10, wgpu::BufferBindingType::Uniform),
+            buffer(11, storage),
+            buffer(12, storage),
+            buffer(13, storage),
+            wgpu::BindGroupLayoutEntry {
+                binding: 14,
+                visibility: both,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                    view_dimension: wgpu::TextureViewDimension::D2Array,
+                    multisampled: false,
+                },
+                count: None,
+            },
+        ],
+    });
+    gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some("surface/terrain"),
+        bind_group_layouts: &[Some(&group)],
+        immediate_size: 0,
+    })
+}
+
+fn pipeline(gpu: &Gpu, shader: &Shader, layout: &wgpu::PipelineLayout, fragment: &str) -> wgpu::RenderPipeline {
+    const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
+        wgpu::vertex_attr_array![0 => Sint32x2, 1 => Uint32x2, 2 => Float32x4, 3 => Float32];
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module: &shader.module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[Some(wgpu::VertexBufferLayout {
+                array_stride: size_of::<PatchInstance>() as u64,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &ATTRIBUTES,
+            })],
+        },
+        fragment: Some(wgpu::FragmentState {
+            module: &shader.module,
+            entry_point: Some(fragment),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(ID_FORMAT.into())],
+        }),
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        multiview_mask: None,
+        cache: None,
+    })
+}

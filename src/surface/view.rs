@@ -1,0 +1,150 @@
+//! One eye's view, in f64, and as the shaders read it.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat4, DVec2, DVec3, DVec4};
+
+use crate::tiles::frustum::Frustum;
+
+/// The near plane. Reversed infinite depth loses nothing by a small one.
+const NEAR_M: f64 = 0.01;
+
+/// Where an eye is and where it looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// In the world: east, north, up.
+    pub position_m: DVec3,
+    /// Unit; so are the next two, and each is perpendicular to the others.
+    pub forward: DVec3,
+    /// Unit.
+    pub right: DVec3,
+    /// Unit.
+    pub up: DVec3,
+    /// Vertical field of view.
+    pub fov_rad: f64,
+}
+
+/// A part of a picture: large pictures are rendered in several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Its first pixel in the picture; may lie outside by a margin.
+    pub origin_px: [i32; 2],
+    /// Its size.
+    pub size_px: [u32; 2],
+}
+
+impl Part {
+    /// All of a picture.
+    pub fn whole(size_px: [u32; 2]) -> Self {
+        Self { origin_px: [0, 0], size_px }
+    }
+}
+
+/// A view of a part of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The eye.
+    pub pose: Pose,
+    /// The eye one frame ago, for motion.
+    pub previous: Pose,
+    /// Of the whole picture.
+    pub picture_px: [u32; 2],
+    /// What is rendered of it.
+    pub part: Part,
+}
+
+/// `View` in `shaders/shared/view.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct ViewUniform {
+    clip_from_camera: [[f32; 4]; 4],
+    previous_clip_from_camera: [[f32; 4]; 4],
+    ray_corner: [f32; 3],
+    focal_px: f32,
+    ray_dx: [f32; 3],
+    near_m: f32,
+    ray_dy: [f32; 3],
+    pad: f32,
+    size_px: [u32; 2],
+    origin_px: [i32; 2],
+    picture_px: [f32; 2],
+    padding: [f32; 2],
+}
+
+impl Pose {
+    /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.
+    pub fn yaw_deg(&self) -> f64 {
+        // The right side is level, and a quarter turn ahead of the yaw.
+        (-self.right.y).atan2(self.right.x).to_degrees().rem_euclid(360.0)
+    }
+}
+
+impl View {
+    /// Pixels per radian in the middle of the picture.
+    pub fn focal_px(&self) -> f64 {
+        focal_px(&self.pose, self.picture_px)
+    }
+
+    /// The direction through a point of the picture (0, 0 is its upper left corner), at unit distance along the axis.
+    pub fn ray(&self, picture: DVec2) -> DVec3 {
+        let focal_px = self.focal_px();
+        let from_middle = picture - self.middle_px();
+        self.pose.forward + self.pose.right * (from_middle.x / focal_px) - self.pose.up * (from_middle.y / focal_px)
+    }
+
+    /// What the part sees.
+    pub fn frustum(&self) -> Frustum {
+        let low = DVec2::new(f64::from(self.part.origin_px[0]), f64::from(self.part.origin_px[1]));
+        let high = low + DVec2::new(f64::from(self.part.size_px[0]), f64::from(self.part.size_px[1]));
+        Frustum::new([
+            self.ray(low),
+            self.ray(DVec2::new(high.x, low.y)),
+            self.ray(high),
+            self.ray(DVec2::new(low.x, high.y)),
+        ])
+    }
+
+    /// For the shaders.
+    pub fn uniform(&self) -> ViewUniform {
+        let focal_px = self.focal_px();
+        let step = self.pose.position_m - self.previous.position_m;
+        let previous = self.clip_from_camera(&self.previous) * DMat4::from_translation(step);
+        ViewUniform {
+            clip_from_camera: self.clip_from_camera(&self.pose).as_mat4().to_cols_array_2d(),
+            previous_clip_from_camera: previous.as_mat4().to_cols_array_2d(),
+            ray_corner: self.ray(DVec2::ZERO).as_vec3().to_array(),
+            focal_px: focal_px as f32,
+            ray_dx: (self.pose.right / focal_px).as_vec3().to_array(),
+            near_m: NEAR_M as f32,
+            ray_dy: (-self.pose.up / focal_px).as_vec3().to_array(),
+            pad: 0.0,
+            size_px: self.part.size_px,
+            origin_px: self.part.origin_px,
+            picture_px: self.picture_px.map(|side| side as f32),
+            padding: [0.0; 2],
+        }
+    }
+
+    fn middle_px(&self) -> DVec2 {
+        DVec2::new(f64::from(self.picture_px[0]), f64::from(self.picture_px[1])) * 0.5
+    }
+
+    /// Reversed infinite projection of the part: depth is near / distance along the axis, 0 at infinity.
+    fn clip_from_camera(&self, pose: &Pose) -> DMat4 {
+        let focal_px = focal_px(pose, self.picture_px);
+        let size = DVec2::new(f64::from(self.part.size_px[0]), f64::from(self.part.size_px[1]));
+        let origin = DVec2::new(f64::from(self.part.origin_px[0]), f64::from(self.part.origin_px[1]));
+        let middle = (self.middle_px() - origin) / size;
+        let right = pose.right * (2.0 * focal_px / size.x) + pose.forward * (2.0 * middle.x - 1.0);
+        let up = pose.up * (2.0 * focal_px / size.y) + pose.forward * (1.0 - 2.0 * middle.y);
+        DMat4::from_cols(
+            DVec4::new(right.x, up.x, 0.0, pose.forward.x),
+            DVec4::new(right.y, up.y, 0.0, pose.forward.y),
+            DVec4::new(right.z, up.z, 0.0, pose.forward.z),
+            DVec4::new(0.0, 0.0, NEAR_M, 0.0),
+        )
+    }
+}
+
+fn focal_px(pose: &Pose, picture_px: [u32; 2]) -> f64 {
+    0.5 * f64::from(picture_px[1]) / (0.5 * pose.fov_rad).tan()
+}

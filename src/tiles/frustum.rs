@@ -1,0 +1,46 @@
+//! What a view can see of a box.
+
+use glam::DVec3;
+
+/// A box, relative to the camera, in metres.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Least corner.
+    pub low_m: DVec3,
+    /// Greatest corner.
+    pub high_m: DVec3,
+}
+
+impl Bounds {
+    /// The distance from the camera to the nearest point of the box; 0 inside.
+    pub fn distance_m(&self) -> f64 {
+        DVec3::ZERO.clamp(self.low_m, self.high_m).length()
+    }
+}
+
+/// The side planes of a view's pyramid, by their inward normals; all pass through the camera.
+#[derive(Clone, Debug)]
+pub struct Frustum {
+    normals: [DVec3; 4],
+}
+
+impl Frustum {
+    /// From the rays through the picture's corners, in order around it (upper left, upper right, lower right, lower
+    /// left).
+    pub fn new(corner_rays: [DVec3; 4]) -> Self {
+        let middle: DVec3 = corner_rays.iter().sum();
+        let side = |i: usize| {
+            let normal = corner_rays[i].cross(corner_rays[(i + 1) % 4]).normalize_or_zero();
+            if normal.dot(middle) < 0.0 { -normal } else { normal }
+        };
+        Self { normals: [side(0), side(1), side(2), side(3)] }
+    }
+
+    /// Whether any of the box may be in view: never false for one that is.
+    pub fn may_see(&self, bounds: &Bounds) -> bool {
+        self.normals.iter().all(|normal| {
+            let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.high_m, bounds.low_m);
+            normal.dot(farthest) >= 0.0
+        })
+    }
+}

@@ -1,0 +1,286 @@
+//! Which mesh patches are drawn, and how far each morphs: level of detail by measured error.
+//!
+//! A patch (level j, column x, row y) covers samples 32·2^j·x to 32·2^j·(x+1) with 32 × 32 quads; negative levels are
+//! finer than the data and are evaluated, not loaded. A patch is split while its measured mesh error, seen from the
+//! nearest point of its box, is more than the allowed error in pixels. What is left covers the view once.
+//!
+//! Each leaf has a continuous level: its own, plus how far it is on the way to its parent's error. At that way's end
+//! all four siblings have the shape of their parent, so nothing pops. Where two leaves meet, both take the coarser of
+//! their continuous levels on the shared edge (`shaders/surface/terrain.wgsl` morphs to it): there is no crack and no
+//! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
+//! levels, hence at most [`MAX_LEVEL_STEP`].
+
+use std::collections::HashMap;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3};
+
+use super::frustum::{Bounds, Frustum};
+use super::warp::Warp;
+use crate::pyramid::statistics::{PatchStatistics, Voids};
+use crate::pyramid::{PATCH_QUADS, Pyramid};
+
+/// Log2 of the grid units in a sample: positions of vertices are whole numbers of these.
+pub const UNITS_LOG2: i32 = 12;
+/// The finest patches have a vertex at every unit.
+const FINEST_LEVEL: i32 = -UNITS_LOG2;
+/// A neighbour may be this many levels coarser: 2^4 < 32 quads.
+const MAX_LEVEL_STEP: i32 = 4;
+
+/// Where in the quadtree of patches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PatchKey {
+    /// Log2 of samples between vertices; negative is finer than the data.
+    pub level: i32,
+    /// Column, in patches of this level.
+    pub x: i64,
+    /// Row.
+    pub y: i64,
+}
+
+impl PatchKey {
+    fn children(self) -> [Self; 4] {
+        let child = |dx, dy| Self { level: self.level - 1, x: 2 * self.x + dx, y: 2 * self.y + dy };
+        [child(0, 0), child(1, 0), child(0, 1), child(1, 1)]
+    }
+
+    fn parent(self) -> Self {
+        Self { level: self.level + 1, x: self.x >> 1, y: self.y >> 1 }
+    }
+
+    /// First sample and side in samples.
+    fn area(self) -> (DVec2, f64) {
+        let side = f64::from(PATCH_QUADS) * f64::from(self.level).exp2();
+        (DVec2::new(self.x as f64, self.y as f64) * side, side)
+    }
+}
+
+/// A patch as the vertex shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
+pub struct PatchInstance {
+    /// First sample, in grid units relative to the anchor.
+    pub origin_units: [i32; 2],
+    /// Log2 of the units between vertices.
+    pub stride_log2: u32,
+    /// What the surface id target gets; never 0.
+    pub id: u32,
+    /// Levels above the patch's own at its first column, last column, first row, last row.
+    pub edge_levels: [f32; 4],
+    /// The same inside.
+    pub inner_level: f32,
+}
+
+/// What the selection is made for.
+#[derive(Clone, Debug)]
+pub struct Viewpoint {
+    /// In the world.
+    pub camera_m: DVec3,
+    /// What is in view; several eyes or parts of a picture each have one.
+    pub frusta: Vec<Frustum>,
+    /// Pixels per radian.
+    pub focal_px: f64,
+    /// Allowed mesh error.
+    pub error_px: f64,
+    /// No part of the surface is nearer than this: half the camera's height above ground.
+    pub nearest_m: f64,
+}
+
+/// The patches of a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Patches without holes, nearest first.
+    pub solid: Vec<PatchInstance>,
+    /// Patches that have void samples, nearest first.
+    pub with_holes: Vec<PatchInstance>,
+    /// The leaves in the order of `solid`, then `with_holes`.
+    pub leaves: Vec<PatchKey>,
+}
+
+impl Selection {
+    /// Triangles drawn.
+    pub fn triangles(&self) -> u64 {
+        (self.solid.len() + self.with_holes.len()) as u64 * 2 * u64::from(PATCH_QUADS) * u64::from(PATCH_QUADS)
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Leaf {
+    distance_m: f64,
+    /// Continuous, absolute.
+    level: f64,
+    holes: bool,
+}
+
+/// Chooses the patches for a viewpoint.
+pub fn select(pyramid: &Pyramid, warp: &Warp, anchor: DVec2, viewpoint: &Viewpoint) -> Selection {
+    let mut walk = Walk { pyramid, warp, viewpoint, leaves: HashMap::new() };
+    let top = pyramid.patch_levels() as i32 - 1;
+    walk.visit(PatchKey { level: top, x: 0, y: 0 }, f64::INFINITY);
+    walk.limit_steps();
+    walk.finish(anchor)
+}
+
+struct Walk<'a> {
+    pyramid: &'a Pyramid,
+    warp: &'a Warp,
+    viewpoint: &'a Viewpoint,
+    leaves: HashMap<PatchKey, Leaf>,
+}
+
+impl Walk<'_> {
+    fn visit(&mut self, key: PatchKey, parent_allowed_m: f64) {
+        let Some((statistics, bounds)) = self.visible(key) else { return };
+        let distance_m = bounds.distance_m().max(self.viewpoint.nearest_m);
+        let allowed_m = self.viewpoint.error_px * distance_m / self.viewpoint.focal_px;
+        if self.mesh_error_m(key) > allowed_m && key.level > FINEST_LEVEL {
+            for child in key.children() {
+                self.visit(child, allowed_m);
+            }
+        } else {
+            self.add_leaf(key, statistics, distance_m, parent_allowed_m);
+        }
+    }
+
+    /// Statistics and box of a patch, if it exists, has data, and may be in view.
+    fn visible(&self, key: PatchKey) -> Option<(PatchStatistics, Bounds)> {
+        let statistics = self.statistics(key)?;
+        let bounds = self.bounds(key, &statistics)?;
+        let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
+        seen.then_some((statistics, bounds))
+    }
+
+    fn statistics(&self, key: PatchKey) -> Option<PatchStatistics> {
+        let up = (-key.level).max(0);
+        let (x, y) = (u32::try_from(key.x >> up).ok()?, u32::try_from(key.y >> up).ok()?);
+        self.pyramid.patch(key.level.max(0) as u32, x, y).copied()
+    }
+
+    fn mesh_error_m(&self, key: PatchKey) -> f64 {
+        let error_m = self.statistics(key).map_or(0.0, |statistics| f64::from(statistics.mesh_error_m));
+        // Halving the quads of a smooth surface quarters the error.
+        error_m * f64::from(2 * key.level.min(0)).exp2()
+    }
+
+    fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
+        let (first, side) = key.area();
+        let size = self.pyramid.levels()[0];
+        let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
+        if first.cmpge(last).any() {
+            return None;
+        }
+        let end = (first + side).min(last);
+        let corners = [first, DVec2::new(end.x, first.y), DVec2::new(first.x, end.y), end];
+        let mut low = DVec2::INFINITY;
+        let mut high = DVec2::NEG_INFINITY;
+        for corner in corners {
+            let place = self.warp.world_from_grid(corner);
+            low = low.min(place);
+            high = high.max(place);
+        }
+        // The sides of a patch are a little curved in a geographic grid, and the surface overshoots its samples.
+        let margin = (high - low) * 0.02;
+        let relief_m = f64::from(statistics.max_m - statistics.min_m);
+        let camera_m = self.viewpoint.camera_m;
+        let low_m = (low - margin).extend(f64::from(statistics.min_m) - 0.15 * relief_m) - camera_m;
+        let high_m = (high + margin).extend(f64::from(statistics.max_m) + 0.15 * relief_m) - camera_m;
+        Some(Bounds { low_m, high_m })
+    }
+
+    fn add_leaf(&mut self, key: PatchKey, statistics: PatchStatistics, distance_m: f64, parent_allowed_m: f64) {
+        let own_m = self.mesh_error_m(key);
+        let parent_m = self.mesh_error_m(key.parent());
+        let way = if parent_allowed_m.is_finite() && parent_m > own_m {
+            ((parent_allowed_m - own_m) / (parent_m - own_m)).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        let level = f64::from(key.level) + way;
+        self.leaves.insert(key, Leaf { distance_m, level, holes: statistics.voids != Voids::None });
+    }
+
+    /// Splits leaves that have neighbours too much finer than themselves.
+    fn limit_steps(&mut self) {
+        loop {
+            let too_coarse: Vec<_> = self
+                .leaves
+                .keys()
+                .flat_map(|key| neighbours(*key).map(move |neighbour| (key.level, neighbour)))
+                .filter_map(|(level, neighbour)| {
+                    let (coarse, _) = self.leaf_over(neighbour)?;
+                    (coarse.level > level + MAX_LEVEL_STEP).then_some(coarse)
+                })
+                .collect();
+            if too_coarse.is_empty() {
+                return;
+            }
+            for key in too_coarse {
+                // The same leaf may stand in the list twice.
+                if self.leaves.remove(&key).is_none() {
+                    continue;
+                }
+                for child in key.children() {
+                    if let Some((statistics, bounds)) = self.visible(child) {
+                        let distance_m = bounds.distance_m().max(self.viewpoint.nearest_m);
+                        self.add_leaf(child, statistics, distance_m, f64::INFINITY);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The leaf that covers a patch: itself or an ancestor.
+    fn leaf_over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
+        let top = self.pyramid.patch_levels() as i32 - 1;
+        while key.level <= top {
+            if let Some(leaf) = self.leaves.get(&key) {
+                return Some((key, *leaf));
+            }
+            key = key.parent();
+        }
+        None
+    }
+
+    fn finish(self, anchor: DVec2) -> Selection {
+        let mut keys: Vec<_> = self.leaves.iter().map(|(key, leaf)| (*key, *leaf)).collect();
+        // The key breaks ties, so that the order is the same on every run.
+        keys.sort_by(|a, b| {
+            a.1.holes.cmp(&b.1.holes).then(a.1.distance_m.total_cmp(&b.1.distance_m)).then(a.0.cmp(&b.0))
+        });
+        let mut selection = Selection::default();
+        for (key, leaf) in keys {
+            let own = f64::from(key.level);
+            let [west, east, north, south] = neighbours(key).map(|neighbour| {
+                let other = self.leaf_over(neighbour).map_or(leaf.level, |(_, other)| other.level);
+                (leaf.level.max(other) - own) as f32
+            });
+            let (first, _) = key.area();
+            let origin = (first - anchor) * f64::from(UNITS_LOG2).exp2();
+            let instance = PatchInstance {
+                origin_units: [origin.x as i32, origin.y as i32],
+                stride_log2: (key.level + UNITS_LOG2) as u32,
+                id: patch_id(key),
+                edge_levels: [west, east, north, south],
+                inner_level: (leaf.level - own) as f32,
+            };
+            if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
+            selection.leaves.push(key);
+        }
+        selection
+    }
+}
+
+/// The patches of the same level beside the first column, last column, first row and last row.
+fn neighbours(key: PatchKey) -> [PatchKey; 4] {
+    let beside = |dx, dy| PatchKey { x: key.x + dx, y: key.y + dy, ..key };
+    [beside(-1, 0), beside(1, 0), beside(0, -1), beside(0, 1)]
+}
+
+/// A number that names a patch from frame to frame: FNV-1a over its key, never 0.
+fn patch_id(key: PatchKey) -> u32 {
+    let mut hash = 0x811c_9dc5_u32;
+    for byte in (key.level as i64).to_le_bytes().iter().chain(&key.x.to_le_bytes()).chain(&key.y.to_le_bytes()) {
+        hash = (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
+    }
+    hash.max(1)
+}

@@ -1,0 +1,7 @@
+//! Tones from pictures of the surface: how light each place is, and its colour before lines and haze.
+
+pub mod plain;
+pub mod toon;
+
+/// rgb: linear colour; a: the tone asked for, 0 black to 1 white.
+pub const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;

@@ -1,0 +1,59 @@
+//! Light in a few steps. See `shaders/tones/toon.wgsl`.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::{ComputePass, texture};
+use crate::gpu::target::Target;
+use crate::style::Toon;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct ToonUniform {
+    to_sun: [f32; 3],
+    steps: f32,
+    darkest: f32,
+    softness: f32,
+    pad: [f32; 2],
+}
+
+/// The pass.
+pub struct ToonPass {
+    pass: ComputePass,
+    uniform: GrowingBuffer,
+}
+
+impl ToonPass {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        let pass = ComputePass::new(gpu, "tones/toon");
+        Self { pass, uniform: GrowingBuffer::new(gpu, "toon", wgpu::BufferUsages::UNIFORM) }
+    }
+
+    /// Reads `view`, `normal`; writes `tone`. `to_sun` is a unit vector in the world.
+    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        size_px: [u32; 2],
+        toon: &Toon,
+        to_sun: [f32; 3],
+        view: wgpu::BindingResource<'_>,
+        normal: &Target,
+        tone: &Target,
+    ) {
+        let steps = toon.steps as f32;
+        let uniform =
+            ToonUniform { to_sun, steps, darkest: toon.darkest, softness: toon.softness.max(1e-3), pad: [0.0; 2] };
+        self.uniform.write(gpu, &[uniform]);
+        let resources = [
+            ("view", view),
+            ("toon", self.uniform.binding()),
+            ("normal", texture(&normal.view)),
+            ("tone", texture(&tone.view)),
+        ];
+        self.pass.run(gpu, encoder, size_px, &resources);
+    }
+}

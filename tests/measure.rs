@@ -1,0 +1,192 @@
+//! Statistics, the report and the comparison of pictures, each with a planted error.
+
+use std::path::Path;
+
+use hachure::file::png::{Picture, write_rgba8};
+use hachure::measure::image_compare::{CompareError, Tolerance, compare, compare_with_file};
+use hachure::measure::memory::rss_bytes;
+use hachure::measure::report::{Memory, Report, Run, WorldSize};
+use hachure::measure::report_html::{html, write_html};
+use hachure::measure::statistics::{FrameRecord, Percentiles, RunFrames, write_frames_csv};
+
+#[test]
+fn percentiles_are_values_measured() {
+    let of_100 = Percentiles::of((1..=100).rev().map(f64::from)).unwrap();
+    assert_eq!(of_100, Percentiles { p50: 50.0, p95: 95.0, p99: 99.0, max: 100.0 });
+    let of_20 = Percentiles::of((1..=20).map(f64::from)).unwrap();
+    assert_eq!(of_20, Percentiles { p50: 10.0, p95: 19.0, p99: 20.0, max: 20.0 });
+    let of_one = Percentiles::of([7.0, f64::NAN]).unwrap();
+    assert_eq!((of_one.p50, of_one.max), (7.0, 7.0));
+    assert_eq!(Percentiles::of([]), None);
+}
+
+#[test]
+fn resident_memory_is_measured_on_linux() {
+    assert_eq!(rss_bytes().is_some(), cfg!(target_os = "linux"));
+    assert!(rss_bytes().is_none_or(|bytes| bytes > 1_000_000));
+}
+
+fn frames() -> Vec<RunFrames> {
+    let frame = |frame: u64| FrameRecord {
+        frame,
+        t_s: frame as f64 / 60.0,
+        frame_ms: Some(5.0 + (frame % 7) as f64),
+        gpu_ms: Some(3.0),
+        pass_gpu_ms: vec![("terrain".to_owned(), 1.0 + frame as f64 / 1000.0), ("lsa".to_owned(), 2.0)],
+        lod_error_px: Some(0.5),
+        triangles: Some(1000 + frame),
+        late: Some(frame == 3),
+        ..FrameRecord::default()
+    };
+    let unmeasured = FrameRecord { t_s: 1.0, ..FrameRecord::default() };
+    vec![
+        RunFrames { style: "ink".to_owned(), eyes: "mono".to_owned(), frames: (0..2000).map(frame).collect() },
+        RunFrames { style: "a <b>".to_owned(), eyes: "mono".to_owned(), frames: vec![unmeasured] },
+    ]
+}
+
+fn report() -> Report {
+    let mut runs: Vec<Run> = frames().iter().map(|run| Run::of_frames(&run.style, &run.eyes, &run.frames)).collect();
+    runs[0].memory = Memory { rss_bytes: Some(123), ..Memory::default() };
+    runs[0].temporal = Some([("flicker_share".to_owned(), Some(0.25)), ("other".to_owned(), None)].into());
+    let world = WorldSize { samples: Some(1 << 20), extent_m: [1000.0, 2000.0] };
+    Report { adapter: "llvmpipe".to_owned(), size: [640, 480], world, runs }
+}
+
+#[test]
+fn report_has_the_names_that_scripts_rely_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("report.json");
+    report().write_json(&path).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let keys = |value: &serde_json::Value| {
+        let mut keys: Vec<String> = value.as_object().unwrap().keys().cloned().collect();
+        keys.sort();
+        keys.join(" ")
+    };
+    assert_eq!(keys(&json), "adapter runs size world");
+    assert_eq!(keys(&json["world"]), "extent_m samples");
+    let run = &json["runs"][0];
+    assert_eq!(
+        keys(run),
+        "eyes frame_ms frames gpu_ms lod_error_px memory passes stereo strokes style temporal tiles triangles"
+    );
+    assert_eq!(keys(&run["frame_ms"]), "max p50 p95 p99");
+    assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
+    assert_eq!(keys(&run["passes"][0]), "gpu_ms name");
+    assert_eq!(keys(&run["passes"][0]["gpu_ms"]), "p50 p95 p99");
+    assert_eq!(keys(&run["memory"]), "gpu_bytes rss_bytes tile_cache_bytes");
+    assert_eq!(keys(&run["tiles"]), "cancelled evicted failed late_frames loaded");
+    assert_eq!(keys(&run["lod_error_px"]), "max p50 p99");
+    assert_eq!((&run["passes"][1]["name"], &run["frames"]), (&"lsa".into(), &2000.into()));
+    assert_eq!((&run["tiles"]["late_frames"], &run["triangles"]), (&1.into(), &1999.into()));
+
+    // What was not measured is null, never 0.
+    for value in [&run["stereo"], &run["strokes"], &run["memory"]["gpu_bytes"], &run["tiles"]["loaded"]] {
+        assert!(value.is_null(), "{value}");
+    }
+    let other = &json["runs"][1];
+    for key in ["frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes", "temporal", "stereo"] {
+        assert!(other[key].is_null(), "{key}");
+    }
+    assert!(other["tiles"]["late_frames"].is_null());
+    assert_eq!(serde_json::from_str::<Report>(&text).unwrap(), report());
+}
+
+#[test]
+fn frames_table_has_a_column_for_each_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("frames.csv");
+    write_frames_csv(&path, &frames()).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 2002);
+    assert_eq!(
+        lines[0],
+        "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,\
+         gpu_ms.terrain,gpu_ms.lsa"
+    );
+    assert_eq!(lines[1], "ink,mono,0,0,5,3,0.5,1000,,,0,1,2");
+    assert_eq!(lines[2001], "a <b>,mono,0,1,,,,,,,,,");
+}
+
+#[test]
+fn page_stands_alone() {
+    let page = html(&report(), &frames());
+    for needed in ["<svg", "<polyline", "<rect", "Frame time along the path", "flicker_share", "prefers-color-scheme"] {
+        assert!(page.contains(needed), "{needed}");
+    }
+    for foreign in ["http", "<script", "src=", "@import", "url(", "NaN", "a <b>"] {
+        assert!(!page.contains(foreign), "{foreign}");
+    }
+    // 2000 frames fit the plot's columns.
+    assert!(page.len() < 100_000, "{}", page.len());
+    for tag in ["svg", "table", "tr", "td", "p", "h2", "div", "text"] {
+        let count = |text: String| page.matches(&text).count();
+        let opened = count(format!("<{tag}>")) + count(format!("<{tag} "));
+        assert_eq!(opened, count(format!("</{tag}>")), "{tag}");
+    }
+    // An empty report is a page as well.
+    assert!(html(&Report::default(), &[]).contains("</html>"));
+    let folder = tempfile::tempdir().unwrap();
+    write_html(&folder.path().join("report.html"), &report(), &frames()).unwrap();
+    assert!(write_html(Path::new("/no/such/report.html"), &report(), &[]).is_err());
+}
+
+/// White paper with a diagonal line of 1 px.
+fn drawing(line: bool) -> Picture {
+    let size = 256;
+    let mut rgba = vec![255; size * size * 4];
+    if line {
+        for at in 0..size {
+            rgba[(at * size + at) * 4..][..3].fill(0);
+        }
+    }
+    Picture { width: size as u32, height: size as u32, rgba }
+}
+
+const TOLERANCE: Tolerance = Tolerance { channel_difference: 8, outlier_share: 0.001 };
+
+#[test]
+fn a_lost_line_fails_where_a_mean_would_pass() {
+    let (with, without) = (drawing(true), drawing(false));
+    let pairs = with.rgba.iter().zip(&without.rgba);
+    let mean = pairs.map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / with.rgba.len() as f64;
+    assert!(mean < 1.0, "the mean difference, {mean} of 255, looks like nothing");
+    let comparison = compare(&without, &with, TOLERANCE).unwrap();
+    assert_eq!((comparison.outliers, comparison.pixels), (256, 65_536));
+    assert_eq!((comparison.worst_difference, comparison.worst_px), (255, [0, 0]));
+    assert!(!comparison.passes());
+    assert!(comparison.to_string().starts_with("256 of 65536 pixels differ by more than 8 (allowed: 65)"));
+}
+
+#[test]
+fn small_differences_and_few_outliers_pass() {
+    let reference = drawing(true);
+    let mut picture = reference.clone();
+    picture.rgba.iter_mut().for_each(|byte| *byte = byte.saturating_sub(8));
+    picture.rgba[(7 * 256 + 5) * 4] = 0;
+    let comparison = compare(&picture, &reference, TOLERANCE).unwrap();
+    assert_eq!((comparison.outliers, comparison.worst_px), (1, [5, 7]));
+    assert!(comparison.passes());
+    assert!(compare(&reference, &reference, Tolerance::EXACT).unwrap().passes());
+    assert!(!compare(&picture, &reference, Tolerance::EXACT).unwrap().passes());
+    let no_number = Tolerance { outlier_share: f64::NAN, ..Tolerance::EXACT };
+    assert!(!compare(&picture, &reference, no_number).unwrap().passes());
+}
+
+#[test]
+fn a_missing_reference_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("reference.png");
+    let picture = drawing(true);
+    let error = compare_with_file(&picture, &path, TOLERANCE).unwrap_err();
+    assert!(matches!(error, CompareError::Reference(_)) && error.to_string().contains("reference.png"));
+    write_rgba8(&path, 256, 256, &picture.rgba).unwrap();
+    assert!(compare_with_file(&picture, &path, Tolerance::EXACT).unwrap().passes());
+    let smaller = Picture { width: 256, height: 255, rgba: vec![255; 256 * 255 * 4] };
+    assert_eq!(compare_with_file(&smaller, &path, TOLERANCE), Err(CompareError::Size([256, 255], [256, 256])));
+    let broken = Picture { width: 2, height: 2, rgba: vec![] };
+    assert!(matches!(compare(&broken, &broken, TOLERANCE), Err(CompareError::Bytes { bytes: 0, .. })));
+}
