@@ -1,0 +1,126 @@
+//! What can go wrong between a height grid and its pyramid.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::TileAddress;
+
+/// Why a pyramid could not be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum PyramidError {
+    /// The grid's fields contradict one another, or it is too small.
+    #[error("{}: {cause}", path.display())]
+    BadGrid {
+        /// The file that was to be baked.
+        path: PathBuf,
+        /// What is wrong with the grid.
+        cause: String,
+    },
+    /// Not one sample has a height.
+    #[error("{}: no sample has a height; all are void", path.display())]
+    NoHeights {
+        /// The file that was to be baked.
+        path: PathBuf,
+    },
+    /// The disk.
+    #[error("{}: {what}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was being done.
+        what: &'static str,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// A block could not be compressed or the container not written.
+    #[error("{}: the GeoTIFF could not be written", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// The encoder's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The GeoTIFF is damaged, or not one of ours.
+    #[error("{}: the GeoTIFF could not be read", path.display())]
+    Decode {
+        /// The file.
+        path: PathBuf,
+        /// The decoder's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The GeoTIFF does not have the levels that its sidecar describes, or what was read back is not what was written.
+    #[error("{}: {cause}", path.display())]
+    Mismatch {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        cause: String,
+    },
+    /// There is no file of tile statistics beside the GeoTIFF: bake it first.
+    #[error("{}: there are no tile statistics beside it ({})", path.display(), super::sidecar_path(path).display())]
+    NoSidecar {
+        /// The GeoTIFF.
+        path: PathBuf,
+    },
+    /// The tile statistics belong to another version of the GeoTIFF, or of hachure: bake again.
+    #[error("{}: stale tile statistics: {cause}", path.display())]
+    StaleSidecar {
+        /// The sidecar.
+        path: PathBuf,
+        /// What does not fit.
+        cause: String,
+    },
+    /// The file of tile statistics is damaged: bake again.
+    #[error("{}: damaged tile statistics: {cause}", path.display())]
+    CorruptSidecar {
+        /// The sidecar.
+        path: PathBuf,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// There is no such tile.
+    #[error("{}: there is no tile {} {} {} (level, x, y)", path.display(), address.level, address.x, address.y)]
+    NoSuchTile {
+        /// The pyramid.
+        path: PathBuf,
+        /// The tile asked for.
+        address: TileAddress,
+    },
+    /// The system names no folder for caches.
+    #[error("no folder for baked terrain: set HACHURE_CACHE")]
+    NoCacheFolder,
+    /// The heights to bake could not be had.
+    #[error("{name}: its heights could not be loaded")]
+    Load {
+        /// The file or key.
+        name: String,
+        /// The loader's reason.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl PyramidError {
+    /// Whether baking anew would cure it.
+    pub fn wants_bake(&self) -> bool {
+        matches!(
+            self,
+            Self::NoSidecar { .. }
+                | Self::StaleSidecar { .. }
+                | Self::CorruptSidecar { .. }
+                | Self::Mismatch { .. }
+                | Self::Decode { .. }
+        )
+    }
+
+    pub(super) fn io(path: &Path, what: &'static str) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { path: path.to_owned(), what, source }
+    }
+
+    pub(super) fn encode<E: Into<Box<dyn std::error::Error + Send + Sync>>>(path: &Path) -> impl FnOnce(E) -> Self {
+        move |source| Self::Encode { path: path.to_owned(), source: source.into() }
+    }
+
+    pub(super) fn decode<E: Into<Box<dyn std::error::Error + Send + Sync>>>(path: &Path) -> impl FnOnce(E) -> Self {
+        move |source| Self::Decode { path: path.to_owned(), source: source.into() }
+    }
+}

@@ -1,0 +1,96 @@
+//! The next coarser level: the average over the area that each coarse sample covers.
+//!
+//! A coarse sample covers `n/m` fine samples along an axis (2, or a little less for odd `n`), so up to three of them,
+//! the outer ones in part; their shares are the weights. Voids carry no weight, and a coarse sample is valid where at
+//! least half of the area under it is.
+
+use rayon::prelude::*;
+
+use super::levels::LevelSize;
+
+/// The fine samples under one coarse sample along an axis: the first of them, how many, and their shares of the
+/// coarse sample's width (sum 1).
+struct Cover {
+    first: usize,
+    count: usize,
+    shares: [f64; 3],
+}
+
+/// Rounding may leave a sliver of a sample at the end of a footprint; shares below this are none.
+const SLIVER: f64 = 1e-9;
+
+fn covers(fine: u32, coarse: u32) -> Vec<Cover> {
+    let ratio = f64::from(fine) / f64::from(coarse);
+    (0..coarse)
+        .map(|c| {
+            // One multiplication and one division each: exact where the ratio is 1 or 2.
+            let start = f64::from(c) * f64::from(fine) / f64::from(coarse);
+            let end = f64::from(c + 1) * f64::from(fine) / f64::from(coarse);
+            let first = (start + SLIVER).floor() as usize;
+            let last = ((end - SLIVER).ceil() as usize).min(fine as usize);
+            let mut shares = [0.0; 3];
+            for (k, share) in shares.iter_mut().enumerate().take(last - first) {
+                let sample = (first + k) as f64;
+                *share = ((sample + 1.0).min(end) - sample.max(start)) / ratio;
+            }
+            Cover { first, count: last - first, shares }
+        })
+        .collect()
+}
+
+/// Averages a level into the next coarser one. `heights_m` is row-major with NaN for voids, and so is the result.
+pub fn next_level(heights_m: &[f32], fine: LevelSize, coarse: LevelSize) -> Vec<f32> {
+    let columns = covers(fine.width, coarse.width);
+    let rows = covers(fine.height, coarse.height);
+    let mut averages = vec![f32::NAN; coarse.samples()];
+    averages.par_chunks_mut(coarse.width as usize).zip(&rows).for_each(|(out, row)| {
+        for (out, column) in out.iter_mut().zip(&columns) {
+            *out = average(heights_m, fine.width as usize, column, row);
+        }
+    });
+    averages
+}
+
+fn average(heights_m: &[f32], width: usize, column: &Cover, row: &Cover) -> f32 {
+    let mut valid = 0.0;
+    let mut sum = 0.0;
+    for (k, row_share) in row.shares.iter().enumerate().take(row.count) {
+        let start = (row.first + k) * width + column.first;
+        for (height, column_share) in heights_m[start..start + column.count].iter().zip(&column.shares) {
+            if !height.is_nan() {
+                valid += row_share * column_share;
+                sum += row_share * column_share * f64::from(*height);
+            }
+        }
+    }
+    if valid >= 0.5 - SLIVER { (sum / valid) as f32 } else { f32::NAN }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_fill_the_area_once() {
+        for fine in [2, 3, 5, 257, 601, 1024, 1201] {
+            let coarse = u32::div_ceil(fine, 2);
+            let mut total = vec![0.0; fine as usize];
+            for cover in covers(fine, coarse) {
+                assert!((cover.shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+                for k in 0..cover.count {
+                    total[cover.first + k] += cover.shares[k] * f64::from(fine) / f64::from(coarse);
+                }
+            }
+            assert!(total.iter().all(|share| (share - 1.0).abs() < 1e-6), "{fine}");
+        }
+    }
+
+    #[test]
+    fn half_the_area_decides() {
+        let (fine, coarse) = (LevelSize { width: 4, height: 2 }, LevelSize { width: 2, height: 1 });
+        let void = f32::NAN;
+        let averages = next_level(&[1.0, void, 5.0, void, void, 3.0, void, void], fine, coarse);
+        assert_eq!(averages[0], 2.0);
+        assert!(averages[1].is_nan());
+    }
+}
