@@ -21,12 +21,7 @@ pub fn weights(t: f64) -> [f64; 4] {
 
 /// The derivatives of [`weights`] with respect to `t`, per sample spacing.
 pub fn derivative_weights(t: f64) -> [f64; 4] {
-    [
-        (-1.5 * t + 2.0) * t - 0.5,
-        (4.5 * t - 5.0) * t,
-        (-4.5 * t + 4.0) * t + 0.5,
-        (1.5 * t - 1.0) * t,
-    ]
+    [(-1.5 * t + 2.0) * t - 0.5, (4.5 * t - 5.0) * t, (-4.5 * t + 4.0) * t + 0.5, (1.5 * t - 1.0) * t]
 }
 
 /// The cell and the fraction in it of the coordinate `c` along an axis of `count` samples (at least 1).

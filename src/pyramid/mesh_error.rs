@@ -97,11 +97,7 @@ fn cell_error_m(served: &[f32], finest: LevelSize, column: u32, row: u32) -> f32
         for (u_step, weights_x) in weights.iter().enumerate() {
             let surface: f32 = across.iter().zip(weights_x).map(|(across, weight)| across * weight).sum();
             let (u, v) = (u_step as f32 / STEPS as f32, v_step as f32 / STEPS as f32);
-            let flat = if u >= v {
-                u * right + v * (opposite - right)
-            } else {
-                v * down + u * (opposite - down)
-            };
+            let flat = if u >= v { u * right + v * (opposite - right) } else { v * down + u * (opposite - down) };
             worst = worst.max((surface - flat).abs());
         }
     }
@@ -129,8 +125,7 @@ fn coarse_errors_m(heights_m: &[f32], served: &[f32], finest: LevelSize, j: u32)
             let mut errors_m = vec![0.0; count_x as usize];
             for quad_x in 0..quads_x {
                 let (left, right) = (clamped(quad_x, finest.width), clamped(quad_x + 1, finest.width));
-                let corners =
-                    [vertex(left, top), vertex(right, top), vertex(left, bottom), vertex(right, bottom)];
+                let corners = [vertex(left, top), vertex(right, top), vertex(left, bottom), vertex(right, bottom)];
                 let worst: &mut f64 = &mut errors_m[(quad_x / u64::from(PATCH_QUADS)) as usize];
                 let rows = heights_m[top * width..(bottom + 1) * width].chunks_exact(width);
                 for (y, row) in rows.enumerate() {

@@ -1,7 +1,64 @@
 //! The tile pyramid: a cloud-optimised GeoTIFF of heights with the measured errors of its tiles beside it.
+//!
+//! [`bake()`] writes one from a height grid, [`Pyramid::open`] reads it, [`open_or_bake`] does what is needed. Level 0 is
+//! the grid itself, never resampled; `levels` says how the coarser ones lie over it, `bicubic` is the surface between
+//! samples, `fill` gives voids a height so that the surface can be evaluated beside them.
+
+pub mod bicubic;
+pub mod fill;
+pub mod levels;
+pub mod statistics;
+
+mod bake;
+mod cache;
+mod cog;
+mod encode;
+mod error;
+mod geotags;
+mod mesh_error;
+mod open;
+mod overview;
+mod sidecar;
+mod stored;
+mod tile_error;
+
+pub use bake::{BakeOptions, BakeReport, bake};
+pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_key, trim};
+pub use error::PyramidError;
+pub use levels::LevelSize;
+pub use open::Pyramid;
+pub use sidecar::sidecar_path;
+pub use statistics::{PatchStatistics, TileStatistics, Voids};
 
 /// Samples along the side of a tile.
 pub const TILE_SAMPLES: u32 = 256;
 
+/// Samples of its neighbours that a tile has on each side: as many as the surface needs up to half a sample beyond
+/// the tile's own.
+pub const TILE_BORDER: u32 = 2;
+
+/// Samples in a row of a tile with its borders.
+pub const TILE_STRIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;
+
 /// Quads along the side of a mesh patch.
 pub const PATCH_QUADS: u32 = 32;
+
+/// A tile of a level: its own samples are the columns 256 x … 256 x + 255 and the rows 256 y … 256 y + 255.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TileAddress {
+    /// 0 is the finest.
+    pub level: u32,
+    /// From the west, for a north-up grid.
+    pub x: u32,
+    /// From the north, for a north-up grid.
+    pub y: u32,
+}
+
+/// The heights of a tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    /// 260 × 260 heights in metres, row-major: the tile's 256 × 256 samples and two more on every side, those beyond
+    /// the level's extent replicated. The lowest mantissa bit says whether the sample is void (1) or valid (0); voids
+    /// have a smooth filling ([`fill`]).
+    pub samples: Vec<f32>,
+}

@@ -1,0 +1,189 @@
+//! The cloud-optimised GeoTIFF: one file whose directories stand before its data, so that a reader over HTTP knows
+//! the whole file after one request.
+//!
+//! ```text
+//! header │ GDAL's structural note │ directory of level 0 … coarsest │ tiles of the coarsest level … level 0
+//! ```
+//!
+//! `geotiff-writer` makes COGs too, but only with overviews of its own (blocks of 2^l samples, whose registration
+//! differs from GDAL's for odd sizes). So the directories are written here, from the tags of `tiff-writer`, and the
+//! levels are ours. The sizes of the directories depend only on the number of tiles: their room is left free, the
+//! tiles stream out as they are compressed, and the directories follow when all offsets are known.
+
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+
+use geotiff_writer::PhotometricInterpretation;
+use rayon::prelude::*;
+use tiff_reader::{ByteOrder, Tag, TagValue};
+use tiff_writer::{ImageBuilder, encoder};
+
+use super::encode::{Codec, cut_tile};
+use super::levels::LevelSize;
+use super::{PyramidError, TILE_SAMPLES, geotags};
+use crate::source::georeference::Georeference;
+
+const TILE_OFFSETS: u16 = 324;
+const TILE_BYTE_COUNTS: u16 = 325;
+const ENDIAN: ByteOrder = ByteOrder::LittleEndian;
+
+/// Tiles compressed between two writes: enough to keep all cores busy, few enough to bound the memory.
+const BATCH_TILES: u32 = 64;
+
+/// Where a tile's bytes lie in the file.
+#[derive(Clone, Copy)]
+struct Block {
+    offset: u64,
+    bytes: u64,
+}
+
+/// What the file tells GDAL about its layout; GDAL reads tiles with one request less when it finds it.
+fn structural_note() -> Vec<u8> {
+    let note = concat!(
+        "LAYOUT=IFDS_BEFORE_DATA\n",
+        "BLOCK_ORDER=ROW_MAJOR\n",
+        "BLOCK_LEADER=SIZE_AS_UINT4\n",
+        "BLOCK_TRAILER=LAST_4_BYTES_REPEATED\n",
+        "KNOWN_INCOMPATIBLE_EDITION=NO\n ",
+    );
+    format!("GDAL_STRUCTURAL_METADATA_SIZE={:06} bytes\n{note}", note.len()).into_bytes()
+}
+
+/// Writes the levels (finest first, row-major, NaN for voids) as a COG to `sink`, which stands at its start.
+/// `written` hears the share of samples written so far.
+pub fn write<W: Write + Seek>(
+    sink: &mut W,
+    path: &Path,
+    sizes: &[LevelSize],
+    levels_m: &[impl AsRef<[f32]> + Sync],
+    georeference: &Georeference,
+    codec: Codec,
+    written: &dyn Fn(f32),
+) -> Result<(), PyramidError> {
+    let samples: usize = sizes.iter().map(|size| size.samples()).sum();
+    let images: Vec<ImageBuilder> = sizes
+        .iter()
+        .enumerate()
+        .map(|(level, &size)| image(level, size, georeference, codec))
+        .collect::<Result<_, _>>()
+        .map_err(PyramidError::encode(path))?;
+    // Even incompressible tiles stay below this.
+    let is_bigtiff = samples as u64 * 5 > u64::from(u32::MAX) - (1 << 28);
+
+    let note = structural_note();
+    let mut offset = encoder::header_len(is_bigtiff) + note.len() as u64;
+    offset += offset % 2;
+    let first_directory = offset;
+    let empty = |size: &LevelSize| vec![Block { offset: 0, bytes: 0 }; (size.tiles_x() * size.tiles_y()) as usize];
+    let mut blocks: Vec<Vec<Block>> = sizes.iter().map(empty).collect();
+    for (image, blocks) in images.iter().zip(&blocks) {
+        let tags = tags(image, blocks, is_bigtiff).map_err(PyramidError::encode(path))?;
+        let bytes = encoder::estimate_ifd_size(ENDIAN, is_bigtiff, &tags).map_err(PyramidError::encode(path))?;
+        offset += bytes + bytes % 2;
+    }
+
+    let disk = || PyramidError::io(path, "writing the GeoTIFF");
+    sink.seek(SeekFrom::Start(0)).map_err(disk())?;
+    encoder::write_header(sink, ENDIAN, is_bigtiff).map_err(PyramidError::encode(path))?;
+    sink.write_all(&note).map_err(disk())?;
+    sink.seek(SeekFrom::Start(offset)).map_err(disk())?;
+    let mut done = 0;
+    for (level, size) in sizes.iter().enumerate().rev() {
+        let tiles = size.tiles_x() * size.tiles_y();
+        for first in (0..tiles).step_by(BATCH_TILES as usize) {
+            let encoded: Vec<Vec<u8>> = (first..(first + BATCH_TILES).min(tiles))
+                .into_par_iter()
+                .map(|tile| {
+                    let heights_m =
+                        cut_tile(levels_m[level].as_ref(), *size, tile % size.tiles_x(), tile / size.tiles_x());
+                    codec.encode(&heights_m, tile as usize)
+                })
+                .collect::<Result<_, _>>()
+                .map_err(PyramidError::encode(path))?;
+            for (tile, bytes) in (first as usize..).zip(encoded) {
+                blocks[level][tile] = write_block(sink, &mut offset, &bytes).map_err(disk())?;
+            }
+            let share = size.samples() as f32 * (first + BATCH_TILES).min(tiles) as f32 / tiles as f32;
+            written((done as f32 + share) / samples as f32);
+        }
+        done += size.samples();
+    }
+
+    write_directories(sink, first_directory, &images, &blocks, is_bigtiff).map_err(PyramidError::encode(path))
+}
+
+/// Writes one tile between its size and the repetition of its last four bytes, which the structural note promises.
+fn write_block<W: Write>(sink: &mut W, offset: &mut u64, bytes: &[u8]) -> std::io::Result<Block> {
+    let size = u32::try_from(bytes.len()).map_err(std::io::Error::other)?;
+    sink.write_all(&size.to_le_bytes())?;
+    sink.write_all(bytes)?;
+    sink.write_all(&bytes[bytes.len().saturating_sub(4)..])?;
+    let block = Block { offset: *offset + 4, bytes: u64::from(size) };
+    *offset += 8 + u64::from(size);
+    Ok(block)
+}
+
+fn write_directories<W: Write + Seek>(
+    sink: &mut W,
+    first_directory: u64,
+    images: &[ImageBuilder],
+    blocks: &[Vec<Block>],
+    is_bigtiff: bool,
+) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    encoder::patch_first_ifd(sink, 0, ENDIAN, is_bigtiff, first_directory)?;
+    let mut offset = first_directory;
+    let mut link = None;
+    for (image, blocks) in images.iter().zip(blocks) {
+        if let Some(link) = link {
+            encoder::patch_next_ifd(sink, ENDIAN, is_bigtiff, link, offset)?;
+        }
+        sink.seek(SeekFrom::Start(offset))?;
+        let tags = tags(image, blocks, is_bigtiff)?;
+        let written =
+            encoder::write_ifd(sink, ENDIAN, is_bigtiff, &tags, TILE_OFFSETS, TILE_BYTE_COUNTS, blocks.len())?;
+        link = Some(written.next_ifd_pointer_offset);
+        let bytes = encoder::estimate_ifd_size(ENDIAN, is_bigtiff, &tags)?;
+        offset += bytes + bytes % 2;
+    }
+    Ok(())
+}
+
+fn image(
+    level: usize,
+    size: LevelSize,
+    georeference: &Georeference,
+    codec: Codec,
+) -> Result<ImageBuilder, Box<dyn std::error::Error + Send + Sync>> {
+    let mut image = ImageBuilder::new(size.width, size.height)
+        .sample_type::<f32>()
+        .photometric(PhotometricInterpretation::MinIsBlack)
+        .tiles(TILE_SAMPLES, TILE_SAMPLES);
+    image = codec.describe(image);
+    if level > 0 {
+        image = image.overview();
+    }
+    for tag in geotags::tags_of_level(level, georeference)? {
+        image = image.tag(tag);
+    }
+    Ok(image)
+}
+
+/// The tags of an image, with the places of its tiles in them.
+fn tags(image: &ImageBuilder, blocks: &[Block], is_bigtiff: bool) -> tiff_writer::Result<Vec<Tag>> {
+    let values = |values: Vec<u64>| -> tiff_writer::Result<TagValue> {
+        if is_bigtiff {
+            return Ok(TagValue::Long8(values));
+        }
+        let narrow = |offset| u32::try_from(offset).map_err(|_| tiff_writer::Error::ClassicOffsetOverflow { offset });
+        Ok(TagValue::Long(values.into_iter().map(narrow).collect::<Result<_, _>>()?))
+    };
+    let mut tags = image.checked_build_tags(is_bigtiff)?;
+    for tag in &mut tags {
+        if tag.code == TILE_OFFSETS {
+            *tag = Tag::new(TILE_OFFSETS, values(blocks.iter().map(|block| block.offset).collect())?);
+        } else if tag.code == TILE_BYTE_COUNTS {
+            *tag = Tag::new(TILE_BYTE_COUNTS, values(blocks.iter().map(|block| block.bytes).collect())?);
+        }
+    }
+    Ok(tags)
+}
