@@ -4,11 +4,11 @@ use hachure::source::HeightGrid;
 use hachure::source::georeference::{Crs, Georeference};
 
 /// 601 × 487 samples, UTM 10 north, 10 m apart.
-pub fn grid() -> HeightGrid {
+pub(crate) fn grid() -> HeightGrid {
     rough(601, 487, true)
 }
 
-pub fn rough(width: u32, height: u32, voids: bool) -> HeightGrid {
+pub(crate) fn rough(width: u32, height: u32, voids: bool) -> HeightGrid {
     let mut seed = 12_345_u32;
     let mut heights_m = Vec::new();
     for row in 0..height {
