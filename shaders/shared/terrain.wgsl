@@ -168,7 +168,8 @@ fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
         let page = pages[info.first_page + u32(tile.y) * info.tiles_x + u32(tile.x)];
         let resident = i32(page >> 24u);
         if resident == level || level == terrain.level_count - 1 {
-            let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(0.0), vec2<f32>(1.0));
+            // At the border of a coarse level the outer half sample continues its last cell.
+            let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(-0.5), vec2<f32>(1.5));
             found = Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
             break;
         }
