@@ -57,7 +57,7 @@ fn every_georeference_survives() {
         ([5.0, 3.0, 4.0, 7.0, 4.0, -3.0], Crs::Local, ""),
     ] {
         let mut grid = world::rough(40, 30, false);
-        grid.georeference = Georeference { crs_from_grid, crs };
+        grid.georeference = Georeference { crs_from_grid, crs, geokeys: Default::default() };
         let pyramid = baked(&grid, &out, 0.0);
         assert_eq!(pyramid.georeference(), &grid.georeference);
         let file = GeoTiffFile::open(&out).unwrap();
