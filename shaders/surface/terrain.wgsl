@@ -1,4 +1,4 @@
-// Patches of 32 x 32 quads that morph (CDLOD: Strugar 2010), drawn from nothing but the index of the vertex.
+// Patches of 16 x 16 quads that morph (CDLOD: Strugar 2010), drawn from nothing but the index of the vertex.
 //
 // What we changed: the level of detail of a patch follows from its measured error, not from its distance, so patches
 // of any levels may meet. Each patch has a continuous level, and each of its edges has the coarser of the two that
@@ -24,7 +24,7 @@ struct Vertex {
     @location(1) g: vec2<f32>,
 }
 
-const QUADS: i32 = 32;
+const QUADS: i32 = 16;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, patch_: Patch) -> Vertex {
