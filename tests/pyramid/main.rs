@@ -168,7 +168,7 @@ fn mesh_errors_are_what_brute_force_finds() {
 }
 
 fn check_patch_range(finest: &Level, j: u32, x: usize, y: usize, patch: &hachure::pyramid::PatchStatistics) {
-    let side = 32_usize << j;
+    let side = 16_usize << j;
     let mut valid = Vec::new();
     let mut voids = 0;
     for row in y * side..=((y + 1) * side).min(finest.height - 1) {
