@@ -49,15 +49,16 @@ pub fn scene_of(world: Option<&str>) -> anyhow::Result<Scene> {
 /// When the DEM cannot be read or the cache not written.
 pub fn open_pyramid(scene: &Scene) -> anyhow::Result<Pyramid> {
     let bar = Bar::default();
-    match &scene.world {
-        World::File(path) => Ok(pyramid::open_or_bake(path, || source::open(path, &bar), None, &bar)?),
+    let pyramid = match &scene.world {
+        World::File(path) => pyramid::open_or_bake(path, || source::open(path, &bar), None, &bar)?,
         World::Url(url) => bail!("{url}: hachure reads files of this machine; worlds over the network come later"),
         World::Procedural { seed } => {
             let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
             let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, &bar));
-            Ok(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, &bar)?)
+            pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, &bar)?
         }
-    }
+    };
+    Ok(if scene.vertical_exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(scene.vertical_exaggeration) })
 }
 
 impl OpenWorld {
