@@ -129,7 +129,8 @@ impl OpenWorld {
         let [_, north_m] = self.extent_m();
         let pyramid = self.terrain.pyramid();
         let (low_m, high_m) = (f64::from(pyramid.min_m()), f64::from(pyramid.max_m()));
-        let z_m = high_m + 0.15 * (high_m - low_m);
+        // Over flat land from higher up: a panorama of it would be one line.
+        let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
         let y_m = -0.42 * north_m;
         let ahead_m = 0.45 * north_m;
         let target_m = low_m + 0.55 * (high_m - low_m);
