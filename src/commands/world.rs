@@ -89,7 +89,7 @@ impl OpenWorld {
 
     /// The light and air of the scene.
     pub fn light(&self) -> Light {
-        Light { to_sun: self.scene.sun.direction(), haze_m: self.scene.haze.distance_over_m(self.extent_m()) }
+        self.scene.light(self.extent_m())
     }
 
     /// Height of the ground in metres; in holes and outside, the lowest height.
