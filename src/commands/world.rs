@@ -49,15 +49,16 @@ pub fn scene_of(world: Option<&str>) -> anyhow::Result<Scene> {
 /// When the DEM cannot be read or the cache not written.
 pub fn open_pyramid(scene: &Scene) -> anyhow::Result<Pyramid> {
     let bar = Bar::default();
-    match &scene.world {
-        World::File(path) => Ok(pyramid::open_or_bake(path, || source::open(path, &bar), None, &bar)?),
+    let pyramid = match &scene.world {
+        World::File(path) => pyramid::open_or_bake(path, || source::open(path, &bar), None, &bar)?,
         World::Url(url) => bail!("{url}: hachure reads files of this machine; worlds over the network come later"),
         World::Procedural { seed } => {
             let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
             let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, &bar));
-            Ok(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, &bar)?)
+            pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, &bar)?
         }
-    }
+    };
+    Ok(if scene.vertical_exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(scene.vertical_exaggeration) })
 }
 
 impl OpenWorld {
@@ -68,7 +69,15 @@ impl OpenWorld {
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> anyhow::Result<Self> {
         let scene = scene_of(world)?;
         let pyramid = open_pyramid(&scene)?;
-        let name = world.unwrap_or("the embedded world").to_owned();
+        Self::on_gpu(gpu, scene, pyramid, options)
+    }
+
+    /// Puts an open pyramid on the GPU.
+    ///
+    /// # Errors
+    /// When the georeference leads nowhere.
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> anyhow::Result<Self> {
+        let name = pyramid.path().display().to_string();
         let terrain = Terrain::new(gpu, pyramid, options).with_context(|| name)?;
         Ok(Self { scene, terrain })
     }
@@ -80,7 +89,7 @@ impl OpenWorld {
 
     /// The light and air of the scene.
     pub fn light(&self) -> Light {
-        Light { to_sun: self.scene.sun.direction(), haze_m: self.scene.haze.distance_over_m(self.extent_m()) }
+        self.scene.light(self.extent_m())
     }
 
     /// Height of the ground in metres; in holes and outside, the lowest height.
@@ -120,7 +129,8 @@ impl OpenWorld {
         let [_, north_m] = self.extent_m();
         let pyramid = self.terrain.pyramid();
         let (low_m, high_m) = (f64::from(pyramid.min_m()), f64::from(pyramid.max_m()));
-        let z_m = high_m + 0.15 * (high_m - low_m);
+        // Over flat land from higher up: a panorama of it would be one line.
+        let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
         let y_m = -0.42 * north_m;
         let ahead_m = 0.45 * north_m;
         let target_m = low_m + 0.55 * (high_m - low_m);
