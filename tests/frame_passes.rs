@@ -60,7 +60,8 @@ fn target_formats() -> BTreeMap<String, String> {
     for line in TARGETS.lines() {
         let Some((field, made)) = line.trim().split_once(": ") else { continue };
         let is_made = ["Target::storage(", "Target::attachment(", "storage("].iter().any(|how| made.contains(how));
-        let constant = made.split(|c: char| !(c.is_ascii_uppercase() || c == '_')).find(|word| word.ends_with("_FORMAT"));
+        let constant =
+            made.split(|c: char| !(c.is_ascii_uppercase() || c == '_')).find(|word| word.ends_with("_FORMAT"));
         if let (true, Some(constant)) = (is_made, constant) {
             formats.insert(field.to_owned(), format(constant));
         }
@@ -95,11 +96,8 @@ fn drawing_order() -> Vec<String> {
     let mut order: Vec<String> = Vec::new();
     for name in mentions(render, "passes.") {
         let method = format!("pub fn {name}(");
-        let inner = if PASSES.contains(&method) {
-            mentions(body(PASSES, &method, "\n    }\n"), "self.")
-        } else {
-            vec![name]
-        };
+        let inner =
+            if PASSES.contains(&method) { mentions(body(PASSES, &method, "\n    }\n"), "self.") } else { vec![name] };
         for name in inner {
             if !order.contains(&name) {
                 order.push(name);
