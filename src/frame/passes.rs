@@ -12,6 +12,7 @@ use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::motion::MotionPass;
 use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
+use crate::surface::vertices::VerticesPass;
 use crate::tones::plain::PlainPass;
 use crate::tones::toon::ToonPass;
 
@@ -42,6 +43,7 @@ impl Requirements {
 
 /// The passes of a frame.
 pub(super) struct Passes {
+    pub vertices: VerticesPass,
     pub terrain: TerrainPass,
     pub resolve: ResolvePass,
     pub motion: Option<MotionPass>,
@@ -67,6 +69,7 @@ fn keep<T>(slot: &mut Option<T>, wanted: bool, make: impl FnOnce() -> T) {
 impl Passes {
     pub fn new(gpu: &Gpu, requirements: &Requirements) -> Self {
         let mut passes = Self {
+            vertices: VerticesPass::new(gpu),
             terrain: TerrainPass::new(gpu),
             resolve: ResolvePass::new(gpu),
             motion: None,
