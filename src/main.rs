@@ -24,6 +24,14 @@ struct Cli {
 enum Command {
     /// Draw a picture, a row of pictures, or a film
     Render(commands::render::RenderArgs),
+    /// Fly a camera path and report what each style costs
+    Bench(commands::bench::BenchArgs),
+    /// Bake a height file into a tile pyramid: a cloud-optimised GeoTIFF
+    Bake(commands::bake::BakeArgs),
+    /// Tell what a DEM, pyramid, scene, style or camera path is
+    Info(commands::info::InfoArgs),
+    /// List, show and check styles
+    Styles(commands::styles::StylesArgs),
 }
 
 fn main() -> ExitCode {
@@ -37,6 +45,10 @@ fn main() -> ExitCode {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
+        Some(Command::Bench(args)) => commands::bench::run(args, &cli.adapter),
+        Some(Command::Bake(args)) => commands::bake::run(args),
+        Some(Command::Info(args)) => commands::info::run(args),
+        Some(Command::Styles(args)) => commands::styles::run(args),
         None => Ok(()),
     };
     match result {
