@@ -12,10 +12,10 @@ use clap::Args;
 
 use super::progress::Bar;
 use super::render::parse_size;
-use super::world::OpenWorld;
 use super::{tell, tell_json};
 use crate::frame::{Frame, Requirements};
 use crate::gpu::device::AdapterWish;
+use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::report::{Memory, Pass, Report, Run, WorldSize};
 use crate::measure::report_html::write_html;
@@ -27,6 +27,7 @@ use crate::source::Progress;
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::{Prepared, TerrainOptions};
+use crate::world::OpenWorld;
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
 const WARM_UP_FRAMES: u32 = 3;
@@ -176,7 +177,7 @@ struct Flight {
 /// A frame that was drawn.
 struct Drawn {
     frame_ms: f64,
-    /// `frame` is the whole; empty where the GPU has no timers.
+    /// [`FRAME`] is the whole; empty where the GPU has no timers.
     gpu_ms: Vec<(String, f64)>,
     prepared: Prepared,
 }
@@ -186,7 +187,7 @@ impl Flight {
         let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
         let requirements = Requirements::of(&style);
         Ok(Self {
-            world: OpenWorld::open(gpu, args.world.as_deref(), options)?,
+            world: OpenWorld::open_telling(gpu, args.world.as_deref(), options, &Bar::default())?,
             frame: Frame::new(gpu, requirements, args.size)?,
             style,
             requirements,
@@ -216,7 +217,7 @@ impl Flight {
     fn record(&mut self, frame: u64, t_s: f64, drawn: Drawn) -> FrameRecord {
         let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, .. } } = drawn;
         self.failed_tiles += tiles.failed;
-        let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == "frame");
+        let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
         FrameRecord {
             frame,
             t_s,

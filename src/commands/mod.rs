@@ -7,7 +7,6 @@ pub mod info;
 pub mod progress;
 pub mod render;
 pub mod styles;
-pub mod world;
 
 use std::io::{ErrorKind, Write};
 

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 
-use super::world::OpenWorld;
+use super::progress::Bar;
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -22,6 +22,7 @@ use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::TerrainOptions;
+use crate::world::OpenWorld;
 
 /// Arguments of `render`.
 #[derive(Debug, Args)]
@@ -116,7 +117,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
-    let world = OpenWorld::open(&gpu, args.world.as_deref(), options)?;
+    let world = OpenWorld::open_telling(&gpu, args.world.as_deref(), options, &Bar::default())?;
     let mut job = Job { args, style, planes, gpu, world, frame: None };
     let cameras = job.cameras(&kind)?;
     let report = job.run(kind, &cameras)?;
