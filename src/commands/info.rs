@@ -171,7 +171,9 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
 /// A scene has a `world`, a style a `tone`. None if it is no TOML and does not claim to be.
 fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
     let claims = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    let table: toml::Table = match toml::from_str(text) {
+    let table = match toml::from_str::<toml::Table>(text) {
+        // A text of comments alone is TOML, but hardly meant so.
+        Ok(table) if table.is_empty() && !claims => return Ok(None),
         Ok(table) => table,
         Err(_) if !claims => return Ok(None),
         Err(error) => {
