@@ -87,13 +87,15 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
     let styles = args.styles.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
-    // Its mistakes are told before a world is baked; its ground comes with the world.
-    CameraPath::read_on_ground(&args.path, |_, _| 0.0)?;
+    // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
+    let flight =
+        std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", args.path.display()))?;
+    CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", args.output.display()))?;
     let gpu = Gpu::open(adapter)?;
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, style));
     let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
-    let path = CameraPath::read_on_ground(&args.path, |x, y| flights[0].world.ground_m(x, y))?;
+    let path = CameraPath::parse_on_ground(&args.path, &flight[..], |x, y| flights[0].world.ground_m(x, y))?;
     fly(&gpu, &path, args, &mut flights)?;
 
     let report = Report {
