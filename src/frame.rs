@@ -6,8 +6,6 @@
 mod passes;
 mod targets;
 
-use glam::DVec3;
-
 pub use passes::Requirements;
 pub use targets::Targets;
 
@@ -16,21 +14,13 @@ use crate::composite;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::timer::{PassTime, Timer};
 use crate::gpu::{Gpu, GpuError};
+pub use crate::scene::Light;
 use crate::style::{Lines, Style, Tone};
 use crate::surface::terrain as draw;
 use crate::surface::view::View;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
 use crate::tones::plain::PlainLight;
-
-/// The scene's light and air.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Light {
-    /// Unit, in the world.
-    pub to_sun: DVec3,
-    /// Distance at which haze has taken 63 %.
-    pub haze_m: f64,
-}
 
 /// The passes and targets of a style, and the clock.
 pub struct Frame {
@@ -131,7 +121,7 @@ impl Frame {
 
         // Composite.
         let inputs = composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
-        passes.composite.run(gpu, recorder, size_px, style, light.haze_m as f32, inputs);
+        passes.composite.run(gpu, recorder, size_px, style, light, inputs);
         frame.submit();
         prepared
     }

@@ -30,7 +30,7 @@ pub enum WorldError {
     /// The DEM lies nowhere.
     #[error("{name}")]
     Georeference {
-        /// The world as it was named.
+        /// Of its pyramid.
         name: String,
         /// Why.
         source: GeoreferenceError,
@@ -72,15 +72,16 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
 pub fn open_pyramid(scene: &Scene, progress: &dyn Progress) -> Result<Pyramid, WorldError> {
-    match &scene.world {
-        World::File(path) => Ok(pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?),
-        World::Url(url) => Err(WorldError::Remote { url: url.clone() }),
+    let pyramid = match &scene.world {
+        World::File(path) => pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?,
+        World::Url(url) => return Err(WorldError::Remote { url: url.clone() }),
         World::Procedural { seed } => {
             let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
             let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, progress));
-            Ok(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?)
+            pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?
         }
-    }
+    };
+    Ok(if scene.vertical_exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(scene.vertical_exaggeration) })
 }
 
 impl OpenWorld {
@@ -89,24 +90,19 @@ impl OpenWorld {
     /// # Errors
     /// When the scene or its DEM do not hold.
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> Result<Self, WorldError> {
-        Self::open_telling(gpu, world, options, &Silent)
+        let scene = scene_of(world)?;
+        let pyramid = open_pyramid(&scene, &Silent)?;
+        Self::on_gpu(gpu, scene, pyramid, options)
     }
 
-    /// As [`OpenWorld::open`]; `progress` hears how far a bake is.
+    /// Puts an open pyramid on the GPU.
     ///
     /// # Errors
-    /// As [`OpenWorld::open`].
-    pub fn open_telling(
-        gpu: &Gpu,
-        world: Option<&str>,
-        options: TerrainOptions,
-        progress: &dyn Progress,
-    ) -> Result<Self, WorldError> {
-        let scene = scene_of(world)?;
-        let pyramid = open_pyramid(&scene, progress)?;
-        let name = || world.unwrap_or("the embedded world").to_owned();
+    /// When the georeference leads nowhere.
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, WorldError> {
+        let name = pyramid.path().display().to_string();
         let terrain =
-            Terrain::new(gpu, pyramid, options).map_err(|source| WorldError::Georeference { name: name(), source })?;
+            Terrain::new(gpu, pyramid, options).map_err(|source| WorldError::Georeference { name, source })?;
         Ok(Self { scene, terrain })
     }
 
@@ -117,7 +113,7 @@ impl OpenWorld {
 
     /// The light and air of the scene.
     pub fn light(&self) -> Light {
-        Light { to_sun: self.scene.sun.direction(), haze_m: self.scene.haze.distance_over_m(self.extent_m()) }
+        self.scene.light(self.extent_m())
     }
 
     /// Height of the ground in metres; in holes and outside, the lowest height.
@@ -157,7 +153,8 @@ impl OpenWorld {
         let [_, north_m] = self.extent_m();
         let pyramid = self.terrain.pyramid();
         let (low_m, high_m) = (f64::from(pyramid.min_m()), f64::from(pyramid.max_m()));
-        let z_m = high_m + 0.15 * (high_m - low_m);
+        // Over flat land from higher up: a panorama of it would be one line.
+        let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
         let y_m = -0.42 * north_m;
         let ahead_m = 0.45 * north_m;
         let target_m = low_m + 0.55 * (high_m - low_m);

@@ -21,13 +21,14 @@ use crate::measure::report::{Memory, Pass, Report, Run, WorldSize};
 use crate::measure::report_html::write_html;
 use crate::measure::statistics::{FrameRecord, RunFrames, write_frames_csv};
 use crate::measure::{lod_error, memory, report_text};
+use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
-use crate::source::Progress;
+use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::{Prepared, TerrainOptions};
-use crate::world::OpenWorld;
+use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
 const WARM_UP_FRAMES: u32 = 3;
@@ -92,8 +93,11 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", args.path.display()))?;
     CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", args.output.display()))?;
+    // Baked once, where it is not yet; then each style opens its own.
+    let scene = world::scene_of(args.world.as_deref())?;
+    drop(world::open_pyramid(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
-    let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, style));
+    let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
     let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, &flight[..], |x, y| flights[0].world.ground_m(x, y))?;
     fly(&gpu, &path, args, &mut flights)?;
@@ -185,11 +189,11 @@ struct Drawn {
 }
 
 impl Flight {
-    fn new(gpu: &Gpu, args: &BenchArgs, style: Style) -> anyhow::Result<Self> {
+    fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
         let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
         let requirements = Requirements::of(&style);
         Ok(Self {
-            world: OpenWorld::open_telling(gpu, args.world.as_deref(), options, &Bar::default())?,
+            world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_pyramid(scene, &Silent)?, options)?,
             frame: Frame::new(gpu, requirements, args.size)?,
             style,
             requirements,

@@ -22,7 +22,7 @@ use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::TerrainOptions;
-use crate::world::OpenWorld;
+use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
 #[derive(Debug, Args)]
@@ -115,9 +115,12 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
+    // The world first: what is wrong with it needs no GPU to be told.
+    let scene = world::scene_of(args.world.as_deref())?;
+    let pyramid = world::open_pyramid(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
-    let world = OpenWorld::open_telling(&gpu, args.world.as_deref(), options, &Bar::default())?;
+    let world = OpenWorld::on_gpu(&gpu, scene, pyramid, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None };
     let cameras = job.cameras(&kind)?;
     let report = job.run(kind, &cameras)?;

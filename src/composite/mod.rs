@@ -9,7 +9,9 @@ use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
+use crate::scene::Light;
 use crate::style::Style;
+use crate::style::color::linear_from_srgb;
 
 /// Linear colour, opaque.
 pub const PICTURE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -56,27 +58,27 @@ impl CompositePass {
         Self { pass, uniform: GrowingBuffer::new(gpu, "composite", wgpu::BufferUsages::UNIFORM) }
     }
 
-    /// Composites. `haze_m` is the distance at which haze has taken 63 %.
+    /// Composites.
     pub fn run(
         &mut self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         style: &Style,
-        haze_m: f32,
+        light: &Light,
         inputs: Inputs<'_>,
     ) {
         let lines = style.lines.as_ref();
         let uniform = CompositeUniform {
             paper: style.paper.color.linear(),
-            haze_m,
+            haze_m: light.haze_m as f32,
             ink: lines.map_or([0.0; 3], |lines| lines.ink.linear()),
             grain: style.paper.grain,
             sky_zenith: style.sky.zenith.linear(),
             faintest_line: lines.map_or(0.0, |lines| lines.faintest),
             sky_horizon: style.sky.horizon.linear(),
             line_strength: f32::from(u8::from(lines.is_some())),
-            haze: style.haze.color.linear(),
+            haze: light.haze_srgb.map_or(style.haze.color.linear(), |color| color.map(linear_from_srgb)),
             faintest_tone: style.haze.faintest_tone,
         };
         self.uniform.write(gpu, &[uniform]);

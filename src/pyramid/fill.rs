@@ -50,7 +50,8 @@ pub fn is_void(served: f32) -> bool {
     served.to_bits() & 1 == 1
 }
 
-fn flagged(height_m: f32, void: bool) -> f32 {
+/// A served height: the flag in the lowest mantissa bit.
+pub(super) fn flagged(height_m: f32, void: bool) -> f32 {
     f32::from_bits(height_m.to_bits() & !1 | u32::from(void))
 }
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::fill::{HeightLevels, is_void, read_filled};
+use super::fill::{HeightLevels, flagged, is_void, read_filled};
 use super::levels::{LevelSize, level_sizes};
 use super::sidecar::Sidecar;
 use super::statistics::{PatchStatistics, TileStatistics, patch_counts, tile_index};
@@ -20,6 +20,7 @@ pub struct Pyramid {
     path: PathBuf,
     stored: StoredLevels,
     sidecar: Sidecar,
+    vertical_exaggeration: f32,
     /// Most recently used first.
     ground: Mutex<VecDeque<(TileAddress, Arc<Tile>)>>,
 }
@@ -34,7 +35,28 @@ impl Pyramid {
         let sidecar = Sidecar::read(path)?;
         let sizes = level_sizes(sidecar.finest.width, sidecar.finest.height);
         let stored = StoredLevels::open(path, path, sizes)?;
-        Ok(Self { path: path.to_owned(), stored, sidecar, ground: Mutex::default() })
+        Ok(Self { path: path.to_owned(), stored, sidecar, vertical_exaggeration: 1.0, ground: Mutex::default() })
+    }
+
+    /// The same land with every height, and every error of a height, times `factor`, which is above 0.
+    pub fn exaggerated(mut self, factor: f64) -> Self {
+        let factor = factor as f32;
+        let sidecar = &mut self.sidecar;
+        sidecar.min_m *= factor;
+        sidecar.max_m *= factor;
+        for tile in sidecar.statistics.tiles.iter_mut().flatten() {
+            tile.min_m *= factor;
+            tile.max_m *= factor;
+            tile.error_m *= factor;
+        }
+        for patch in sidecar.statistics.patches.iter_mut().flatten() {
+            patch.min_m *= factor;
+            patch.max_m *= factor;
+            patch.mesh_error_m *= factor;
+        }
+        self.vertical_exaggeration *= factor;
+        self.ground = Mutex::default();
+        self
     }
 
     /// The GeoTIFF.
@@ -104,7 +126,13 @@ impl Pyramid {
         let level = address.level as usize;
         let size = self.levels()[level];
         let region = size.tile_region(address.x, address.y, TILE_BORDER);
-        let served = read_filled(&self.stored, level, region, self.sidecar.min_m)?;
+        let lowest_m = self.sidecar.min_m / self.vertical_exaggeration;
+        let mut served = read_filled(&self.stored, level, region, lowest_m)?;
+        if self.vertical_exaggeration != 1.0 {
+            served
+                .iter_mut()
+                .for_each(|sample| *sample = flagged(*sample * self.vertical_exaggeration, is_void(*sample)));
+        }
         let mut samples = Vec::with_capacity((TILE_STRIDE * TILE_STRIDE) as usize);
         for row in 0..TILE_STRIDE {
             let row = inside(address.y, row, size.height) - region.y;

@@ -28,7 +28,7 @@ use crate::source::georeference::Georeference;
 const MAGIC: &[u8; 8] = b"HACHTILE";
 
 /// Raised whenever the bytes, the statistics' meaning or the levels change: older bakes are then made again.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = (1 << 8) | super::PATCH_QUADS;
 
 const HEAD_BYTES: usize = 8 + 4 + 8;
 

@@ -70,6 +70,28 @@ impl Scene {
     }
 }
 
+/// The scene's light and air, as a frame needs them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit, in the world.
+    pub to_sun: DVec3,
+    /// Distance at which haze has taken 63 %.
+    pub haze_m: f64,
+    /// What distance fades to, in sRGB of 0 to 1; none means the style's.
+    pub haze_srgb: Option<[f32; 3]>,
+}
+
+impl Scene {
+    /// The light over a world of `extent_m` (east, north).
+    pub fn light(&self, extent_m: [f64; 2]) -> Light {
+        Light {
+            to_sun: self.sun.direction(),
+            haze_m: self.haze.distance_over_m(extent_m),
+            haze_srgb: self.haze.color_srgb,
+        }
+    }
+}
+
 impl Default for Sun {
     fn default() -> Self {
         Self { azimuth_deg: 315.0, elevation_deg: 40.0 }

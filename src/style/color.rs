@@ -12,11 +12,13 @@ impl Color {
 
     /// In linear light, as the shaders compute.
     pub fn linear(self) -> [f32; 3] {
-        self.0.map(|value| {
-            let value = f32::from(value) / 255.0;
-            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-        })
+        self.0.map(|value| linear_from_srgb(f32::from(value) / 255.0))
     }
+}
+
+/// One channel of an sRGB colour, 0 to 1, in linear light.
+pub fn linear_from_srgb(value: f32) -> f32 {
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 impl std::str::FromStr for Color {

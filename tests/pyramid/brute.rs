@@ -101,12 +101,12 @@ pub fn mesh_error_m(grid: &HeightGrid, finest: &Level, j: u32, px: usize, py: us
         if j > 0 && !h.is_nan() { f64::from(h) } else { finest.at(x as isize, y as isize) }
     };
     let mut worst = 0.0_f64;
-    for k in 0..32 {
-        for i in 0..32 {
-            let x0 = ((px * 32 + i) * stride).min(width - 1);
-            let x1 = ((px * 32 + i + 1) * stride).min(width - 1);
-            let y0 = ((py * 32 + k) * stride).min(height - 1);
-            let y1 = ((py * 32 + k + 1) * stride).min(height - 1);
+    for k in 0..16 {
+        for i in 0..16 {
+            let x0 = ((px * 16 + i) * stride).min(width - 1);
+            let x1 = ((px * 16 + i + 1) * stride).min(width - 1);
+            let y0 = ((py * 16 + k) * stride).min(height - 1);
+            let y1 = ((py * 16 + k + 1) * stride).min(height - 1);
             if x0 == x1 || y0 == y1 {
                 continue;
             }

@@ -10,7 +10,7 @@ mod world;
 use std::path::Path;
 
 use brute::Level;
-use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, Voids, bake};
+use hachure::pyramid::{BakeOptions, PATCH_QUADS, Pyramid, TileAddress, Voids, bake};
 use hachure::source::{HeightGrid, Silent};
 
 fn baked(grid: &HeightGrid, out: &Path, max_error_m: f64) -> Pyramid {
@@ -144,9 +144,9 @@ fn mesh_errors_are_what_brute_force_finds() {
     let grid = world::grid();
     let pyramid = baked(&grid, &folder.path().join("world.tif"), 0.0);
     let finest = Level::read(&pyramid, 0);
-    assert_eq!(pyramid.patch_counts(0), (19, 16));
+    assert_eq!(pyramid.patch_counts(0), (38, 31));
     assert_eq!(pyramid.patch_counts(pyramid.patch_levels() - 1), (1, 1));
-    assert_eq!(pyramid.patch_levels(), 6);
+    assert_eq!(pyramid.patch_levels(), 7);
     for j in 0..pyramid.patch_levels() {
         let (count_x, count_y) = pyramid.patch_counts(j);
         assert!(pyramid.patch(j, count_x, 0).is_none() && pyramid.patch(j, 0, count_y).is_none());
@@ -168,7 +168,7 @@ fn mesh_errors_are_what_brute_force_finds() {
 }
 
 fn check_patch_range(finest: &Level, j: u32, x: usize, y: usize, patch: &hachure::pyramid::PatchStatistics) {
-    let side = 32_usize << j;
+    let side = 16_usize << j;
     let mut valid = Vec::new();
     let mut voids = 0;
     for row in y * side..=((y + 1) * side).min(finest.height - 1) {
@@ -300,7 +300,7 @@ fn small_and_narrow_grids_have_pyramids() {
             pyramid.read_tile(tile).unwrap();
         }
         let (count_x, count_y) = pyramid.patch_counts(0);
-        assert_eq!((count_x, count_y), ((width - 1).div_ceil(32), (height - 1).div_ceil(32)));
+        assert_eq!((count_x, count_y), ((width - 1).div_ceil(PATCH_QUADS), (height - 1).div_ceil(PATCH_QUADS)));
         let h = pyramid.height_m(f64::from(width - 1), f64::from(height - 1)).unwrap();
         assert!((h - f64::from(grid.heights_m[grid.heights_m.len() - 1])).abs() < 1e-3);
     }
