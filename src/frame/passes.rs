@@ -39,6 +39,26 @@ impl Requirements {
             motion: false,
         }
     }
+
+    /// The names of the passes that run, in drawing order, as the timer has them.
+    pub fn passes(&self) -> Vec<&'static str> {
+        let detector = self.detector.map(|detector| match detector {
+            Detector::Lsa => "lines/lsa",
+            Detector::Sobel => "lines/sobel",
+            Detector::Roystan => "lines/roystan",
+        });
+        let passes = [
+            Some("surface/terrain"),
+            Some("surface/resolve"),
+            self.motion.then_some("surface/motion"),
+            detector,
+            detector.map(|_| "lines/threshold"),
+            self.antialias.then_some("lines/smooth"),
+            Some(if self.toon { "tones/toon" } else { "tones/plain" }),
+            Some("composite/composite"),
+        ];
+        passes.into_iter().flatten().collect()
+    }
 }
 
 /// The passes of a frame.
