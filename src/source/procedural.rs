@@ -2,16 +2,16 @@
 //!
 //! The land is grown rather than drawn, because what makes mountains believable is that their valleys join.
 //!
-//! 1. [`relief`](super::relief): where the land rises and how hard the rock is, from ridged multifractals and warped
+//! 1. `relief`: where the land rises and how hard the rock is, from ridged multifractals and warped
 //!    noise (Musgrave, in Ebert and others, "Texturing and Modeling", 3rd edition, 2003). The noise decides the range,
 //!    the massifs and the foothills, not the heights; those are left to the rivers.
-//! 2. [`erosion`](super::erosion): rivers cut while the land rises (Braun and Willett 2013; for terrain synthesis
+//! 2. `erosion`: rivers cut while the land rises (Braun and Willett 2013; for terrain synthesis
 //!    Cordonnier and others, "Large scale terrain generation from tectonic uplift and fluvial erosion", 2016). First
 //!    on a coarse grid with many steps, then on grids twice as fine with ever fewer steps, for a finer grid adds only
 //!    smaller gullies. Between the grids the ground is displaced by a fraction of a sample, so that a direction of
 //!    the coarse grid does not survive as a straight valley.
-//! 3. [`hillslope`](super::hillslope): rock slides to its talus angle (Musgrave and others 1989, Olsen 2004).
-//! 4. [`valley`](super::valley): gravel floors and fans. Then a last flood, and a light smoothing.
+//! 3. `hillslope`: rock slides to its talus angle (Musgrave and others 1989, Olsen 2004).
+//! 4. `valley`: gravel floors and fans. Then a last flood, and a light smoothing.
 //!
 //! The coarse grids reach beyond the wanted square and are then cut to it: rivers enter and leave, and the range goes on
 //! past the edge. Everything that runs in parallel writes each sample from fixed inputs, so that the result does not

@@ -8,6 +8,8 @@ use crate::pyramid::{TILE_SAMPLES, Tile, TileAddress};
 /// Samples on each side of a tile that belong to its neighbours: what the bicubic kernel reaches for.
 pub const TILE_BORDER: u32 = 2;
 const SIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;
+/// Heights in metres; the lowest bit of a sample says whether it is void.
+pub const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 /// Bytes of one slot.
 pub const SLOT_BYTES: u64 = SIDE as u64 * SIDE as u64 * 4;
 
@@ -43,7 +45,7 @@ impl Atlas {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::R32Float,
+            format: HEIGHTS_FORMAT,
             usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
             view_formats: &[],
         });

@@ -8,7 +8,7 @@
 //! all four siblings have the shape of their parent, so nothing pops. Where two leaves meet, both take the coarser of
 //! their continuous levels on the shared edge (`shaders/surface/vertices.wgsl` morphs to it): there is no crack and no
 //! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
-//! levels, hence at most [`MAX_LEVEL_STEP`].
+//! levels, hence at most `MAX_LEVEL_STEP`.
 
 use std::collections::HashMap;
 
