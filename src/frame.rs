@@ -74,11 +74,13 @@ impl Frame {
 
         let mut frame = self.timer.record(gpu);
         let recorder = &mut frame;
-        // Surface: rasterise depth and id, compute the rest.
+        // Surface: place the vertices, rasterise depth and id, compute the rest.
+        passes.vertices.run(gpu, recorder, &prepared.selection, &world);
         let inputs = draw::Inputs {
             view: view_resource(),
             terrain: &world,
-            selection: &prepared.selection,
+            patch_counts: prepared.selection.patch_counts(),
+            mesh: &passes.vertices,
             depth: &targets.depth,
             surface_id: &targets.surface_id,
         };

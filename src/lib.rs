@@ -21,5 +21,6 @@ pub mod tones;
 pub mod composite;
 pub mod frame;
 pub mod picture;
+pub mod world;
 pub mod measure;
 pub mod commands;

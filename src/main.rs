@@ -25,6 +25,14 @@ struct Cli {
 enum Command {
     /// Draw a picture, a row of pictures, or a film
     Render(commands::render::RenderArgs),
+    /// Fly a camera path and report what each style costs
+    Bench(commands::bench::BenchArgs),
+    /// Bake a height file into a tile pyramid: a cloud-optimised GeoTIFF
+    Bake(commands::bake::BakeArgs),
+    /// Tell what a DEM, pyramid, scene, style or camera path is
+    Info(commands::info::InfoArgs),
+    /// List, show and check styles
+    Styles(commands::styles::StylesArgs),
 }
 
 fn main() -> ExitCode {
@@ -44,6 +52,10 @@ fn main() -> ExitCode {
         .init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
+        Some(Command::Bench(args)) => commands::bench::run(args, &cli.adapter),
+        Some(Command::Bake(args)) => commands::bake::run(args),
+        Some(Command::Info(args)) => commands::info::run(args),
+        Some(Command::Styles(args)) => commands::styles::run(args),
         None => Ok(()),
     };
     match result {

@@ -1,5 +1,27 @@
 //! The commands of the program, one file each.
 
+pub mod bake;
+pub mod bench;
+mod describe;
+pub mod info;
 pub mod progress;
 pub mod render;
-pub mod world;
+pub mod styles;
+
+use std::io::{ErrorKind, Write};
+
+use serde::Serialize;
+
+/// Writes `text` and a line's end to standard output. A reader that has heard enough (`… | head`) is no failure.
+fn tell(text: &str) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+/// [`tell`] for programs.
+fn tell_json(value: &impl Serialize) -> anyhow::Result<()> {
+    tell(&serde_json::to_string_pretty(value)?)
+}

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 
-use super::world::{self, OpenWorld};
+use super::progress::Bar;
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -22,6 +22,7 @@ use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::TerrainOptions;
+use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
 #[derive(Debug, Args)]
@@ -116,7 +117,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref())?;
-    let pyramid = world::open_pyramid(&scene)?;
+    let pyramid = world::open_pyramid(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
     let world = OpenWorld::on_gpu(&gpu, scene, pyramid, options)?;

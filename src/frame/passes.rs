@@ -12,6 +12,7 @@ use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::motion::MotionPass;
 use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
+use crate::surface::vertices::VerticesPass;
 use crate::tones::plain::PlainPass;
 use crate::tones::toon::ToonPass;
 
@@ -38,10 +39,31 @@ impl Requirements {
             motion: false,
         }
     }
+
+    /// The names of the passes that run, in drawing order, as the timer has them.
+    pub fn passes(&self) -> Vec<&'static str> {
+        let detector = self.detector.map(|detector| match detector {
+            Detector::Lsa => "lines/lsa",
+            Detector::Sobel => "lines/sobel",
+            Detector::Roystan => "lines/roystan",
+        });
+        let passes = [
+            Some("surface/terrain"),
+            Some("surface/resolve"),
+            self.motion.then_some("surface/motion"),
+            detector,
+            detector.map(|_| "lines/threshold"),
+            self.antialias.then_some("lines/smooth"),
+            Some(if self.toon { "tones/toon" } else { "tones/plain" }),
+            Some("composite/composite"),
+        ];
+        passes.into_iter().flatten().collect()
+    }
 }
 
 /// The passes of a frame.
 pub(super) struct Passes {
+    pub vertices: VerticesPass,
     pub terrain: TerrainPass,
     pub resolve: ResolvePass,
     pub motion: Option<MotionPass>,
@@ -67,6 +89,7 @@ fn keep<T>(slot: &mut Option<T>, wanted: bool, make: impl FnOnce() -> T) {
 impl Passes {
     pub fn new(gpu: &Gpu, requirements: &Requirements) -> Self {
         let mut passes = Self {
+            vertices: VerticesPass::new(gpu),
             terrain: TerrainPass::new(gpu),
             resolve: ResolvePass::new(gpu),
             motion: None,

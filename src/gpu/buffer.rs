@@ -19,10 +19,15 @@ impl GrowingBuffer {
     /// Replaces the content. An empty slice leaves the old bytes: nothing reads past a count of zero.
     pub fn write<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, content: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(content);
-        if bytes.len() as u64 > self.buffer.size() {
-            self.buffer = create(gpu, self.label, self.usage, (bytes.len() as u64).next_power_of_two());
-        }
+        self.reserve(gpu, bytes.len() as u64);
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
+    }
+
+    /// Makes room for `bytes`; what was there may be lost.
+    pub fn reserve(&mut self, gpu: &Gpu, bytes: u64) {
+        if bytes > self.buffer.size() {
+            self.buffer = create(gpu, self.label, self.usage, bytes.next_power_of_two());
+        }
     }
 
     /// The buffer as it is now.

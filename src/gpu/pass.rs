@@ -37,12 +37,17 @@ impl ComputePass {
 
     /// Runs once for each pixel of a `size_px` picture, timed under the name of the pass.
     pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, size_px: [u32; 2], resources: &[Named]) {
+        self.run_groups(gpu, recorder, size_px.map(|side| side.div_ceil(WORKGROUP_PX)), resources);
+    }
+
+    /// Runs a number of workgroups in x and y.
+    pub fn run_groups(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, groups: [u32; 2], resources: &[Named]) {
         let group =
             bind_group(gpu, self.name, &self.shader, |group| self.pipeline.get_bind_group_layout(group), resources);
         recorder.compute(self.name, |pass| {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(size_px[0].div_ceil(WORKGROUP_PX), size_px[1].div_ceil(WORKGROUP_PX), 1);
+            pass.dispatch_workgroups(groups[0], groups[1], 1);
         });
     }
 }

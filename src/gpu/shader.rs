@@ -15,10 +15,12 @@ macro_rules! shader {
 }
 
 /// What other shaders import, in the order in which they import each other.
-const MODULES: &[(&str, &str)] = &[shader!("shared/view"), shader!("shared/terrain"), shader!("shared/color")];
+const MODULES: &[(&str, &str)] =
+    &[shader!("shared/view"), shader!("shared/terrain"), shader!("shared/patch"), shader!("shared/color")];
 
 /// The shaders that become pipelines: one for each pass.
 pub const SHADERS: &[(&str, &str)] = &[
+    shader!("surface/vertices"),
     shader!("surface/terrain"),
     shader!("surface/resolve"),
     shader!("surface/motion"),

@@ -2,7 +2,9 @@
 //! pictures.
 
 pub mod image_compare;
+pub mod lod_error;
 pub mod memory;
 pub mod report;
 pub mod report_html;
+pub mod report_text;
 pub mod statistics;

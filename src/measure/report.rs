@@ -89,7 +89,7 @@ pub struct PassTime {
 pub struct Memory {
     /// Buffers and textures on the GPU.
     pub gpu_bytes: Option<u64>,
-    /// Tiles in main memory.
+    /// The tiles that are held on the GPU: the used part of the room that `gpu_bytes` has for them.
     pub tile_cache_bytes: Option<u64>,
     /// The whole process, resident: [`super::memory::rss_bytes`].
     pub rss_bytes: Option<u64>,

@@ -5,11 +5,15 @@
 
 pub mod aov;
 
+use std::path::Path;
+
 use rayon::prelude::*;
 
 use aov::{Plane, PlaneSource};
 
+use crate::file::FileError;
 use crate::file::exr::Samples;
+use crate::file::png::PngWriter;
 use crate::frame::{Frame, Light, Requirements};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
@@ -43,6 +47,13 @@ pub struct PictureRequest<'a> {
     pub light: Light,
     /// What is handed over.
     pub planes: &'a [Plane],
+}
+
+impl<'a> PictureRequest<'a> {
+    /// Of an eye that does not move: colour and nothing else.
+    pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
+        Self { pose, previous: pose, size_px, style, light, planes: &[] }
+    }
 }
 
 /// Whole rows of a picture, from top to bottom.
@@ -139,6 +150,23 @@ pub fn render<E>(
         take(band).map_err(PictureError::Sink)?;
     }
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
+    Ok(report)
+}
+
+/// Renders a picture into a PNG file, whole or not at all.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn write_png(
+    gpu: &Gpu,
+    terrain: &mut Terrain,
+    request: &PictureRequest<'_>,
+    path: &Path,
+) -> Result<PictureReport, PictureError<FileError>> {
+    let [width, height] = request.size_px;
+    let mut png = PngWriter::create(path, width, height).map_err(PictureError::Sink)?;
+    let report = render(gpu, &mut None, terrain, request, |band| png.write_rows(&srgb8(&band.picture)))?;
+    png.finish().map_err(PictureError::Sink)?;
     Ok(report)
 }
 

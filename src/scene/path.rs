@@ -93,7 +93,19 @@ impl CameraPath {
     /// # Errors
     /// As [`CameraPath::read`], but for the last.
     pub fn read_on_ground(path: &Path, ground_m: impl Fn(f64, f64) -> f64) -> Result<Self, PathError> {
-        let mut rows = rows(path, open(path)?)?;
+        Self::parse_on_ground(path, open(path)?, ground_m)
+    }
+
+    /// As [`CameraPath::read_on_ground`], from a text. `name` stands for the file in messages.
+    ///
+    /// # Errors
+    /// As [`CameraPath::read_on_ground`].
+    pub fn parse_on_ground(
+        name: &Path,
+        text: impl Read,
+        ground_m: impl Fn(f64, f64) -> f64,
+    ) -> Result<Self, PathError> {
+        let mut rows = rows(name, text)?;
         for row in &mut rows {
             row.camera = row.camera.on_ground(&ground_m);
         }

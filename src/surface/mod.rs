@@ -4,3 +4,4 @@ pub mod motion;
 pub mod resolve;
 pub mod terrain;
 pub mod view;
+pub mod vertices;

@@ -7,7 +7,7 @@ use crate::gpu::shader::Shader;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 use crate::pyramid::PATCH_QUADS;
-use crate::tiles::selection::{PatchInstance, Selection};
+use crate::surface::vertices::VerticesPass;
 
 /// Reversed depth: near / distance along the view axis; 0 is the sky.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
@@ -20,7 +20,6 @@ pub struct TerrainPass {
     with_holes: wgpu::RenderPipeline,
     shader: Shader,
     indices: GrowingBuffer,
-    instances: GrowingBuffer,
 }
 
 /// What the pass reads and where it writes.
@@ -29,8 +28,10 @@ pub struct Inputs<'a> {
     pub view: wgpu::BindingResource<'a>,
     /// What `shaders/shared/terrain.wgsl` declares.
     pub terrain: &'a [Named<'a>],
-    /// The patches.
-    pub selection: &'a Selection,
+    /// How many patches: without holes, then with holes.
+    pub patch_counts: [u32; 2],
+    /// The patches and their vertices.
+    pub mesh: &'a VerticesPass,
     /// [`DEPTH_FORMAT`].
     pub depth: &'a Target,
     /// [`ID_FORMAT`].
@@ -40,29 +41,28 @@ pub struct Inputs<'a> {
 impl TerrainPass {
     /// Builds the pipelines.
     pub fn new(gpu: &Gpu) -> Self {
-        use wgpu::BufferUsages as Usage;
         let shader = Shader::new(&gpu.device, "surface/terrain");
         let layout = layout(gpu);
-        let mut indices = GrowingBuffer::new(gpu, "patch indices", Usage::INDEX);
+        let mut indices = GrowingBuffer::new(gpu, "patch indices", wgpu::BufferUsages::INDEX);
         indices.write(gpu, &patch_indices());
         Self {
             solid: pipeline(gpu, &shader, &layout, "solid"),
             with_holes: pipeline(gpu, &shader, &layout, "with_holes"),
             shader,
             indices,
-            instances: GrowingBuffer::new(gpu, "patches", Usage::VERTEX),
         }
     }
 
     /// Clears the targets and draws the patches.
-    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &Inputs) {
-        let selection = inputs.selection;
-        let instances: Vec<PatchInstance> = [selection.solid.as_slice(), &selection.with_holes].concat();
-        self.instances.write(gpu, &instances);
-        let mut resources = vec![("view", inputs.view.clone())];
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &Inputs) {
+        let mut resources = vec![
+            ("view", inputs.view.clone()),
+            ("patches", inputs.mesh.patches().as_entire_binding()),
+            ("positions", inputs.mesh.positions().as_entire_binding()),
+        ];
         resources.extend(inputs.terrain.iter().cloned());
-        let group =
-            bind_group(gpu, "surface/terrain", &self.shader, |i| self.solid.get_bind_group_layout(i), &resources);
+        let layout = |i| self.solid.get_bind_group_layout(i);
+        let group = bind_group(gpu, "surface/terrain", &self.shader, layout, &resources);
 
         let descriptor = wgpu::RenderPassDescriptor {
             label: Some("surface/terrain"),
@@ -85,14 +85,12 @@ impl TerrainPass {
         recorder.render("surface/terrain", &descriptor, |pass| {
             pass.set_bind_group(0, &group, &[]);
             pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint16);
-            pass.set_vertex_buffer(0, self.instances.buffer().slice(..));
             let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
-            let solid = selection.solid.len() as u32;
-            let all = instances.len() as u32;
+            let [solid, with_holes] = inputs.patch_counts;
             pass.set_pipeline(&self.solid);
             pass.draw_indexed(0..index_count, 0, 0..solid);
             pass.set_pipeline(&self.with_holes);
-            pass.draw_indexed(0..index_count, 0, solid..all);
+            pass.draw_indexed(0..index_count, 0, solid..solid + with_holes);
         });
     }
 }
@@ -124,6 +122,8 @@ fn layout(gpu: &Gpu) -> wgpu::PipelineLayout {
         label: Some("surface/terrain"),
         entries: &[
             buffer(0, wgpu::BufferBindingType::Uniform),
+            buffer(1, storage),
+            buffer(2, storage),
             buffer(10, wgpu::BufferBindingType::Uniform),
             buffer(11, storage),
             buffer(12, storage),
@@ -148,8 +148,6 @@ fn layout(gpu: &Gpu) -> wgpu::PipelineLayout {
 }
 
 fn pipeline(gpu: &Gpu, shader: &Shader, layout: &wgpu::PipelineLayout, fragment: &str) -> wgpu::RenderPipeline {
-    const ATTRIBUTES: [wgpu::VertexAttribute; 4] =
-        wgpu::vertex_attr_array![0 => Sint32x2, 1 => Uint32x2, 2 => Float32x4, 3 => Float32];
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: Some(layout),
@@ -157,11 +155,7 @@ fn pipeline(gpu: &Gpu, shader: &Shader, layout: &wgpu::PipelineLayout, fragment:
             module: &shader.module,
             entry_point: Some("vertex"),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &[Some(wgpu::VertexBufferLayout {
-                array_stride: size_of::<PatchInstance>() as u64,
-                step_mode: wgpu::VertexStepMode::Instance,
-                attributes: &ATTRIBUTES,
-            })],
+            buffers: &[],
         },
         fragment: Some(wgpu::FragmentState {
             module: &shader.module,

@@ -6,7 +6,7 @@
 //!
 //! Each leaf has a continuous level: its own, plus how far it is on the way to its parent's error. At that way's end
 //! all four siblings have the shape of their parent, so nothing pops. Where two leaves meet, both take the coarser of
-//! their continuous levels on the shared edge (`shaders/surface/terrain.wgsl` morphs to it): there is no crack and no
+//! their continuous levels on the shared edge (`shaders/surface/vertices.wgsl` morphs to it): there is no crack and no
 //! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
 //! levels, hence at most `MAX_LEVEL_STEP`.
 
@@ -55,20 +55,21 @@ impl PatchKey {
     }
 }
 
-/// A patch as the vertex shader reads it.
+/// `Patch` in `shaders/shared/patch.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
 pub struct PatchInstance {
     /// First sample, in grid units relative to the anchor.
     pub origin_units: [i32; 2],
     /// Log2 of the units between vertices.
-    pub stride_log2: u32,
+    pub stride_exponent: u32,
     /// What the surface id target gets; never 0.
     pub id: u32,
     /// Levels above the patch's own at its first column, last column, first row, last row.
     pub edge_levels: [f32; 4],
     /// The same inside.
     pub inner_level: f32,
+    pub(crate) padding: [f32; 3],
 }
 
 /// What the selection is made for.
@@ -98,6 +99,11 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Patches without and with holes.
+    pub fn patch_counts(&self) -> [u32; 2] {
+        [self.solid.len() as u32, self.with_holes.len() as u32]
+    }
+
     /// Triangles drawn.
     pub fn triangles(&self) -> u64 {
         (self.solid.len() + self.with_holes.len()) as u64 * 2 * u64::from(PATCH_QUADS) * u64::from(PATCH_QUADS)
@@ -258,10 +264,11 @@ impl Walk<'_> {
             let origin = (first - anchor) * f64::from(UNITS_LOG2).exp2();
             let instance = PatchInstance {
                 origin_units: [origin.x as i32, origin.y as i32],
-                stride_log2: (key.level + UNITS_LOG2) as u32,
+                stride_exponent: (key.level + UNITS_LOG2) as u32,
                 id: patch_id(key),
                 edge_levels: [west, east, north, south],
                 inner_level: (leaf.level - own) as f32,
+                padding: [0.0; 3],
             };
             if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
             selection.leaves.push(key);

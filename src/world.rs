@@ -1,23 +1,47 @@
-//! WORLD on the command line: a scene file, a DEM, a baked pyramid, or nothing for the embedded world.
+//! An open world: a scene file, a DEM, a baked pyramid, or nothing for the embedded world, ready to be drawn.
 
 use std::path::Path;
 
-use anyhow::{Context, bail};
 use glam::DVec2;
 
-use super::progress::Bar;
 use crate::frame::Light;
 use crate::gpu::Gpu;
-use crate::pyramid::{self, Pyramid};
+use crate::pyramid::{self, Pyramid, PyramidError};
 use crate::scene::camera::Camera;
+use crate::scene::scene_file::SceneError;
 use crate::scene::{Scene, World};
-use crate::source;
+use crate::source::{self, GeoreferenceError, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::TerrainOptions;
 
 /// The version of the embedded world: part of its key in the cache.
 const PROCEDURAL_VERSION: u32 = 1;
+
+/// Why a world could not be opened. One line that names the file; the causes follow as sources.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The scene file does not hold.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The DEM cannot be read, or the cache not written.
+    #[error(transparent)]
+    Pyramid(#[from] PyramidError),
+    /// The DEM lies nowhere.
+    #[error("{name}")]
+    Georeference {
+        /// Of its pyramid.
+        name: String,
+        /// Why.
+        source: GeoreferenceError,
+    },
+    /// Not on this machine.
+    #[error("{url}: hachure reads files of this machine; worlds over the network come later")]
+    Remote {
+        /// Its address.
+        url: String,
+    },
+}
 
 /// An open world.
 pub struct OpenWorld {
@@ -27,11 +51,11 @@ pub struct OpenWorld {
     pub terrain: Terrain,
 }
 
-/// The scene of WORLD.
+/// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, or not at all.
 ///
 /// # Errors
 /// When the scene file does not hold.
-pub fn scene_of(world: Option<&str>) -> anyhow::Result<Scene> {
+pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
     let Some(world) = world else { return Ok(Scene::default()) };
     if world.contains("://") {
         return Ok(Scene::of_world(World::Url(world.to_owned())));
@@ -47,28 +71,27 @@ pub fn scene_of(world: Option<&str>) -> anyhow::Result<Scene> {
 ///
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
-pub fn open_pyramid(scene: &Scene) -> anyhow::Result<Pyramid> {
-    let bar = Bar::default();
+pub fn open_pyramid(scene: &Scene, progress: &dyn Progress) -> Result<Pyramid, WorldError> {
     let pyramid = match &scene.world {
-        World::File(path) => pyramid::open_or_bake(path, || source::open(path, &bar), None, &bar)?,
-        World::Url(url) => bail!("{url}: hachure reads files of this machine; worlds over the network come later"),
+        World::File(path) => pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?,
+        World::Url(url) => return Err(WorldError::Remote { url: url.clone() }),
         World::Procedural { seed } => {
             let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
-            let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, &bar));
-            pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, &bar)?
+            let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, progress));
+            pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?
         }
     };
     Ok(if scene.vertical_exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(scene.vertical_exaggeration) })
 }
 
 impl OpenWorld {
-    /// Opens WORLD for drawing.
+    /// Opens `world` for drawing; a DEM that was not baked yet is baked into the cache, without a word.
     ///
     /// # Errors
     /// When the scene or its DEM do not hold.
-    pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> anyhow::Result<Self> {
+    pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> Result<Self, WorldError> {
         let scene = scene_of(world)?;
-        let pyramid = open_pyramid(&scene)?;
+        let pyramid = open_pyramid(&scene, &Silent)?;
         Self::on_gpu(gpu, scene, pyramid, options)
     }
 
@@ -76,9 +99,10 @@ impl OpenWorld {
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> anyhow::Result<Self> {
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, WorldError> {
         let name = pyramid.path().display().to_string();
-        let terrain = Terrain::new(gpu, pyramid, options).with_context(|| name)?;
+        let terrain =
+            Terrain::new(gpu, pyramid, options).map_err(|source| WorldError::Georeference { name, source })?;
         Ok(Self { scene, terrain })
     }
 

@@ -1,0 +1,48 @@
+// The vertices of the patches, morphed (CDLOD: Strugar 2010): camera-relative positions, as they are drawn.
+//
+// What we changed: the level of detail of a patch follows from its measured error, not from its distance, so patches
+// of any levels may meet. Each patch has a continuous level, and each of its edges has the coarser of the two that
+// meet there; a vertex that does not exist on the edge's level moves onto one that does. Positions are whole numbers
+// of grid units until the last step, and both patches take that step with the same numbers: there is no crack.
+//
+// A pass of its own, since a software rasteriser shades vertices on one core, and since later passes want the
+// triangles as drawn.
+#import hachure::mesh::{Patch, QUADS, VERTICES}
+#import hachure::terrain::{terrain, world_from_grid, level_at, vertex_height_m, UNITS_PER_SAMPLE}
+
+@group(0) @binding(0) var<storage, read> patches: array<Patch>;
+// VERTICES for each patch, row by row; relative to the camera, in metres.
+@group(0) @binding(1) var<storage, read_write> positions: array<vec4<f32>>;
+
+fn grid_units(quads: Patch, ij: vec2<i32>) -> vec2<i32> {
+    let units = quads.origin_units + (ij << vec2<u32>(quads.stride_exponent));
+    return clamp(units, terrain.extent_units.xy, terrain.extent_units.zw);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= VERTICES {
+        return;
+    }
+    let quads = patches[id.y];
+    let ij = vec2<i32>(i32(id.x) % (QUADS + 1), i32(id.x) / (QUADS + 1));
+    var level = quads.inner_level;
+    if ij.x == 0 { level = quads.edge_levels.x; }
+    if ij.x == QUADS { level = quads.edge_levels.y; }
+    if ij.y == 0 { level = quads.edge_levels.z; }
+    if ij.y == QUADS { level = quads.edge_levels.w; }
+
+    let whole = u32(level);
+    let morph = level - f32(whole);
+    let shift = vec2<u32>(whole);
+    let on_level = ij >> shift;
+    let a = vec2<f32>(grid_units(quads, on_level << shift));
+    let b = vec2<f32>(grid_units(quads, (on_level & vec2<i32>(-2)) << shift));
+    let g = (a + (b - a) * morph) / UNITS_PER_SAMPLE;
+
+    let xy_m = world_from_grid(g);
+    // The height is not known yet: the nearest that the terrain can be is, for both patches at an edge.
+    let dz_m = max(max(terrain.min_z_m, -terrain.max_z_m), 0.0);
+    let distance_m = sqrt(dot(xy_m, xy_m) + dz_m * dz_m);
+    positions[id.y * VERTICES + id.x] = vec4<f32>(xy_m, vertex_height_m(g, level_at(g, distance_m)), 1.0);
+}

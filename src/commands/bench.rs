@@ -1,0 +1,259 @@
+//! `hachure bench`: flies a camera path without a window and reports what each style costs.
+//!
+//! Each style has a frame and a terrain of its own, so that each loads the tiles that it would load alone. The styles
+//! take turns at every frame, and the turn's order moves on with it: what the machine does meanwhile (clocks, heat,
+//! the disk's cache) falls on all of them alike, and ratios between them are fair.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::Args;
+
+use super::progress::Bar;
+use super::render::parse_size;
+use super::{tell, tell_json};
+use crate::frame::{Frame, Requirements};
+use crate::gpu::device::AdapterWish;
+use crate::gpu::timer::FRAME;
+use crate::gpu::{Gpu, GpuError};
+use crate::measure::report::{Memory, Pass, Report, Run, WorldSize};
+use crate::measure::report_html::write_html;
+use crate::measure::statistics::{FrameRecord, RunFrames, write_frames_csv};
+use crate::measure::{lod_error, memory, report_text};
+use crate::scene::Scene;
+use crate::scene::camera::Camera;
+use crate::scene::path::CameraPath;
+use crate::source::{Progress, Silent};
+use crate::style::Style;
+use crate::surface::view::{Part, Pose, View};
+use crate::tiles::terrain::{Prepared, TerrainOptions};
+use crate::world::{self, OpenWorld};
+
+/// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
+const WARM_UP_FRAMES: u32 = 3;
+/// Of a run's frames, so many at most are compared with the full-resolution heights.
+const CHECKED_FRAMES: usize = 32;
+/// Frames per second along the path where no number of frames is given.
+const FPS: f64 = 30.0;
+
+/// Arguments of `bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// Scene file, DEM or baked pyramid; without one, the embedded world
+    pub world: Option<String>,
+    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov
+    #[arg(long)]
+    pub path: PathBuf,
+    /// Presets or style files; ratios are to the first
+    #[arg(long, value_delimiter = ',', default_value = "ink")]
+    pub styles: Vec<String>,
+    /// Spread so many frames over the path; without it, 30 for each second
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub frames: Option<u32>,
+    /// Width and height in pixels, like 1280x720
+    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
+    pub size: [u32; 2],
+    /// How many eyes: mono
+    #[arg(long, default_value = "mono", value_parser = parse_eyes)]
+    pub eyes: String,
+    /// Height error that may be seen, in pixels
+    #[arg(long, default_value_t = 1.0)]
+    pub lod_error: f64,
+    /// Memory for tiles on the GPU, in MiB, for each style
+    #[arg(long, default_value_t = 512)]
+    pub tile_memory: u64,
+    /// Folder for report.json, frames.csv and report.html
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Print report.json rather than a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_eyes(text: &str) -> Result<String, String> {
+    match text {
+        "mono" => Ok(text.to_owned()),
+        "side-by-side" | "anaglyph" => Err("this version measures mono only".to_owned()),
+        _ => Err("it must be mono".to_owned()),
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input does not hold, the GPU fails, or the folder cannot be written.
+pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
+        bail!("--lod-error {}: it must be a number above 0", args.lod_error);
+    }
+    let styles = args.styles.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
+    // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
+    let flight =
+        std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", args.path.display()))?;
+    CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
+    std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", args.output.display()))?;
+    // Baked once, where it is not yet; then each style opens its own.
+    let scene = world::scene_of(args.world.as_deref())?;
+    drop(world::open_pyramid(&scene, &Bar::default())?);
+    let gpu = Gpu::open(adapter)?;
+    let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
+    let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
+    let path = CameraPath::parse_on_ground(&args.path, &flight[..], |x, y| flights[0].world.ground_m(x, y))?;
+    fly(&gpu, &path, args, &mut flights)?;
+
+    let report = Report {
+        adapter: gpu.description(),
+        size: args.size,
+        world: world_size(&flights[0].world),
+        runs: flights.iter().map(|flight| flight.run(&args.eyes)).collect(),
+    };
+    let frames: Vec<RunFrames> = flights
+        .into_iter()
+        .map(|flight| RunFrames { style: flight.style.name, eyes: args.eyes.clone(), frames: flight.records })
+        .collect();
+    write_frames_csv(&args.output.join("frames.csv"), &frames)?;
+    write_html(&args.output.join("report.html"), &report, &frames)?;
+    report.write_json(&args.output.join("report.json"))?;
+    if args.json {
+        return tell_json(&report);
+    }
+    let [width, height] = report.size;
+    tell(&format!(
+        "{}, {width}x{height}\n{}{}",
+        report.adapter,
+        report_text::table(&report),
+        args.output.join("report.html").display()
+    ))
+}
+
+fn world_size(world: &OpenWorld) -> WorldSize {
+    let finest = world.terrain.pyramid().levels()[0];
+    WorldSize { samples: Some(u64::from(finest.width) * u64::from(finest.height)), extent_m: world.extent_m() }
+}
+
+fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, flights: &mut [Flight]) -> anyhow::Result<()> {
+    let frames = args.frames.map_or_else(|| path.frame_count(FPS), |frames| frames as usize);
+    let step_s = match args.frames {
+        // As `CameraPath::spread` has them: the first and the last row included.
+        Some(frames) => path.duration_s() / f64::from(frames.saturating_sub(1).max(1)),
+        None => 1.0 / FPS,
+    };
+    let start_s = path.times_s()[0];
+    let between_checks = frames.div_ceil(CHECKED_FRAMES);
+    let bar = Bar::default();
+    bar.report("warming up", 0.0);
+    let first = path.sample(start_s);
+    for flight in flights.iter_mut() {
+        for _ in 0..WARM_UP_FRAMES {
+            flight.draw(gpu, args.size, &first)?;
+        }
+        flight.evicted_before = flight.world.terrain.atlas_state().1;
+    }
+    for frame in 0..frames {
+        bar.report("flying", frame as f32 / frames as f32);
+        let t_s = start_s + frame as f64 * step_s;
+        let camera = path.sample(t_s);
+        for turn in 0..flights.len() {
+            let flight = &mut flights[(frame + turn) % flights.len()];
+            let (view, drawn) = flight.draw(gpu, args.size, &camera)?;
+            let mut record = flight.record(frame as u64, t_s, drawn);
+            if frame % between_checks == 0 {
+                let (targets, terrain) = (flight.frame.targets(), &flight.world.terrain);
+                record.lod_error_px = lod_error::largest_px(gpu, targets, &view, terrain, frame as u32)?;
+            }
+            flight.records.push(record);
+        }
+    }
+    Ok(())
+}
+
+/// A style on its way along the path.
+struct Flight {
+    style: Style,
+    requirements: Requirements,
+    world: OpenWorld,
+    frame: Frame,
+    previous: Option<Pose>,
+    evicted_before: u64,
+    failed_tiles: u64,
+    records: Vec<FrameRecord>,
+}
+
+/// A frame that was drawn.
+struct Drawn {
+    frame_ms: f64,
+    /// [`FRAME`] is the whole; empty where the GPU has no timers.
+    gpu_ms: Vec<(String, f64)>,
+    prepared: Prepared,
+}
+
+impl Flight {
+    fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
+        let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
+        let requirements = Requirements::of(&style);
+        Ok(Self {
+            world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_pyramid(scene, &Silent)?, options)?,
+            frame: Frame::new(gpu, requirements, args.size)?,
+            style,
+            requirements,
+            previous: None,
+            evicted_before: 0,
+            failed_tiles: 0,
+            records: Vec::new(),
+        })
+    }
+
+    /// Draws a frame and waits for the GPU.
+    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(View, Drawn), GpuError> {
+        let pose = self.world.pose(camera);
+        let previous = self.previous.replace(pose).unwrap_or(pose);
+        let view = View { pose, previous, picture_px: size_px, part: Part::whole(size_px) };
+        let light = self.world.light();
+        let start = Instant::now();
+        let prepared = self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light);
+        gpu.wait();
+        let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
+        gpu.check()?;
+        let times = std::iter::from_fn(|| self.frame.take_times()).last().unwrap_or_default();
+        let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
+        Ok((view, Drawn { frame_ms, gpu_ms, prepared }))
+    }
+
+    fn record(&mut self, frame: u64, t_s: f64, drawn: Drawn) -> FrameRecord {
+        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, .. } } = drawn;
+        self.failed_tiles += tiles.failed;
+        let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
+        FrameRecord {
+            frame,
+            t_s,
+            frame_ms: Some(frame_ms),
+            gpu_ms: whole.first().map(|(_, gpu_ms)| *gpu_ms),
+            pass_gpu_ms: passes,
+            lod_error_px: None,
+            triangles: Some(selection.triangles()),
+            strokes: None,
+            tiles_loaded: Some(tiles.loaded),
+            // Coarser tiles stood in for some that the view wanted.
+            late: Some(tiles.without_room + tiles.failed > 0),
+        }
+    }
+
+    fn run(&self, eyes: &str) -> Run {
+        let mut run = Run::of_frames(&self.style.name, eyes, &self.records);
+        if run.passes.is_empty() {
+            let names = self.requirements.passes().into_iter();
+            run.passes = names.map(|name| Pass { name: name.to_owned(), gpu_ms: None }).collect();
+        }
+        let (_, evicted, tile_bytes) = self.world.terrain.atlas_state();
+        run.memory = Memory {
+            gpu_bytes: Some(self.world.terrain.gpu_bytes() + self.frame.targets().bytes()),
+            tile_cache_bytes: Some(tile_bytes),
+            rss_bytes: memory::rss_bytes(),
+        };
+        run.tiles.loaded = Some(self.records.iter().filter_map(|record| record.tiles_loaded).sum());
+        run.tiles.evicted = Some(evicted - self.evicted_before);
+        run.tiles.failed = Some(self.failed_tiles);
+        run
+    }
+}

@@ -1,0 +1,225 @@
+//! What a height file or a pyramid is, in numbers: what `info` and `bake` tell.
+
+use std::fmt::Write as _;
+
+use glam::DVec2;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::pyramid::fill::is_void;
+use crate::pyramid::{
+    LevelSize, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, TileAddress, Voids, sidecar_path,
+};
+use crate::source::georeference::Georeference;
+use crate::source::{GeoreferenceError, HeightGrid, WorldMapping};
+
+/// A field of heights.
+#[derive(Serialize)]
+pub struct Heights {
+    /// Samples per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Between neighbouring columns and rows, in the middle of the field.
+    pub spacing_m: [f64; 2],
+    /// East and north.
+    pub extent_m: [f64; 2],
+    /// The reference system, and how it is brought to metres.
+    pub crs: String,
+    /// The lowest.
+    pub min_m: f32,
+    /// The highest.
+    pub max_m: f32,
+    /// Samples without a height.
+    pub void_samples: u64,
+    /// Their share, 0 to 1.
+    pub void_share: f64,
+}
+
+/// A pyramid beyond its heights.
+#[derive(Serialize)]
+pub struct Levels {
+    /// Finest first.
+    pub levels: Vec<Level>,
+    /// Tiles of all levels.
+    pub tiles: u64,
+    /// Mesh patches of all strides.
+    pub patches: u64,
+    /// What the bake allowed, in metres; 0 = lossless.
+    pub max_error_m: f64,
+    /// Of the GeoTIFF.
+    pub tif_bytes: u64,
+    /// Of the tile statistics beside it.
+    pub sidecar_bytes: u64,
+    /// Of the GeoTIFF, overviews included, for each sample of the finest level.
+    pub bits_per_sample: f64,
+}
+
+/// A level of a pyramid.
+#[derive(Serialize)]
+pub struct Level {
+    /// Samples per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Tiles in this level.
+    pub tiles: u64,
+    /// How far its worst tile is from the heights that were baked.
+    pub largest_error_m: f32,
+}
+
+impl Heights {
+    /// Of a grid in memory.
+    pub fn of_grid(grid: &HeightGrid) -> Result<Self, GeoreferenceError> {
+        let heights_m = grid.heights_m.par_iter().copied();
+        let void_samples = heights_m.clone().filter(|height_m| height_m.is_nan()).count() as u64;
+        // f32::min and max take the other operand for NaN.
+        let min_m = heights_m.clone().reduce(|| f32::NAN, f32::min);
+        let max_m = heights_m.reduce(|| f32::NAN, f32::max);
+        let size = LevelSize { width: grid.width, height: grid.height };
+        Self::new(&grid.georeference, size, [min_m, max_m], void_samples)
+    }
+
+    /// Of the finest level of a pyramid. Reads the tiles in which some samples are void, and only those.
+    pub fn of_pyramid(pyramid: &Pyramid) -> anyhow::Result<Self> {
+        let range_m = [pyramid.min_m(), pyramid.max_m()];
+        let voids = void_samples(pyramid)?;
+        Ok(Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, voids)?)
+    }
+
+    fn new(
+        georeference: &Georeference,
+        size: LevelSize,
+        [min_m, max_m]: [f32; 2],
+        void_samples: u64,
+    ) -> Result<Self, GeoreferenceError> {
+        let LevelSize { width, height } = size;
+        let mapping = WorldMapping::new(georeference, width, height)?;
+        let last = DVec2::new(f64::from(width - 1), f64::from(height - 1));
+        let place = |grid: DVec2| mapping.world_from_grid(grid.x, grid.y);
+        let middle = last * 0.5;
+        let step = |along: DVec2| (place(middle + along * 0.5) - place(middle - along * 0.5)).length();
+        let corners = [DVec2::ZERO, DVec2::new(last.x, 0.0), DVec2::new(0.0, last.y), last].map(place);
+        let low = corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
+        let high = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
+        Ok(Self {
+            width,
+            height,
+            spacing_m: [step(DVec2::X), step(DVec2::Y)],
+            extent_m: (high - low).to_array(),
+            crs: mapping.describe(),
+            min_m,
+            max_m,
+            void_samples,
+            void_share: void_samples as f64 / (f64::from(width) * f64::from(height)),
+        })
+    }
+
+    /// For people, a line for each.
+    pub fn lines(&self) -> String {
+        let Self { width, height, spacing_m: [dx_m, dy_m], extent_m: [east_m, north_m], .. } = self;
+        let voids = match self.void_samples {
+            0 => "none".to_owned(),
+            count => format!("{count} samples, {:.3} %", 100.0 * self.void_share),
+        };
+        format!(
+            "samples   {width} × {height}, {dx_m:.3} × {dy_m:.3} m apart\n\
+             extent    {:.3} × {:.3} km\n\
+             place     {}\n\
+             heights   {:.2} to {:.2} m\n\
+             voids     {voids}\n",
+            east_m / 1000.0,
+            north_m / 1000.0,
+            self.crs,
+            self.min_m,
+            self.max_m,
+        )
+    }
+}
+
+impl Levels {
+    /// Of an open pyramid.
+    pub fn of(pyramid: &Pyramid) -> anyhow::Result<Self> {
+        let levels: Vec<Level> =
+            (0..).zip(pyramid.levels()).map(|(level, size)| of_level(pyramid, level, *size)).collect();
+        let patches = (0..pyramid.patch_levels()).map(|j| pyramid.patch_counts(j));
+        let bytes = |path: &std::path::Path| std::fs::metadata(path).map(|metadata| metadata.len());
+        let tif_bytes = bytes(pyramid.path())?;
+        let finest = pyramid.levels()[0];
+        Ok(Self {
+            tiles: levels.iter().map(|level| level.tiles).sum(),
+            patches: patches.map(|(x, y)| u64::from(x) * u64::from(y)).sum(),
+            max_error_m: pyramid.max_error_m(),
+            tif_bytes,
+            sidecar_bytes: bytes(&sidecar_path(pyramid.path()))?,
+            bits_per_sample: tif_bytes as f64 * 8.0 / (f64::from(finest.width) * f64::from(finest.height)),
+            levels,
+        })
+    }
+
+    /// For people, a line for each.
+    pub fn lines(&self) -> String {
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let kept = match self.max_error_m {
+            0.0 => "lossless".to_owned(),
+            error_m => format!("within {error_m} m"),
+        };
+        let mut lines = format!(
+            "stored    {:.2} MiB, {:.2} bits per sample, {kept}; {:.2} MiB of statistics beside it\n\
+             pyramid   {} levels, {} tiles of {TILE_SAMPLES} × {TILE_SAMPLES}, {} mesh patches\n",
+            mebibytes(self.tif_bytes),
+            self.bits_per_sample,
+            mebibytes(self.sidecar_bytes),
+            self.levels.len(),
+            self.tiles,
+            self.patches,
+        );
+        for (number, level) in self.levels.iter().enumerate() {
+            let Level { width, height, tiles, largest_error_m } = level;
+            let plural = if *tiles == 1 { "" } else { "s" };
+            // Writing to a String cannot fail.
+            let _ = writeln!(
+                lines,
+                "level {number:<3} {width} × {height}, {tiles} tile{plural}, largest error {largest_error_m} m"
+            );
+        }
+        lines
+    }
+}
+
+fn of_level(pyramid: &Pyramid, level: u32, size: LevelSize) -> Level {
+    let addresses = tiles_of(level, size);
+    let largest_error_m = addresses.map(|tile| pyramid.tile(tile).error_m).fold(0.0, f32::max);
+    let tiles = u64::from(size.tiles_x()) * u64::from(size.tiles_y());
+    Level { width: size.width, height: size.height, tiles, largest_error_m }
+}
+
+fn tiles_of(level: u32, size: LevelSize) -> impl Iterator<Item = TileAddress> {
+    (0..size.tiles_y()).flat_map(move |y| (0..size.tiles_x()).map(move |x| TileAddress { level, x, y }))
+}
+
+/// How many samples of the finest level are void.
+fn void_samples(pyramid: &Pyramid) -> Result<u64, PyramidError> {
+    let size = pyramid.levels()[0];
+    let tiles: Vec<TileAddress> = tiles_of(0, size).collect();
+    let count = |tile: &TileAddress| {
+        let (columns, rows) = (
+            TILE_SAMPLES.min(size.width - tile.x * TILE_SAMPLES),
+            TILE_SAMPLES.min(size.height - tile.y * TILE_SAMPLES),
+        );
+        match pyramid.tile(*tile).voids {
+            Voids::None => Ok(0),
+            Voids::All => Ok(u64::from(columns) * u64::from(rows)),
+            // Of the tile or of the ring around it.
+            Voids::Some => {
+                let samples = pyramid.read_tile(*tile)?.samples;
+                let own = |row: u32| {
+                    let first = ((row + TILE_BORDER) * TILE_STRIDE + TILE_BORDER) as usize;
+                    samples[first..first + columns as usize].iter().filter(|&&sample| is_void(sample)).count() as u64
+                };
+                Ok((0..rows).map(own).sum())
+            }
+        }
+    };
+    tiles.par_iter().map(count).sum()
+}

@@ -1,0 +1,266 @@
+//! `hachure info`: what a file is, by its content: a DEM, a baked pyramid, a scene, a style or a camera path.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+use serde::Serialize;
+
+use super::describe::{Heights, Levels};
+use super::progress::Bar;
+use super::{styles, tell, tell_json};
+use crate::frame::Requirements;
+use crate::pyramid::{Pyramid, sidecar_path};
+use crate::scene::path::CameraPath;
+use crate::scene::{Scene, World};
+use crate::source;
+
+/// Arguments of `info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// A DEM, a baked pyramid, a scene, a style or a camera path
+    pub file: PathBuf,
+    /// Print for programs
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// So much of a file tells what it is.
+const HEAD_BYTES: u64 = 64 * 1024;
+/// A longer file is neither a scene nor a style.
+const LARGEST_TOML_BYTES: u64 = 1 << 20;
+
+#[derive(Serialize)]
+struct Answer {
+    file: PathBuf,
+    #[serde(flatten)]
+    info: Info,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum Info {
+    Dem {
+        #[serde(flatten)]
+        heights: Heights,
+        file_bytes: u64,
+        /// Why the tile statistics beside it, if there are any, do not make it a pyramid.
+        stale: Option<String>,
+    },
+    Pyramid {
+        #[serde(flatten)]
+        heights: Heights,
+        #[serde(flatten)]
+        levels: Levels,
+    },
+    Scene(SceneInfo),
+    Style(StyleInfo),
+    CameraPath(PathInfo),
+}
+
+#[derive(Serialize)]
+struct SceneInfo {
+    dem: Option<String>,
+    procedural_seed: Option<u32>,
+    sun_azimuth_deg: f64,
+    sun_elevation_deg: f64,
+    haze_distance_m: Option<f64>,
+    start: Option<String>,
+    vertical_exaggeration: f64,
+}
+
+#[derive(Serialize)]
+struct StyleInfo {
+    name: String,
+    description: String,
+    passes: Vec<&'static str>,
+}
+
+#[derive(Serialize)]
+struct PathInfo {
+    rows: usize,
+    start_s: f64,
+    duration_s: f64,
+    /// Over the ground, between the frames at 30 per second.
+    ground_length_m: f64,
+    frames_at_30_fps: usize,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A file that is none of these, or does not hold.
+pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
+    let answer = Answer { info: look_at(&args.file)?, file: args.file.clone() };
+    if args.json {
+        return tell_json(&answer);
+    }
+    tell(&answer.text())
+}
+
+fn look_at(file: &Path) -> anyhow::Result<Info> {
+    // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
+    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, None) };
+    if !metadata.is_file() || metadata.len() == 0 {
+        return dem(file, None);
+    }
+    let cannot_read = || format!("{}: cannot be read", file.display());
+    let mut head = Vec::new();
+    std::fs::File::open(file)
+        .and_then(|opened| opened.take(HEAD_BYTES).read_to_end(&mut head))
+        .with_context(cannot_read)?;
+    if head.starts_with(b"HACHTILE") {
+        bail!("{}: holds the tile statistics of the pyramid beside it; ask for that", file.display());
+    }
+    if is_camera_path(&String::from_utf8_lossy(&head)) {
+        return camera_path(file);
+    }
+    if metadata.len() <= LARGEST_TOML_BYTES
+        && let Ok(text) = std::fs::read_to_string(file)
+        && let Some(info) = scene_or_style(file, &text)?
+    {
+        return Ok(info);
+    }
+    if !sidecar_path(file).exists() {
+        return dem(file, None);
+    }
+    match Pyramid::open(file) {
+        Ok(pyramid) => {
+            let of = || file.display().to_string();
+            let heights = Heights::of_pyramid(&pyramid).with_context(of)?;
+            Ok(Info::Pyramid { heights, levels: Levels::of(&pyramid).with_context(of)? })
+        }
+        Err(error) if error.wants_bake() => dem(file, Some(error.to_string())),
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn dem(file: &Path, stale: Option<String>) -> anyhow::Result<Info> {
+    let grid = source::open(file, &Bar::default())?;
+    let of = || file.display().to_string();
+    let file_bytes = std::fs::metadata(file).with_context(of)?.len();
+    Ok(Info::Dem { heights: Heights::of_grid(&grid).with_context(of)?, file_bytes, stale })
+}
+
+/// Whether the first line that counts is the header of a camera path, or meant to be one.
+fn is_camera_path(head: &str) -> bool {
+    let head = head.trim_start_matches('\u{feff}');
+    let first = head.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or("");
+    first.split(',').map(str::trim).take(3).eq(["t", "x", "y"])
+}
+
+fn camera_path(file: &Path) -> anyhow::Result<Info> {
+    // Where no world is given, the ground is level; nothing that is told here depends on it.
+    let path = CameraPath::read_on_ground(file, |_, _| 0.0)?;
+    let mut ground_length_m = 0.0;
+    let mut before = None;
+    for camera in path.frames(30.0) {
+        let here = camera.position_m.truncate();
+        ground_length_m += before.replace(here).map_or(0.0, |before| here.distance(before));
+    }
+    Ok(Info::CameraPath(PathInfo {
+        rows: path.times_s().len(),
+        start_s: path.times_s()[0],
+        duration_s: path.duration_s(),
+        ground_length_m,
+        frames_at_30_fps: path.frame_count(30.0),
+    }))
+}
+
+/// A scene has a `world`, a style a `tone`. None if it is no TOML and does not claim to be.
+fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
+    let claims = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    let table = match toml::from_str::<toml::Table>(text) {
+        // A text of comments alone is TOML, but hardly meant so.
+        Ok(table) if table.is_empty() && !claims => return Ok(None),
+        Ok(table) => table,
+        Err(_) if !claims => return Ok(None),
+        Err(error) => {
+            let start = error.span().map_or(0, |span| span.start);
+            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
+            let cause = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+            bail!("{}:{line}: {cause}", file.display());
+        }
+    };
+    if table.contains_key("world") {
+        return scene(file).map(Some);
+    }
+    if ["tone", "lines", "paper"].iter().any(|key| table.contains_key(*key)) {
+        let style = styles::read(file)?;
+        let passes = Requirements::of(&style).passes();
+        return Ok(Some(Info::Style(StyleInfo { name: style.name, description: style.description, passes })));
+    }
+    bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", file.display());
+}
+
+fn scene(file: &Path) -> anyhow::Result<Info> {
+    let scene = Scene::read(file)?;
+    let (dem, procedural_seed) = match scene.world {
+        World::File(path) => (Some(path.display().to_string()), None),
+        World::Url(url) => (Some(url), None),
+        World::Procedural { seed } => (None, Some(seed)),
+    };
+    Ok(Info::Scene(SceneInfo {
+        dem,
+        procedural_seed,
+        sun_azimuth_deg: scene.sun.azimuth_deg,
+        sun_elevation_deg: scene.sun.elevation_deg,
+        haze_distance_m: scene.haze.distance_m,
+        start: scene.start.map(|camera| camera.to_string()),
+        vertical_exaggeration: scene.vertical_exaggeration,
+    }))
+}
+
+impl Answer {
+    /// For people.
+    fn text(&self) -> String {
+        let file = self.file.display();
+        match &self.info {
+            Info::Dem { heights, file_bytes, stale } => {
+                let mebibytes = *file_bytes as f64 / f64::from(1 << 20);
+                let stale = stale.as_ref().map_or(String::new(), |cause| format!("note      {cause}\n"));
+                let next = "it is baked into the cache when it is first drawn";
+                format!("{file}: a DEM, {mebibytes:.2} MiB; {next}\n{}{stale}", heights.lines())
+            }
+            Info::Pyramid { heights, levels } => {
+                format!("{file}: a baked pyramid\n{}{}", heights.lines(), levels.lines())
+            }
+            Info::Scene(scene) => scene.text(&file.to_string()),
+            Info::Style(StyleInfo { name, description, passes }) => {
+                format!("{file}: the style {name}: {description}\npasses    {}\n", passes.join(", "))
+            }
+            Info::CameraPath(path) => format!(
+                "{file}: a camera path\nrows      {}\ntime      {} s from t = {} s; {} frames at 30 fps\n\
+                 length    {:.3} km over the ground\n",
+                path.rows,
+                path.duration_s,
+                path.start_s,
+                path.frames_at_30_fps,
+                path.ground_length_m / 1000.0,
+            ),
+        }
+    }
+}
+
+impl SceneInfo {
+    fn text(&self, file: &str) -> String {
+        let world = match (&self.dem, self.procedural_seed) {
+            (Some(dem), _) => dem.clone(),
+            (None, Some(seed)) => format!("the procedural world, seed {seed}"),
+            (None, None) => "none".to_owned(),
+        };
+        let haze = match self.haze_distance_m {
+            Some(distance_m) => format!("{distance_m} m"),
+            None => "over the diagonal of the extent".to_owned(),
+        };
+        format!(
+            "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
+             start     {}\nheights   × {}\n",
+            self.sun_azimuth_deg,
+            self.sun_elevation_deg,
+            self.start.as_deref().unwrap_or("a view that the extent suggests"),
+            self.vertical_exaggeration,
+        )
+    }
+}

@@ -1,0 +1,94 @@
+//! `hachure styles`: the presets, their text as a start for one's own, and a check of one's own.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use serde::Serialize;
+
+use super::{tell, tell_json};
+use crate::style::{self, Style, StyleError};
+
+/// Arguments of `styles`.
+#[derive(Debug, Args)]
+pub struct StylesArgs {
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// Print for programs
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// The presets, with a line about each (the default)
+    List,
+    /// The text of a preset
+    Show {
+        /// Of the preset
+        name: String,
+    },
+    /// Whether a style file holds
+    Check {
+        /// The style file
+        file: PathBuf,
+    },
+}
+
+#[derive(Serialize)]
+struct Listed {
+    name: &'static str,
+    description: String,
+}
+
+#[derive(Serialize)]
+struct Shown<'a> {
+    name: &'a str,
+    text: &'a str,
+}
+
+#[derive(Serialize)]
+struct Checked<'a> {
+    file: &'a Path,
+    name: String,
+    holds: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// An unknown preset; a file that is no style.
+pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
+    match &args.action {
+        None | Some(Action::List) => list(args.json),
+        Some(Action::Show { name }) => {
+            let text = style::preset_text(name).ok_or_else(|| StyleError::Unknown { name: name.clone() })?;
+            if args.json { tell_json(&Shown { name, text }) } else { tell(text) }
+        }
+        Some(Action::Check { file }) => {
+            let style = read(file)?;
+            let checked = Checked { file, name: style.name, holds: true };
+            if args.json { tell_json(&checked) } else { tell(&format!("{}: holds", file.display())) }
+        }
+    }
+}
+
+fn list(json: bool) -> anyhow::Result<()> {
+    let mut listed = Vec::new();
+    for name in style::names() {
+        listed.push(Listed { name, description: Style::load(name)?.description });
+    }
+    if json {
+        return tell_json(&listed);
+    }
+    let width = listed.iter().map(|style| style.name.len()).max().unwrap_or(0);
+    let lines: Vec<String> =
+        listed.iter().map(|style| format!("{:width$}  {}", style.name, style.description)).collect();
+    tell(&lines.join("\n"))
+}
+
+/// A style from a file, whatever its name ends with.
+pub(super) fn read(file: &Path) -> anyhow::Result<Style> {
+    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the style", file.display()))?;
+    Ok(Style::parse(&file.display().to_string(), &text)?)
+}

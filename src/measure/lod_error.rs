@@ -1,0 +1,74 @@
+//! How far the surface as drawn is from the full-resolution heights, in pixels: measured, not taken from the bound.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use crate::frame::Targets;
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::pyramid::TILE_SAMPLES;
+use crate::surface::view::View;
+use crate::tiles::Terrain;
+
+/// Pixels looked at, at most; spread over the picture.
+const SAMPLES: u32 = 2048;
+
+/// The largest projected error among pixels on a lattice over the picture that `targets` hold: the height of the
+/// drawn position against the level-0 surface at the same place, |dz| · focal length / distance. Pixels of the sky,
+/// beyond the extent and in voids do not count; none if no pixel does. Another `turn` shifts the lattice.
+///
+/// # Errors
+/// [`GpuError::Readback`].
+pub fn largest_px(
+    gpu: &Gpu,
+    targets: &Targets,
+    view: &View,
+    terrain: &Terrain,
+    turn: u32,
+) -> Result<Option<f64>, GpuError> {
+    let [width, height] = targets.size_px();
+    let texels: Vec<[f32; 4]> = readback::read_as(gpu, &targets.position, [0, 0], [width, height])?;
+    let pixels = f64::from(width) * f64::from(height);
+    let stride = (pixels / f64::from(SAMPLES)).sqrt().ceil().max(1.0) as u32;
+    // 5 and 7 have no factor in common with most strides: the lattice visits other pixels at every turn.
+    let [left, top] = [turn.wrapping_mul(5) % stride, turn.wrapping_mul(7) % stride];
+    let lattice = (top..height)
+        .step_by(stride as usize)
+        .flat_map(|y| (left..width).step_by(stride as usize).map(move |x| (y as usize, x as usize)));
+    let camera_m = view.pose.position_m;
+    let mut drawn: Vec<Drawn> = lattice
+        .map(|(y, x)| texels[y * width as usize + x])
+        .filter(|texel| texel[3] > 0.0)
+        .map(|[x, y, z, _]| {
+            let from_eye_m = glam::Vec3::new(x, y, z).as_dvec3();
+            let place_m = camera_m + from_eye_m;
+            let grid = terrain.mapping().grid_from_world(place_m.truncate());
+            Drawn { grid, z_m: place_m.z, distance_m: from_eye_m.length() }
+        })
+        .filter(|drawn| drawn.grid.is_finite())
+        .collect();
+    // By tiles, so that each is read once.
+    drawn.sort_by_key(Drawn::tile);
+    let focal_px = view.focal_px();
+    let errors_px = drawn.par_chunk_by(|a, b| a.tile() == b.tile()).flat_map_iter(|drawn| {
+        drawn.iter().filter_map(|drawn| {
+            let true_m = terrain.pyramid().height_m(drawn.grid.x, drawn.grid.y)?;
+            Some((drawn.z_m - true_m).abs() * focal_px / drawn.distance_m)
+        })
+    });
+    Ok(errors_px.reduce_with(f64::max))
+}
+
+/// What a pixel shows.
+struct Drawn {
+    grid: DVec2,
+    z_m: f64,
+    distance_m: f64,
+}
+
+impl Drawn {
+    /// Row and column of the level-0 tile; far outside, any.
+    fn tile(&self) -> [i64; 2] {
+        let side = f64::from(TILE_SAMPLES);
+        [(self.grid.y / side).floor() as i64, (self.grid.x / side).floor() as i64]
+    }
+}

@@ -1,0 +1,174 @@
+//! `bench`: the report's names, what is null in it, and whether its numbers are measured.
+
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+use serde_json::Value;
+
+use crate::Place;
+use crate::dem::{SIZE, SPACING_M, dem};
+
+/// Whether there is a GPU to draw with; a software driver is enough.
+fn has_gpu() -> bool {
+    match Gpu::open(&AdapterWish::Best) {
+        Ok(_) => true,
+        Err(error) if std::env::var_os("HACHURE_REQUIRE_GPU").is_some_and(|wish| wish == "1") => panic!("{error}"),
+        Err(error) => {
+            println!("skipped: {error}");
+            false
+        }
+    }
+}
+
+/// A flight over the synthetic DEM.
+fn place_with_flight() -> Place {
+    let place = Place::empty();
+    dem(&place);
+    place.file("flight.csv", "t,x,y,z,yaw,pitch,fov\n0,-900,-900,+150,40,-12,60\n1,300,200,+120,60,-10,60\n");
+    place
+}
+
+fn keys(value: &Value, expected: &[&str]) -> Result<(), String> {
+    let object = value.as_object().ok_or_else(|| format!("{value} is no object"))?;
+    let mut found: Vec<&str> = object.keys().map(String::as_str).collect();
+    let mut expected = expected.to_vec();
+    found.sort_unstable();
+    expected.sort_unstable();
+    if found == expected { Ok(()) } else { Err(format!("{found:?}, and it must be {expected:?}")) }
+}
+
+fn all_numbers(value: &Value, names: &[&str]) -> Result<(), String> {
+    keys(value, names)?;
+    names.iter().try_for_each(|name| {
+        value[name]
+            .as_f64()
+            .filter(|number| *number >= 0.0)
+            .map(drop)
+            .ok_or_else(|| format!("{name} is {}", value[name]))
+    })
+}
+
+fn is_null(value: &Value, name: &str) -> Result<(), String> {
+    if value[name].is_null() { Ok(()) } else { Err(format!("{name} is {}, and it was not measured", value[name])) }
+}
+
+/// What scripts rely on.
+fn check_schema(report: &Value) -> Result<(), String> {
+    keys(report, &["adapter", "size", "world", "runs"])?;
+    keys(&report["world"], &["samples", "extent_m"])?;
+    for run in report["runs"].as_array().ok_or("runs is no list")? {
+        let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
+        keys(run, &[&names[..], &["triangles", "strokes", "temporal", "stereo"]].concat())?;
+        all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
+        // Null where the GPU has no timers.
+        if !run["gpu_ms"].is_null() {
+            all_numbers(&run["gpu_ms"], &["p50", "p95", "p99", "max"])?;
+        }
+        for pass in run["passes"].as_array().ok_or("passes is no list")? {
+            keys(pass, &["name", "gpu_ms"])?;
+            if !pass["gpu_ms"].is_null() {
+                all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
+            }
+        }
+        keys(&run["memory"], &["gpu_bytes", "tile_cache_bytes", "rss_bytes"])?;
+        keys(&run["tiles"], &["loaded", "evicted", "cancelled", "failed", "late_frames"])?;
+        is_null(&run["tiles"], "cancelled")?;
+        all_numbers(&run["lod_error_px"], &["p50", "p99", "max"])?;
+        ["strokes", "temporal", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
+    }
+    Ok(())
+}
+
+#[test]
+fn a_bench_writes_what_scripts_rely_on() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "96x54"];
+    let more = ["--frames", "5", "--styles", "ink,plain", "-o", "deep/out", "--json"];
+    let report = place.json(&[&flight[..], &more].concat());
+    assert_eq!(check_schema(&report), Ok(()));
+    let written = std::fs::read(place.path("deep/out/report.json")).unwrap();
+    assert_eq!(serde_json::from_slice::<Value>(&written).unwrap(), report);
+
+    assert_eq!(report["size"], serde_json::json!([96, 54]));
+    assert_eq!(report["world"]["samples"], u64::from(SIZE[0] * SIZE[1]));
+    let east_m = report["world"]["extent_m"][0].as_f64().unwrap();
+    assert!((east_m - f64::from(SIZE[0] - 1) * SPACING_M).abs() < 0.01, "{east_m}");
+    let runs = report["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 2);
+    for (run, name) in runs.iter().zip(["ink", "plain"]) {
+        assert_eq!((&run["style"], &run["eyes"], &run["frames"]), (&name.into(), &"mono".into(), &5.into()));
+        assert!(run["triangles"].as_u64().unwrap() > 1000);
+        assert!(run["memory"]["gpu_bytes"].as_u64().unwrap() > run["memory"]["tile_cache_bytes"].as_u64().unwrap());
+        assert!(run["memory"]["tile_cache_bytes"].as_u64().unwrap() > 0);
+        assert_eq!((&run["tiles"]["failed"], &run["tiles"]["late_frames"]), (&0.into(), &0.into()));
+        // The passes that ran are those that the style says it needs.
+        let style = place.file(&format!("{name}.toml"), &place.text(&["styles", "show", name]));
+        let needed = place.json(&["info", style.to_str().unwrap(), "--json"])["passes"].clone();
+        let ran: Value = run["passes"].as_array().unwrap().iter().map(|pass| pass["name"].clone()).collect();
+        assert_eq!(ran, needed);
+    }
+    // Both drew the same mesh.
+    assert_eq!(runs[0]["triangles"], runs[1]["triangles"]);
+    assert_eq!(runs[0]["lod_error_px"], runs[1]["lod_error_px"]);
+
+    let frames = std::fs::read_to_string(place.path("deep/out/frames.csv")).unwrap();
+    assert!(frames.starts_with("style,eyes,frame,t_s,frame_ms,gpu_ms,"), "{frames}");
+    assert_eq!(frames.lines().count(), 1 + 2 * 5);
+    assert!(frames.lines().nth(5).unwrap().starts_with("ink,mono,4,1,"), "{frames}");
+    let page = std::fs::read_to_string(place.path("deep/out/report.html")).unwrap();
+    assert!(page.contains("<svg") && !page.contains("http"), "the page stands alone");
+
+    // The check itself finds a wrong name, and a 0 where nothing was measured.
+    let text = report.to_string();
+    for (right, wrong) in [("\"frame_ms\"", "\"frame_time\""), ("\"strokes\":null", "\"strokes\":0")] {
+        let planted: Value = serde_json::from_str(&text.replace(right, wrong)).unwrap();
+        assert!(check_schema(&planted).is_err(), "{right} → {wrong}");
+    }
+}
+
+#[test]
+fn the_level_of_detail_error_is_measured() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let flight =
+        ["bench", "dem.tif", "--path", "flight.csv", "--size", "192x108", "--frames", "4", "--styles", "plain"];
+    let error_px = |allowed_px: &str| {
+        let report = place.json(&[&flight[..], &["-o", "out", "--json", "--lod-error", allowed_px]].concat());
+        let error_px = report["runs"][0]["lod_error_px"]["max"].as_f64().unwrap();
+        println!("allowed {allowed_px} px, measured {error_px:.3} px");
+        error_px
+    };
+    let (fine_px, coarse_px) = (error_px("1"), error_px("40"));
+    assert!(fine_px > 0.0 && fine_px < 1.5, "{fine_px}");
+    // A mesh that may be wrong is wrong, and the measure sees it.
+    assert!(coarse_px > 3.0 * fine_px, "{coarse_px} after {fine_px}");
+}
+
+#[test]
+fn frames_without_room_for_their_tiles_are_late() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "96x54", "--frames", "3", "--styles", "plain"];
+    // 1 MiB has room for three tiles; the view wants four and the one above them.
+    let report = place.json(&[&flight[..], &["-o", "out", "--json", "--tile-memory", "1"]].concat());
+    assert_eq!(report["runs"][0]["tiles"]["late_frames"], 3, "{report}");
+}
+
+#[test]
+fn the_table_has_a_row_for_each_style() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "64x36", "--styles", "ink,ink"];
+    let table = place.text(&[&flight[..], &["--frames", "2", "-o", "out"]].concat());
+    let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("ink ")).collect();
+    assert_eq!(rows.len(), 2, "{table}");
+    assert!(rows[0].contains("1.00") && table.contains("report.html"), "{table}");
+}

@@ -1,0 +1,148 @@
+//! A height file through `info` and `bake`.
+
+use std::path::PathBuf;
+
+use geotiff_writer::GeoTiffBuilder;
+use ndarray::Array2;
+use serde_json::Value;
+
+use crate::Place;
+
+/// Samples per row and rows of the synthetic DEM: more than one tile, and odd.
+pub const SIZE: [u32; 2] = [301, 261];
+pub const SPACING_M: f64 = 10.0;
+const VOIDS: u64 = 20 * 10;
+/// On the border between two tiles.
+const VOID_CORNER: [usize; 2] = [250, 100];
+
+/// Hills of several sizes with sharp ridges, and a hole.
+fn height_m(column: usize, row: usize) -> f32 {
+    let (x, y) = (column as f32, row as f32);
+    if (VOID_CORNER[0]..VOID_CORNER[0] + 20).contains(&column) && (VOID_CORNER[1]..VOID_CORNER[1] + 10).contains(&row) {
+        return -9999.0;
+    }
+    let ridge = |x: f32, y: f32| 1.0 - (0.7 * x + y).sin().abs().max((x - 0.6 * y).cos().abs());
+    900.0 + 400.0 * ridge(x / 60.0, y / 60.0) + 90.0 * ridge(x / 13.0, y / 11.0) + 12.0 * ridge(x / 2.3, y / 2.9)
+}
+
+/// Writes the synthetic DEM.
+pub fn dem(place: &Place) -> PathBuf {
+    let path = place.path("dem.tif");
+    let [width, height] = SIZE;
+    let heights = Array2::from_shape_fn((height as usize, width as usize), |(row, column)| height_m(column, row));
+    GeoTiffBuilder::new(width, height)
+        .epsg(32632)
+        .pixel_scale(SPACING_M, SPACING_M)
+        .origin(500_000.0, 5_200_000.0)
+        .nodata("-9999")
+        .write_2d(&path, heights.view())
+        .unwrap();
+    path
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+fn range_m() -> [f32; 2] {
+    let heights = (0..SIZE[1] as usize).flat_map(|row| (0..SIZE[0] as usize).map(move |column| height_m(column, row)));
+    heights.filter(|height| *height > 0.0).fold([f32::MAX, f32::MIN], |[low, high], it| [low.min(it), high.max(it)])
+}
+
+fn check_heights(info: &Value, within_m: f64) {
+    assert_eq!((&info["width"], &info["height"]), (&SIZE[0].into(), &SIZE[1].into()));
+    let extent_m = [f64::from(SIZE[0] - 1) * SPACING_M, f64::from(SIZE[1] - 1) * SPACING_M];
+    for axis in 0..2 {
+        assert!((number(&info["spacing_m"][axis]) - SPACING_M).abs() < 1e-6, "{info}");
+        assert!((number(&info["extent_m"][axis]) - extent_m[axis]).abs() < 1e-6, "{info}");
+    }
+    assert!(info["crs"].as_str().unwrap().contains("EPSG:32632"), "{info}");
+    for (key, expected) in ["min_m", "max_m"].into_iter().zip(range_m()) {
+        assert!((number(&info[key]) - f64::from(expected)).abs() <= within_m + 1e-3, "{key}: {info}");
+    }
+    assert_eq!(info["void_samples"], VOIDS);
+    assert!((number(&info["void_share"]) - VOIDS as f64 / f64::from(SIZE[0] * SIZE[1])).abs() < 1e-12);
+}
+
+#[test]
+fn info_tells_a_dem() {
+    let place = Place::empty();
+    dem(&place);
+    let info = place.json(&["info", "dem.tif", "--json"]);
+    assert_eq!(info["kind"], "dem");
+    check_heights(&info, 0.0);
+    let text = place.text(&["info", "dem.tif"]);
+    assert!(text.starts_with("dem.tif: a DEM") && text.contains("301 × 261"), "{text}");
+}
+
+#[test]
+fn what_is_baked_is_what_info_tells() {
+    let place = Place::empty();
+    dem(&place);
+    let mut before_bytes = u64::MAX;
+    for (arguments, max_error_m) in [(&["--max-error", "0"][..], 0.0), (&[], 0.01), (&["--max-error", "0.5"], 0.5)] {
+        // The second and third bake replace the file of the one before.
+        let arguments = [&["bake", "dem.tif", "-o", "baked.tif", "--json"], arguments].concat();
+        let baked = place.json(&arguments);
+        let info = place.json(&["info", "baked.tif", "--json"]);
+        assert_eq!(info["kind"], "pyramid");
+        for (key, value) in info.as_object().unwrap() {
+            assert!(["file", "kind"].contains(&key.as_str()) || baked[key] == *value, "{key}: {baked}\n{info}");
+        }
+        check_heights(&info, max_error_m);
+        assert_eq!(number(&info["max_error_m"]), max_error_m);
+        let levels = info["levels"].as_array().unwrap();
+        let sizes: Vec<[u64; 3]> =
+            levels.iter().map(|level| ["width", "height", "tiles"].map(|key| level[key].as_u64().unwrap())).collect();
+        assert_eq!(sizes, [[301, 261, 4], [151, 131, 1]]);
+        assert_eq!((&info["tiles"], info["patches"].as_u64().unwrap() > 90), (&5.into(), true), "{info}");
+        // Samples are served as f32 with a bit less.
+        assert!(number(&levels[0]["largest_error_m"]) <= max_error_m + 2e-4, "{info}");
+        assert!(number(&levels[1]["largest_error_m"]) > 1.0, "{info}");
+        let bytes = std::fs::metadata(place.path("baked.tif")).unwrap().len();
+        assert_eq!(info["tif_bytes"], bytes);
+        let bits = bytes as f64 * 8.0 / f64::from(SIZE[0] * SIZE[1]);
+        assert!((number(&info["bits_per_sample"]) - bits).abs() < 1e-9);
+        assert!(bytes < before_bytes, "{bytes} after {before_bytes}");
+        before_bytes = bytes;
+    }
+    let text = place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
+    assert!(text.contains("within 0.01 m") && text.contains("level 1"), "{text}");
+    assert_eq!(place.names(), ["baked.tif", "baked.tif.tiles", "dem.tif"]);
+}
+
+#[test]
+fn a_bake_does_not_touch_its_input_nor_a_failed_one_its_output() {
+    let place = Place::empty();
+    let dem = dem(&place);
+    let bytes = std::fs::read(&dem).unwrap();
+    assert!(place.error(&["bake", "dem.tif", "-o", "dem.tif"]).contains("is the input"));
+    assert!(place.error(&["bake", "dem.tif", "-o", "../../../../../../../../nowhere/x.tif"]).contains("no folder"));
+    let link = place.path("link.tif");
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(&dem, &link).unwrap();
+        assert!(place.error(&["bake", "dem.tif", "-o", "link.tif"]).contains("is the input"));
+        std::fs::remove_file(&link).unwrap();
+    }
+    assert_eq!(std::fs::read(&dem).unwrap(), bytes);
+    // A damaged input leaves an older output alone.
+    place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
+    let baked = std::fs::read(place.path("baked.tif")).unwrap();
+    hachure::file::atomic::write(&dem, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(place.error(&["bake", "dem.tif", "-o", "baked.tif"]).contains("dem.tif"));
+    assert_eq!(std::fs::read(place.path("baked.tif")).unwrap(), baked);
+    assert_eq!(place.names(), ["baked.tif", "baked.tif.tiles", "dem.tif"]);
+}
+
+#[test]
+fn a_pyramid_with_stale_statistics_is_a_dem_with_a_note() {
+    let place = Place::empty();
+    dem(&place);
+    place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
+    std::fs::copy(place.path("baked.tif.tiles"), place.path("dem.tif.tiles")).unwrap();
+    let info = place.json(&["info", "dem.tif", "--json"]);
+    assert_eq!(info["kind"], "dem");
+    assert!(info["stale"].as_str().unwrap().contains("stale"), "{info}");
+    assert!(place.error(&["info", "baked.tif.tiles"]).contains("baked.tif.tiles"));
+}

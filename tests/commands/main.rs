@@ -1,0 +1,186 @@
+//! The program as scripts use it: exit statuses, one-line errors, and what the commands print and write.
+
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
+mod bench;
+mod dem;
+mod tour;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use hachure::file::atomic;
+use serde_json::Value;
+
+/// A folder that goes with the test, with a cache of its own.
+pub struct Place(tempfile::TempDir);
+
+impl Place {
+    /// With nothing in it.
+    pub fn empty() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    /// Of a file in it, there or not.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Writes a text and says where.
+    pub fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        atomic::write(&path, text.as_bytes()).unwrap();
+        path
+    }
+
+    /// Runs the program in the folder.
+    pub fn hachure(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_hachure"))
+            .args(arguments)
+            .current_dir(self.0.path())
+            .env("HACHURE_CACHE", self.path("cache"))
+            // Else Mesa speaks in between.
+            .env("XDG_RUNTIME_DIR", self.0.path())
+            .env_remove("RUST_LOG")
+            .output()
+            .unwrap()
+    }
+
+    /// What the program prints when it succeeds.
+    pub fn text(&self, arguments: &[&str]) -> String {
+        let output = self.hachure(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// The same as JSON.
+    pub fn json(&self, arguments: &[&str]) -> Value {
+        serde_json::from_str(&self.text(arguments)).unwrap()
+    }
+
+    /// The one line with which the program fails.
+    pub fn error(&self, arguments: &[&str]) -> String {
+        let output = self.hachure(arguments);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+        assert!(output.stdout.is_empty(), "{arguments:?} printed {}", String::from_utf8_lossy(&output.stdout));
+        let line = error.trim_end().strip_prefix("hachure: ").unwrap_or_else(|| panic!("{arguments:?}: {error}"));
+        assert_eq!(line.lines().count(), 1, "{arguments:?}: {error}");
+        line.to_owned()
+    }
+
+    /// The names in the folder, without the cache.
+    pub fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).filter(|it| it != "cache").collect();
+        names.sort();
+        names
+    }
+}
+
+fn checked_in(path: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn misuse_exits_with_2() {
+    let place = Place::empty();
+    for arguments in [
+        &["paint"][..],
+        &["info"],
+        &["bake", "a.tif"],
+        &["bake", "-o", "b.tif"],
+        &["bake", "a.tif", "-o", "b.tif", "--max-error", "-1"],
+        &["bake", "a.tif", "-o", "b.tif", "--max-error", "NaN"],
+        &["bench", "-o", "out"],
+        &["bench", "--path", "p.csv", "-o", "out", "--frames", "0"],
+        &["bench", "--path", "p.csv", "-o", "out", "--size", "10"],
+        &["bench", "--path", "p.csv", "-o", "out", "--eyes", "anaglyph"],
+        &["bench", "--path", "p.csv", "-o", "out", "--sweep", "size"],
+        &["styles", "paint"],
+    ] {
+        let output = place.hachure(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    }
+    assert!(place.names().is_empty(), "{:?}", place.names());
+}
+
+#[test]
+fn failures_are_one_line_that_names_the_file() {
+    let place = Place::empty();
+    place.file("notes.md", "# heights\n");
+    place.file("empty.tif", "");
+    place.file("broken.toml", "name = \"x\"\n[lines\n");
+    place.file("other.toml", "[package]\nname = \"x\"\n");
+    place.file("scene.toml", "[world]\ndem = \"a.tif\"\n[sun]\nelevation_deg = 99\n");
+    place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+10,0,0,50\n1,0,0,here,0,0,50\n");
+    place.file("good.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+10,0,0,50\n");
+    for (arguments, name, cause) in [
+        (&["info", "nowhere.tif"][..], "nowhere.tif", "cannot be opened"),
+        (&["info", "."], ".", "not a regular file"),
+        (&["info", "notes.md"], "notes.md", "text file"),
+        (&["info", "empty.tif"], "empty.tif", "empty"),
+        (&["info", "broken.toml"], "broken.toml:2", ""),
+        (&["info", "other.toml"], "other.toml", "neither a scene"),
+        (&["info", "scene.toml"], "scene.toml", "sun.elevation_deg"),
+        (&["info", "path.csv"], "path.csv:3", "here"),
+        (&["bake", "nowhere.tif", "-o", "out.tif"], "nowhere.tif", "cannot be opened"),
+        (&["bake", "notes.md", "-o", "out.tif"], "notes.md", "text file"),
+        (&["bake", "empty.tif", "-o", "out.png"], "out.png", "ends with .tif"),
+        (&["bake", "empty.tif", "-o", "nowhere/out.tif"], "out.tif", "no folder"),
+        (&["bake", "empty.tif", "notes.md", "-o", "out.tif"], "notes.md", "one file"),
+        (&["bake", "empty.tif", "-o", "out.tif", "--shard", "1/2"], "--shard", "one file"),
+        (&["bench", "--path", "nowhere.csv", "-o", "out"], "nowhere.csv", "cannot read"),
+        (&["bench", "--path", "path.csv", "-o", "out"], "path.csv:3", "here"),
+        (&["bench", "--path", "good.csv", "-o", "out", "--styles", "ink,oil"], "oil", "no such style"),
+        (&["bench", "--path", "good.csv", "-o", "out", "--lod-error", "0"], "--lod-error", "above 0"),
+        (&["styles", "show", "oil"], "oil", "no such style"),
+        (&["styles", "check", "nowhere.toml"], "nowhere.toml", "cannot read"),
+        (&["styles", "check", "broken.toml"], "broken.toml", "line 2"),
+    ] {
+        let line = place.error(arguments);
+        assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");
+    }
+    assert!(place.names().iter().all(|name| !name.starts_with("out")), "{:?}", place.names());
+}
+
+#[test]
+fn styles_are_listed_shown_and_checked() {
+    let place = Place::empty();
+    let listed = place.json(&["styles", "--json"]);
+    assert_eq!(listed, place.json(&["styles", "list", "--json"]));
+    let listed = listed.as_array().unwrap();
+    assert!(listed.iter().any(|style| style["name"] == "ink"));
+    let text = place.text(&["styles"]);
+    for style in listed {
+        let [name, description] = ["name", "description"].map(|key| style[key].as_str().unwrap());
+        assert!(text.lines().any(|line| line.starts_with(name) && line.ends_with(description)), "{text}");
+        // What is shown holds, under whatever name.
+        let shown = place.text(&["styles", "show", name]);
+        let file = place.file(&format!("{name}.mine"), &shown);
+        assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
+        let info = place.json(&["info", file.to_str().unwrap(), "--json"]);
+        assert_eq!((&info["kind"], &info["name"]), (&"style".into(), &name.into()));
+        assert_eq!(info["passes"][0], "surface/terrain");
+    }
+    let wrong = place.text(&["styles", "show", "ink"]).replace("ramp", "slope");
+    assert!(place.error(&["styles", "check", place.file("wrong.toml", &wrong).to_str().unwrap()]).contains("slope"));
+}
+
+#[test]
+fn info_tells_scenes_and_paths() {
+    let place = Place::empty();
+    place.file("scene", "[world]\nprocedural = { seed = 4 }\n[sun]\nazimuth_deg = 100\n");
+    let scene = place.json(&["info", "scene", "--json"]);
+    assert_eq!(scene["kind"], "scene");
+    assert_eq!((&scene["procedural_seed"], &scene["dem"]), (&4.into(), &Value::Null));
+    assert_eq!((&scene["sun_azimuth_deg"], &scene["haze_distance_m"]), (&100.0.into(), &Value::Null));
+    place.file("path", "# a flight\nt,x,y,z,yaw,pitch,fov\n1,0,0,+10,0,0,50\n3,300,400,90,0,0,50\n");
+    let path = place.json(&["info", "path", "--json"]);
+    assert_eq!(path["kind"], "camera-path");
+    assert_eq!((&path["rows"], &path["duration_s"], &path["frames_at_30_fps"]), (&2.into(), &2.0.into(), &61.into()));
+    assert!((path["ground_length_m"].as_f64().unwrap() - 500.0).abs() < 1e-6);
+    assert!(place.text(&["info", "path"]).starts_with("path: a camera path\n"));
+}
