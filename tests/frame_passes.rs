@@ -5,7 +5,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use hachure::frame::Requirements;
 use hachure::gpu::shader::{SHADERS, compose};
+use hachure::style::Detector;
 use hachure::{composite, lines, surface, tiles, tones};
 use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
 
@@ -26,6 +28,9 @@ const CONDITIONS: &[(&str, &str)] = &[
     ("requirements.toon", "the tone is toon"),
     ("!requirements.toon", "the tone is not toon"),
 ];
+
+/// Stands where a picture has its format.
+const BUFFER: &str = "buffer";
 
 /// One row, of the list or of the code. Pictures stand with their formats.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -138,6 +143,9 @@ fn row_of_shader(shader: &str, exists: &str, formats: &BTreeMap<String, String>)
             (TypeInner::Image { .. }, _) => {
                 row.pictures.insert(name.clone(), known());
             }
+            (_, AddressSpace::Storage { access }) if access.contains(StorageAccess::STORE) => {
+                row.writes.insert(name, BUFFER.to_owned());
+            }
             (_, AddressSpace::Uniform | AddressSpace::Storage { .. }) => {
                 row.buffers.insert(name);
             }
@@ -165,7 +173,7 @@ fn code() -> Vec<Row> {
                     row.writes.insert(target.clone(), formats[&target].clone());
                 }
             }
-            for (picture, format) in &row.writes {
+            for (picture, format) in row.writes.iter().filter(|(_, format)| *format != BUFFER) {
                 assert_eq!(formats.get(picture), Some(format), "{shader} writes {picture}");
             }
             row
@@ -252,6 +260,31 @@ fn the_list_says_what_the_code_does() {
 }
 
 #[test]
+fn the_passes_of_a_style_are_those_of_the_list() {
+    let code = code();
+    for detector in [None, Some(Detector::Lsa), Some(Detector::Sobel), Some(Detector::Roystan)] {
+        for switches in 0..8 {
+            let [antialias, toon, motion] = [1, 2, 4].map(|bit| switches & bit != 0);
+            let requirements = Requirements { detector, antialias, toon, motion };
+            let exists = |row: &Row| match row.exists.as_str() {
+                "always" => true,
+                "motion is wanted" => motion,
+                "lines by LSA" => detector == Some(Detector::Lsa),
+                "lines by Sobel" => detector == Some(Detector::Sobel),
+                "lines by Roystan" => detector == Some(Detector::Roystan),
+                "lines" => detector.is_some(),
+                "lines are anti-aliased" => antialias,
+                "the tone is toon" => toon,
+                "the tone is not toon" => !toon,
+                other => panic!("{other} is no condition that this test knows"),
+            };
+            let listed: Vec<String> = code.iter().filter(|row| exists(row)).map(|row| row.pass.clone()).collect();
+            assert_eq!(requirements.passes(), listed, "{requirements:?}");
+        }
+    }
+}
+
+#[test]
 fn a_planted_error_is_found() {
     let lines: Vec<&str> = LIST.lines().collect();
     let row = |pass: &str| lines.iter().position(|line| line.contains(&format!("| `{pass}` |"))).unwrap();
@@ -275,9 +308,10 @@ fn a_planted_error_is_found() {
         ("a picture that is not read", changed("tones/toon", "`normal`", "`position`")),
         ("a buffer that is not there", changed("lines/lsa", "`lsa`", "`lsb`")),
         ("a buffer less", changed("surface/resolve", ", `pages`", "")),
+        ("a buffer that is written", changed("surface/vertices", "`positions` buffer", "")),
         ("a picture that is not written", changed("lines/smooth", "`smoothed`", "`line`")),
         ("a wrong condition", changed("tones/plain", "not toon", "toon")),
-        ("a wrong number", changed("lines/lsa", "| 4 |", "| 5 |")),
+        ("a wrong number", changed("lines/lsa", "| 5 |", "| 4 |")),
         ("a shader after the frame", changed("composite/present", "`picture`", "`tone`")),
         ("a row less", without.join("\n")),
         ("a row twice", twice.join("\n")),

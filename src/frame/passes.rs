@@ -48,6 +48,7 @@ impl Requirements {
             Detector::Roystan => "lines/roystan",
         });
         let passes = [
+            Some("surface/vertices"),
             Some("surface/terrain"),
             Some("surface/resolve"),
             self.motion.then_some("surface/motion"),
