@@ -22,4 +22,5 @@ pub mod composite;
 pub mod frame;
 pub mod picture;
 pub mod measure;
+pub mod window;
 pub mod commands;

@@ -12,6 +12,8 @@ use hachure::gpu::device::AdapterWish;
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
+    #[command(flatten)]
+    fly: commands::fly::FlyArgs,
     /// The GPU: `software`, or a part of its name
     #[arg(long, global = true, default_value = "best")]
     adapter: AdapterWish,
@@ -22,6 +24,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Fly over a world in a window; what happens without a command
+    Fly(commands::fly::FlyArgs),
     /// Draw a picture, a row of pictures, or a film
     Render(commands::render::RenderArgs),
 }
@@ -37,7 +41,8 @@ fn main() -> ExitCode {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
-        None => Ok(()),
+        Some(Command::Fly(args)) => commands::fly::run(args, &cli.adapter),
+        None => commands::fly::run(&cli.fly, &cli.adapter),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
