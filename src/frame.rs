@@ -82,63 +82,57 @@ impl Frame {
         let targets = &self.targets;
         let passes = &mut self.passes;
 
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        {
-            let mut encoder = self.timer.frame(&mut encoder);
-            let encoder = &mut encoder;
-
-            // Surface: rasterise depth and id, compute the rest.
-            let inputs = draw::Inputs {
-                view: view_resource(),
-                terrain: &world,
-                selection: &prepared.selection,
-                depth: &targets.depth,
-                surface_id: &targets.surface_id,
-            };
-            passes.terrain.run(gpu, encoder, &inputs);
-            let (position, normal) = (&targets.position, &targets.normal);
-            passes.resolve.run(gpu, encoder, size_px, view_resource(), &world, &targets.depth, position, normal);
-            if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
-                pass.run(gpu, encoder, size_px, view_resource(), position, motion);
-            }
-
-            // Lines: detect, threshold, smooth.
-            let mut line = &targets.no_line;
-            if let (Some(lines), Some(drawn)) = (&style.lines, &targets.lines) {
-                passes.detect(gpu, encoder, size_px, lines, view_resource(), targets);
-                passes.threshold(gpu, encoder, size_px, lines, view_resource(), drawn);
-                line = &drawn.line;
-                if let (true, Some(pass)) = (lines.antialias, &passes.smooth) {
-                    pass.run(gpu, encoder, size_px, view_resource(), &drawn.line, &drawn.smoothed);
-                    line = &drawn.smoothed;
-                }
-            }
-
-            // Tones.
-            let tone = &targets.tone;
-            match &style.tone {
-                Tone::Plain => {
-                    let plain = PlainLight {
-                        to_sun,
-                        camera_z_m: view.pose.position_m.z as f32,
-                        range_m: [terrain.pyramid().min_m(), terrain.pyramid().max_m()],
-                    };
-                    let pass = passes.plain.as_mut().expect("the frame was made for this style");
-                    pass.run(gpu, encoder, size_px, plain, view_resource(), position, normal, tone);
-                }
-                Tone::Toon(toon) => {
-                    let pass = passes.toon.as_mut().expect("the frame was made for this style");
-                    pass.run(gpu, encoder, size_px, toon, to_sun, view_resource(), normal, tone);
-                }
-            }
-
-            // Composite.
-            let inputs = composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
-            passes.composite.run(gpu, encoder, size_px, style, light.haze_m as f32, inputs);
+        let mut frame = self.timer.record(gpu);
+        let recorder = &mut frame;
+        // Surface: rasterise depth and id, compute the rest.
+        let inputs = draw::Inputs {
+            view: view_resource(),
+            terrain: &world,
+            selection: &prepared.selection,
+            depth: &targets.depth,
+            surface_id: &targets.surface_id,
+        };
+        passes.terrain.run(gpu, recorder, &inputs);
+        let (position, normal) = (&targets.position, &targets.normal);
+        passes.resolve.run(gpu, recorder, size_px, view_resource(), &world, &targets.depth, position, normal);
+        if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
+            pass.run(gpu, recorder, size_px, view_resource(), position, motion);
         }
-        self.timer.resolve(&mut encoder);
-        gpu.queue.submit([encoder.finish()]);
-        self.timer.end_frame();
+
+        // Lines: detect, threshold, smooth.
+        let mut line = &targets.no_line;
+        if let (Some(lines), Some(drawn)) = (&style.lines, &targets.lines) {
+            passes.detect(gpu, recorder, size_px, lines, view_resource(), targets);
+            passes.threshold(gpu, recorder, size_px, lines, view_resource(), drawn);
+            line = &drawn.line;
+            if let (true, Some(pass)) = (lines.antialias, &passes.smooth) {
+                pass.run(gpu, recorder, size_px, view_resource(), &drawn.line, &drawn.smoothed);
+                line = &drawn.smoothed;
+            }
+        }
+
+        // Tones.
+        let tone = &targets.tone;
+        match &style.tone {
+            Tone::Plain => {
+                let plain = PlainLight {
+                    to_sun,
+                    camera_z_m: view.pose.position_m.z as f32,
+                    range_m: [terrain.pyramid().min_m(), terrain.pyramid().max_m()],
+                };
+                let pass = passes.plain.as_mut().expect("the frame was made for this style");
+                pass.run(gpu, recorder, size_px, plain, view_resource(), position, normal, tone);
+            }
+            Tone::Toon(toon) => {
+                let pass = passes.toon.as_mut().expect("the frame was made for this style");
+                pass.run(gpu, recorder, size_px, toon, to_sun, view_resource(), normal, tone);
+            }
+        }
+
+        // Composite.
+        let inputs = composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
+        passes.composite.run(gpu, recorder, size_px, style, light.haze_m as f32, inputs);
+        frame.submit();
         prepared
     }
 

@@ -35,6 +35,12 @@ fn paper_grain(p: vec2<f32>) -> f32 {
     return (fibre - 1.0) * 0.6 + (tooth - 0.5) * 0.8;
 }
 
+// Clear near, then hazy: what is left of contrast at a distance.
+fn clearness(distance_m: f32) -> f32 {
+    let t = distance_m / composite.haze_m;
+    return exp(-t * t);
+}
+
 // The distance that a line stands for: that of the nearest surface around it, for a silhouette belongs to what hides.
 fn nearest_m(pixel: vec2<i32>) -> f32 {
     let last = vec2<i32>(view.size_px) - 1;
@@ -64,7 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
     } else {
-        let clear = mix(composite.faintest_tone, 1.0, exp(-length(at.xyz) / composite.haze_m));
+        let clear = mix(composite.faintest_tone, 1.0, clearness(length(at.xyz)));
         color = mix(composite.haze, shaded.rgb, clear);
     }
     color *= composite.paper;
@@ -73,8 +79,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
-        let clear = mix(composite.faintest_line, 1.0, exp(-nearest_m(pixel) / composite.haze_m));
-        color = mix(color, composite.ink, drawn * clear);
+        let nearest = nearest_m(pixel);
+        let clear = clearness(nearest);
+        // A line lies on both sides of its edge. In the distance the farther side goes, and lines are thin.
+        let behind = at.w <= 0.0 || length(at.xyz) > 1.01 * nearest;
+        let side = select(1.0, clear, behind);
+        color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
     }
     textureStore(picture, pixel, vec4<f32>(color, 1.0));
 }

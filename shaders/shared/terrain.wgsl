@@ -168,7 +168,8 @@ fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
         let page = pages[info.first_page + u32(tile.y) * info.tiles_x + u32(tile.x)];
         let resident = i32(page >> 24u);
         if resident == level || level == terrain.level_count - 1 {
-            let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(0.0), vec2<f32>(1.0));
+            // At the border of a coarse level the outer half sample continues its last cell.
+            let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(-0.5), vec2<f32>(1.5));
             found = Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
             break;
         }
@@ -205,40 +206,86 @@ fn cubic_slopes(f: f32) -> vec4<f32> {
     );
 }
 
-// Height relative to the camera in metres, and its derivatives by g in metres per sample, on one level.
-fn height_on_level(level: i32, g: vec2<f32>) -> vec3<f32> {
-    let cell = find_cell(level, g);
-    let wx = cubic_weights(cell.f.x);
-    let wy = cubic_weights(cell.f.y);
-    let sx = cubic_slopes(cell.f.x);
-    let sy = cubic_slopes(cell.f.y);
-    let row0 = row_of_samples(cell, -1);
-    let row1 = row_of_samples(cell, 0);
-    let row2 = row_of_samples(cell, 1);
-    let row3 = row_of_samples(cell, 2);
-    // Differences from one sample keep the digits that 4000 m would eat.
-    let reference = row1.y;
-    let along = vec4<f32>(
-        dot(wx, row0 - reference), dot(wx, row1 - reference), dot(wx, row2 - reference), dot(wx, row3 - reference));
-    let slope = vec4<f32>(dot(sx, row0 - reference), dot(sx, row1 - reference), dot(sx, row2 - reference),
-        dot(sx, row3 - reference));
-    let base = (reference - terrain.camera_z_coarse_m) - terrain.camera_z_fine_m;
-    let by_g = vec2<f32>(dot(wy, slope), dot(sy, along)) * levels[cell.level].scale;
-    return vec3<f32>(base + dot(wy, along), by_g);
+fn cubic_curvatures(f: f32) -> vec4<f32> {
+    return vec4<f32>(2.0 - 3.0 * f, 9.0 * f - 5.0, 4.0 - 9.0 * f, 3.0 * f - 1.0);
 }
 
-// As height_on_level, on a continuous level.
-fn surface_at(g: vec2<f32>, level: f32) -> vec3<f32> {
+// The surface around a place, to second order. Derivatives are by g, in metres and samples.
+struct Surface {
+    // Relative to the camera.
+    height_m: f32,
+    gradient: vec2<f32>,
+    // xx, xy, yy.
+    curvature: vec3<f32>,
+}
+
+fn camera_relative_m(sample_m: f32) -> f32 {
+    return (sample_m - terrain.camera_z_coarse_m) - terrain.camera_z_fine_m;
+}
+
+fn surface_on_level(level: i32, g: vec2<f32>) -> Surface {
+    let cell = find_cell(level, g);
+    var row_a = row_of_samples(cell, -1);
+    var row_b = row_of_samples(cell, 0);
+    var row_c = row_of_samples(cell, 1);
+    var row_d = row_of_samples(cell, 2);
+    // Differences from one sample keep the digits that 4000 m would eat.
+    let reference = row_b.y;
+    row_a -= reference;
+    row_b -= reference;
+    row_c -= reference;
+    row_d -= reference;
+    let wx = cubic_weights(cell.f.x);
+    let sx = cubic_slopes(cell.f.x);
+    let cx = cubic_curvatures(cell.f.x);
+    let wy = cubic_weights(cell.f.y);
+    let sy = cubic_slopes(cell.f.y);
+    let height = vec4<f32>(dot(wx, row_a), dot(wx, row_b), dot(wx, row_c), dot(wx, row_d));
+    let slope = vec4<f32>(dot(sx, row_a), dot(sx, row_b), dot(sx, row_c), dot(sx, row_d));
+    let bend = vec4<f32>(dot(cx, row_a), dot(cx, row_b), dot(cx, row_c), dot(cx, row_d));
+    let scale = levels[cell.level].scale;
+    return Surface(
+        camera_relative_m(reference) + dot(wy, height),
+        vec2<f32>(dot(wy, slope), dot(sy, height)) * scale,
+        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(cubic_curvatures(cell.f.y), height))
+            * vec3<f32>(scale.x * scale.x, scale.x * scale.y, scale.y * scale.y),
+    );
+}
+
+// The surface on a continuous level.
+fn surface_at(g: vec2<f32>, level: f32) -> Surface {
     let fine = i32(level);
     // Most places need one level only; the blend happens in the middle half.
     let blend = clamp((level - f32(fine)) * 2.0 - 0.5, 0.0, 1.0);
     if blend <= 0.0 {
-        return height_on_level(fine, g);
+        return surface_on_level(fine, g);
     }
+    let b = surface_on_level(fine + 1, g);
     if blend >= 1.0 {
-        return height_on_level(fine + 1, g);
+        return b;
     }
-    return mix(height_on_level(fine, g), height_on_level(fine + 1, g), blend);
+    let a = surface_on_level(fine, g);
+    return Surface(
+        mix(a.height_m, b.height_m, blend), mix(a.gradient, b.gradient, blend), mix(a.curvature, b.curvature, blend));
+}
+
+// The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser
+// levels have a sample in every pixel or two, and bilinear is within the error that chose them.
+fn vertex_height_m(g: vec2<f32>, level: f32) -> f32 {
+    let cell = find_cell(i32(level), g);
+    if cell.level == 0 {
+        let wx = cubic_weights(cell.f.x);
+        let reference = textureLoad(heights, cell.texel, cell.slot, 0).r;
+        let along = vec4<f32>(
+            dot(wx, row_of_samples(cell, -1) - reference), dot(wx, row_of_samples(cell, 0) - reference),
+            dot(wx, row_of_samples(cell, 1) - reference), dot(wx, row_of_samples(cell, 2) - reference));
+        return camera_relative_m(reference) + dot(cubic_weights(cell.f.y), along);
+    }
+    let nw = textureLoad(heights, cell.texel, cell.slot, 0).r;
+    let ne = textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r - nw;
+    let sw = textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r - nw;
+    let se = textureLoad(heights, cell.texel + vec2<i32>(1, 1), cell.slot, 0).r - nw;
+    return camera_relative_m(nw) + mix(ne * cell.f.x, mix(sw, se, cell.f.x), cell.f.y);
 }
 
 // Whether the data have a hole here: any corner of the cell is void (the lowest bit of its sample is set).

@@ -1,11 +1,11 @@
-// Patches of 32 x 32 quads that morph (CDLOD: Strugar 2010), drawn from nothing but the index of the vertex.
+// Patches of 16 x 16 quads that morph (CDLOD: Strugar 2010), drawn from nothing but the index of the vertex.
 //
 // What we changed: the level of detail of a patch follows from its measured error, not from its distance, so patches
 // of any levels may meet. Each patch has a continuous level, and each of its edges has the coarser of the two that
 // meet there; a vertex that does not exist on the edge's level moves onto one that does. Positions are whole numbers
 // of grid units until the last step, and both patches take that step with the same numbers: there is no crack.
 #import hachure::view::View
-#import hachure::terrain::{terrain, world_from_grid, level_at, surface_at, is_void, UNITS_PER_SAMPLE}
+#import hachure::terrain::{terrain, world_from_grid, level_at, vertex_height_m, is_void, UNITS_PER_SAMPLE}
 
 @group(0) @binding(0) var<uniform> view: View;
 
@@ -24,7 +24,7 @@ struct Vertex {
     @location(1) g: vec2<f32>,
 }
 
-const QUADS: i32 = 32;
+const QUADS: i32 = 16;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, patch_: Patch) -> Vertex {
@@ -48,7 +48,7 @@ fn vertex(@builtin(vertex_index) index: u32, patch_: Patch) -> Vertex {
     // The height is not known yet: the nearest that the terrain can be is, for both patches at an edge.
     let dz_m = max(max(terrain.min_z_m, -terrain.max_z_m), 0.0);
     let distance_m = sqrt(dot(xy_m, xy_m) + dz_m * dz_m);
-    let z_m = surface_at(g, level_at(g, distance_m)).x;
+    let z_m = vertex_height_m(g, level_at(g, distance_m));
 
     var out: Vertex;
     out.clip = view.clip_from_camera * vec4<f32>(xy_m, z_m, 1.0);

@@ -6,7 +6,7 @@ use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 
-use super::world::OpenWorld;
+use super::world::{self, OpenWorld};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -114,9 +114,12 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
+    // The world first: what is wrong with it needs no GPU to be told.
+    let scene = world::scene_of(args.world.as_deref())?;
+    let pyramid = world::open_pyramid(&scene)?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
-    let world = OpenWorld::open(&gpu, args.world.as_deref(), options)?;
+    let world = OpenWorld::on_gpu(&gpu, scene, pyramid, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None };
     let cameras = job.cameras(&kind)?;
     let report = job.run(kind, &cameras)?;

@@ -68,7 +68,15 @@ impl OpenWorld {
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> anyhow::Result<Self> {
         let scene = scene_of(world)?;
         let pyramid = open_pyramid(&scene)?;
-        let name = world.unwrap_or("the embedded world").to_owned();
+        Self::on_gpu(gpu, scene, pyramid, options)
+    }
+
+    /// Puts an open pyramid on the GPU.
+    ///
+    /// # Errors
+    /// When the georeference leads nowhere.
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> anyhow::Result<Self> {
+        let name = pyramid.path().display().to_string();
         let terrain = Terrain::new(gpu, pyramid, options).with_context(|| name)?;
         Ok(Self { scene, terrain })
     }

@@ -8,6 +8,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 use crate::style::Style;
 
 /// Linear colour, opaque.
@@ -59,7 +60,7 @@ impl CompositePass {
     pub fn run(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         style: &Style,
         haze_m: f32,
@@ -87,6 +88,6 @@ impl CompositePass {
             ("line", texture(&inputs.line.view)),
             ("picture", texture(&inputs.picture.view)),
         ];
-        self.pass.run(gpu, encoder, size_px, &resources);
+        self.pass.run(gpu, recorder, size_px, &resources);
     }
 }

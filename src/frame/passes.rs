@@ -3,6 +3,7 @@
 use super::targets::{LineTargets, Targets};
 use crate::composite::CompositePass;
 use crate::gpu::Gpu;
+use crate::gpu::timer::Recorder;
 use crate::lines::detector::{RoystanPass, SobelPass};
 use crate::lines::lsa::LsaPass;
 use crate::lines::smooth::SmoothPass;
@@ -98,7 +99,7 @@ impl Passes {
     pub fn detect(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         lines: &Lines,
         view: wgpu::BindingResource<'_>,
@@ -107,11 +108,11 @@ impl Passes {
         let Some(drawn) = &targets.lines else { return };
         let (position, normal, errors) = (&targets.position, &targets.normal, &drawn.errors);
         if let Some(pass) = &mut self.lsa {
-            pass.run(gpu, encoder, size_px, lines.epsilon, view, position, normal, errors);
+            pass.run(gpu, recorder, size_px, lines.epsilon, view, position, normal, errors);
         } else if let Some(pass) = &self.sobel {
-            pass.run(gpu, encoder, size_px, view, position, errors);
+            pass.run(gpu, recorder, size_px, view, position, errors);
         } else if let Some(pass) = &self.roystan {
-            pass.run(gpu, encoder, size_px, view, position, normal, errors);
+            pass.run(gpu, recorder, size_px, view, position, normal, errors);
         }
     }
 
@@ -119,14 +120,14 @@ impl Passes {
     pub fn threshold(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         lines: &Lines,
         view: wgpu::BindingResource<'_>,
         drawn: &LineTargets,
     ) {
         if let Some(pass) = &mut self.threshold {
-            pass.run(gpu, encoder, size_px, lines, view, &drawn.errors, &drawn.line);
+            pass.run(gpu, recorder, size_px, lines, view, &drawn.errors, &drawn.line);
         }
     }
 }

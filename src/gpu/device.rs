@@ -154,6 +154,16 @@ impl Gpu {
     }
 }
 
+/// Vulkan, Metal and DirectX 12, unless the environment says otherwise: OpenGL lacks what the passes need, and its
+/// libraries write to the terminal where there is no display.
+pub fn instance_descriptor() -> wgpu::InstanceDescriptor {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    if std::env::var_os("WGPU_BACKEND").is_none() {
+        descriptor.backends = wgpu::Backends::PRIMARY;
+    }
+    descriptor
+}
+
 fn choose_adapter(
     instance: &wgpu::Instance,
     wish: &AdapterWish,

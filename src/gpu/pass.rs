@@ -2,6 +2,7 @@
 
 use super::Gpu;
 use super::shader::Shader;
+use super::timer::Recorder;
 
 /// Side of a workgroup of a picture pass, in pixels; the shaders say `@workgroup_size(8, 8)`.
 pub const WORKGROUP_PX: u32 = 8;
@@ -35,19 +36,14 @@ impl ComputePass {
     }
 
     /// Runs once for each pixel of a `size_px` picture, timed under the name of the pass.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
-        size_px: [u32; 2],
-        resources: &[Named],
-    ) {
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, size_px: [u32; 2], resources: &[Named]) {
         let group =
             bind_group(gpu, self.name, &self.shader, |group| self.pipeline.get_bind_group_layout(group), resources);
-        let mut pass = encoder.scoped_compute_pass(self.name);
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(size_px[0].div_ceil(WORKGROUP_PX), size_px[1].div_ceil(WORKGROUP_PX), 1);
+        recorder.compute(self.name, |pass| {
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(size_px[0].div_ceil(WORKGROUP_PX), size_px[1].div_ceil(WORKGROUP_PX), 1);
+        });
     }
 }
 

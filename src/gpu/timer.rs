@@ -1,22 +1,33 @@
 //! GPU time by pass, each under its own name.
+//!
+//! On a GPU the clock is the GPU's: timestamps around each pass, through wgpu-profiler, read a few frames later without
+//! waiting. On a software driver timestamps do not time compute passes (Mesa's writes both when the next picture is
+//! rasterised), but the driver's work is the CPU's: there each pass is submitted by itself and timed until it is done.
+
+use std::time::Instant;
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
 use super::{Gpu, GpuError};
 
+/// The name of the whole frame among the times of its passes.
+pub const FRAME: &str = "frame";
+
 /// The time that one pass took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
-    /// The pass, by the name of its shader.
+    /// The pass, by the name of its shader; [`FRAME`] for all of them.
     pub name: String,
-    /// Begin to end on the GPU's clock.
+    /// Begin to end.
     pub gpu_ms: f64,
 }
 
-/// Times the passes of a frame.
+/// Times the passes of frames.
 pub struct Timer {
     profiler: GpuProfiler,
     period_ns: f32,
+    waits: bool,
+    waited: Option<Vec<PassTime>>,
 }
 
 impl Timer {
@@ -27,43 +38,106 @@ impl Timer {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
         let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
-        Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period() })
+        let waits = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waited: None })
     }
 
-    /// Opens the scope in which a frame is recorded.
-    pub fn frame<'a>(
-        &'a self,
-        encoder: &'a mut wgpu::CommandEncoder,
-    ) -> wgpu_profiler::Scope<'a, wgpu::CommandEncoder> {
-        self.profiler.scope("frame", encoder)
+    /// Starts a frame.
+    pub fn record<'a>(&'a mut self, gpu: &'a Gpu) -> Recorder<'a> {
+        Recorder { gpu, encoder: encoder(gpu), times: Vec::new(), timer: self }
     }
 
-    /// Call before the encoder is finished.
-    pub fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        self.profiler.resolve_queries(encoder);
+    /// The times of the oldest finished frame that has not been asked for: [`FRAME`] first, then its passes.
+    pub fn take(&mut self) -> Option<Vec<PassTime>> {
+        if self.waits {
+            return self.waited.take();
+        }
+        let results = self.profiler.process_finished_frame(self.period_ns)?;
+        let mut times = Vec::new();
+        collect(&results, &mut times);
+        let end = |times: &[(f64, f64, PassTime)]| times.iter().map(|time| time.1).fold(f64::MIN, f64::max);
+        let start = |times: &[(f64, f64, PassTime)]| times.iter().map(|time| time.0).fold(f64::MAX, f64::min);
+        let frame = (!times.is_empty())
+            .then(|| PassTime { name: FRAME.to_owned(), gpu_ms: (end(&times) - start(&times)) * 1000.0 });
+        Some(frame.into_iter().chain(times.into_iter().map(|(_, _, time)| time)).collect())
+    }
+}
+
+/// Records the passes of a frame.
+pub struct Recorder<'a> {
+    gpu: &'a Gpu,
+    timer: &'a mut Timer,
+    encoder: wgpu::CommandEncoder,
+    times: Vec<PassTime>,
+}
+
+impl Recorder<'_> {
+    /// Records a compute pass.
+    pub fn compute(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass)) {
+        let query = (!self.timer.waits).then(|| self.timer.profiler.begin_pass_query(name, &mut self.encoder));
+        let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
+        let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
+        record(&mut self.encoder.begin_compute_pass(&descriptor));
+        self.end(name, query);
     }
 
-    /// Call after the frame is submitted.
-    pub fn end_frame(&mut self) {
-        // Fails only when a scope is still open, which the borrow of `frame` rules out.
-        if let Err(error) = self.profiler.end_frame() {
+    /// Records a render pass; the descriptor's timestamps are set here.
+    pub fn render(
+        &mut self,
+        name: &'static str,
+        descriptor: &wgpu::RenderPassDescriptor<'_>,
+        record: impl FnOnce(&mut wgpu::RenderPass),
+    ) {
+        let query = (!self.timer.waits).then(|| self.timer.profiler.begin_pass_query(name, &mut self.encoder));
+        {
+            let timestamp_writes = query.as_ref().and_then(|query| query.render_pass_timestamp_writes());
+            let descriptor = wgpu::RenderPassDescriptor { timestamp_writes, ..descriptor.clone() };
+            record(&mut self.encoder.begin_render_pass(&descriptor));
+        }
+        self.end(name, query);
+    }
+
+    /// Submits the frame.
+    pub fn submit(mut self) {
+        if self.timer.waits {
+            let gpu_ms = self.times.iter().map(|time| time.gpu_ms).sum();
+            self.times.insert(0, PassTime { name: FRAME.to_owned(), gpu_ms });
+            self.timer.waited = Some(self.times);
+            return;
+        }
+        self.timer.profiler.resolve_queries(&mut self.encoder);
+        self.gpu.queue.submit([self.encoder.finish()]);
+        // Fails only when a query is still open, and each is ended where it is begun.
+        if let Err(error) = self.timer.profiler.end_frame() {
             tracing::warn!("GPU timer: {error}");
         }
     }
 
-    /// The times of the oldest finished frame that has not been asked for: `frame` first, then its passes.
-    pub fn take(&mut self) -> Option<Vec<PassTime>> {
-        let results = self.profiler.process_finished_frame(self.period_ns)?;
-        let mut times = Vec::new();
-        collect(&results, &mut times);
-        Some(times)
+    fn end(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
+        if let Some(query) = query {
+            self.timer.profiler.end_query(&mut self.encoder, query);
+            return;
+        }
+        // Uploads that wait in the queue are not the pass's work.
+        self.gpu.queue.submit([]);
+        self.gpu.wait();
+        let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+        let start = Instant::now();
+        self.gpu.queue.submit([recorded.finish()]);
+        self.gpu.wait();
+        self.times.push(PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
     }
 }
 
-fn collect(results: &[GpuTimerQueryResult], times: &mut Vec<PassTime>) {
+fn encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
+    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(FRAME) })
+}
+
+fn collect(results: &[GpuTimerQueryResult], times: &mut Vec<(f64, f64, PassTime)>) {
     for result in results {
         if let Some(range) = &result.time {
-            times.push(PassTime { name: result.label.clone(), gpu_ms: (range.end - range.start) * 1000.0 });
+            let gpu_ms = (range.end - range.start) * 1000.0;
+            times.push((range.start, range.end, PassTime { name: result.label.clone(), gpu_ms }));
         }
         collect(&result.nested_queries, times);
     }

@@ -4,6 +4,7 @@
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 
 /// Errors of four axes, from 0; detectors that know no axes write the same four times.
 pub const ERRORS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -21,14 +22,14 @@ impl SobelPass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         view: wgpu::BindingResource<'_>,
         position: &Target,
         errors: &Target,
     ) {
         let resources = [("view", view), ("position", texture(&position.view)), ("errors", texture(&errors.view))];
-        self.0.run(gpu, encoder, size_px, &resources);
+        self.0.run(gpu, recorder, size_px, &resources);
     }
 }
 
@@ -46,7 +47,7 @@ impl RoystanPass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         view: wgpu::BindingResource<'_>,
         position: &Target,
@@ -59,6 +60,6 @@ impl RoystanPass {
             ("normal", texture(&normal.view)),
             ("errors", texture(&errors.view)),
         ];
-        self.0.run(gpu, encoder, size_px, &resources);
+        self.0.run(gpu, recorder, size_px, &resources);
     }
 }

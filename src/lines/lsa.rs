@@ -6,6 +6,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 use crate::style::Epsilon;
 
 /// ε of Eq. 6 as the paper has it.
@@ -42,7 +43,7 @@ impl LsaPass {
     pub fn run(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         epsilon: Epsilon,
         view: wgpu::BindingResource<'_>,
@@ -62,6 +63,6 @@ impl LsaPass {
             ("normal", texture(&normal.view)),
             ("errors", texture(&errors.view)),
         ];
-        self.pass.run(gpu, encoder, size_px, &resources);
+        self.pass.run(gpu, recorder, size_px, &resources);
     }
 }

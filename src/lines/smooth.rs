@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 
 /// The pass.
 pub struct SmoothPass(ComputePass);
@@ -17,13 +18,13 @@ impl SmoothPass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         view: wgpu::BindingResource<'_>,
         line: &Target,
         smoothed: &Target,
     ) {
         let resources = [("view", view), ("line", texture(&line.view)), ("smoothed", texture(&smoothed.view))];
-        self.0.run(gpu, encoder, size_px, &resources);
+        self.0.run(gpu, recorder, size_px, &resources);
     }
 }

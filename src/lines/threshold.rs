@@ -6,6 +6,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 use crate::style::{Detector, Lines};
 
 /// Lines: 0 none, 1 full.
@@ -37,7 +38,7 @@ impl ThresholdPass {
     pub fn run(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         lines: &Lines,
         view: wgpu::BindingResource<'_>,
@@ -52,6 +53,6 @@ impl ThresholdPass {
             ("errors", texture(&errors.view)),
             ("line", texture(&line.view)),
         ];
-        self.pass.run(gpu, encoder, size_px, &resources);
+        self.pass.run(gpu, recorder, size_px, &resources);
     }
 }

@@ -78,7 +78,7 @@ where
             Err(error) => return Err(error),
         }
     }
-    let failed = |source: E| PyramidError::Load { name: name.to_owned(), source: source.into() };
+    let failed = |source: E| PyramidError::Load(source.into());
     let grid = load().map_err(failed)?;
     fs::create_dir_all(&folder).map_err(PyramidError::io(&folder, "creating"))?;
     bake(&grid, &cached, &BakeOptions::default(), progress)?;

@@ -61,14 +61,29 @@ pub fn write<W: Write + Seek>(
     written: &dyn Fn(f32),
 ) -> Result<(), PyramidError> {
     let samples: usize = sizes.iter().map(|size| size.samples()).sum();
+    // Even incompressible tiles stay below this.
+    let is_bigtiff = samples as u64 * 5 > u64::from(u32::MAX) - (1 << 28);
+    write_as(sink, path, sizes, levels_m, georeference, codec, is_bigtiff, written)
+}
+
+#[expect(clippy::too_many_arguments, reason = "it is the rest of `write`, apart so that a test may ask for BigTIFF")]
+fn write_as<W: Write + Seek>(
+    sink: &mut W,
+    path: &Path,
+    sizes: &[LevelSize],
+    levels_m: &[impl AsRef<[f32]> + Sync],
+    georeference: &Georeference,
+    codec: Codec,
+    is_bigtiff: bool,
+    written: &dyn Fn(f32),
+) -> Result<(), PyramidError> {
+    let samples: usize = sizes.iter().map(|size| size.samples()).sum();
     let images: Vec<ImageBuilder> = sizes
         .iter()
         .enumerate()
         .map(|(level, &size)| image(level, size, georeference, codec))
         .collect::<Result<_, _>>()
         .map_err(PyramidError::encode(path))?;
-    // Even incompressible tiles stay below this.
-    let is_bigtiff = samples as u64 * 5 > u64::from(u32::MAX) - (1 << 28);
 
     let note = structural_note();
     let mut offset = encoder::header_len(is_bigtiff) + note.len() as u64;
@@ -186,4 +201,34 @@ fn tags(image: &ImageBuilder, blocks: &[Block], is_bigtiff: bool) -> tiff_writer
         }
     }
     Ok(tags)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::levels::level_sizes;
+    use super::*;
+    use crate::source::georeference::Crs;
+
+    #[test]
+    fn both_containers_read_back() {
+        let sizes = level_sizes(600, 300);
+        let level = |size: &LevelSize| (0..size.samples()).map(|i| i as f32 * 0.5).collect();
+        let levels_m: Vec<Vec<f32>> = sizes.iter().map(level).collect();
+        let georeference = Georeference {
+            crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0],
+            crs: Crs::Local,
+            geokeys: Default::default(),
+        };
+        for is_bigtiff in [false, true] {
+            let mut sink = std::io::Cursor::new(Vec::new());
+            let path = Path::new("memory");
+            let codec = Codec::Lossless;
+            write_as(&mut sink, path, &sizes, &levels_m, &georeference, codec, is_bigtiff, &|_| {}).unwrap();
+            let file = tiff_reader::TiffFile::from_bytes(sink.into_inner()).unwrap();
+            assert_eq!((file.is_bigtiff(), file.ifd_count()), (is_bigtiff, sizes.len()));
+            for (level, heights_m) in levels_m.iter().enumerate() {
+                assert!(file.read_image::<f32>(level).unwrap().iter().eq(heights_m));
+            }
+        }
+    }
 }

@@ -14,8 +14,8 @@ type BoxError = Box<dyn std::error::Error + Send + Sync>;
 /// How heights are stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Codec {
-    /// DEFLATE after the floating-point predictor: every bit comes back. (Level 3 is the knee: level 6 takes three
-    /// times as long for a few per cent; Zstandard's encoder in Rust packs less.)
+    /// DEFLATE after the floating-point predictor: every bit comes back. (Level 3 is the knee: level 6 takes twice as
+    /// long for three per cent, and the Zstandard encoder in Rust packs a quarter less.)
     Lossless,
     /// LERC, then DEFLATE: no height moves by more than this, in metres.
     WithinMetres(f64),

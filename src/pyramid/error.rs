@@ -89,14 +89,9 @@ pub enum PyramidError {
     /// The system names no folder for caches.
     #[error("no folder for baked terrain: set HACHURE_CACHE")]
     NoCacheFolder,
-    /// The heights to bake could not be had.
-    #[error("{name}: its heights could not be loaded")]
-    Load {
-        /// The file or key.
-        name: String,
-        /// The loader's reason.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
+    /// The heights to bake could not be had: the loader's own words, which name the file.
+    #[error(transparent)]
+    Load(Box<dyn std::error::Error + Send + Sync>),
 }
 
 impl PyramidError {

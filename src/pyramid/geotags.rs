@@ -30,7 +30,7 @@ const US_SURVEY_FOOT: u16 = 9003;
 /// The tags of the full-resolution image: place, coordinate reference system, unit of height, no-data value.
 fn full_resolution_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
     let mut tags = transform_tags(georeference);
-    let (directory, doubles, text) = directory(&georeference.crs).serialize().map_err(|error| error.to_string())?;
+    let (directory, doubles, text) = directory(georeference).serialize().map_err(|error| error.to_string())?;
     tags.push(Tag::new(GEO_KEY_DIRECTORY, TagValue::Short(directory)));
     if !doubles.is_empty() {
         tags.push(Tag::new(GEO_DOUBLE_PARAMS, TagValue::Double(doubles)));
@@ -70,9 +70,21 @@ fn transform_tags(georeference: &Georeference) -> Vec<Tag> {
     }
 }
 
-fn directory(crs: &Crs) -> GeoKeyDirectory {
+/// The source file's own keys where there are any; else what the CRS says.
+fn directory(georeference: &Georeference) -> GeoKeyDirectory {
     let mut keys = GeoKeyDirectory::new();
+    if georeference.geokeys.keys.is_empty() {
+        set_crs(&mut keys, &georeference.crs);
+    }
+    for key in &georeference.geokeys.keys {
+        keys.set(key.id, (&key.value).into());
+    }
     keys.set(geokeys::GT_RASTER_TYPE, GeoKeyValue::Short(PIXEL_IS_AREA));
+    keys.keys.sort_by_key(|key| key.id);
+    keys
+}
+
+fn set_crs(keys: &mut GeoKeyDirectory, crs: &Crs) {
     match crs {
         Crs::Local => {}
         Crs::Projected { metres_per_unit, name } => {
@@ -101,8 +113,6 @@ fn directory(crs: &Crs) -> GeoKeyDirectory {
             }
         }
     }
-    keys.keys.sort_by_key(|key| key.id);
-    keys
 }
 
 /// The code of a name like `EPSG:32610`, where it fits a GeoTIFF key.

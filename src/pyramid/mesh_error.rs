@@ -51,6 +51,7 @@ pub fn patch_statistics(heights_m: &[f32], served: &[f32], finest: LevelSize) ->
 fn finest_patches(served: &[f32], finest: LevelSize) -> Vec<PatchStatistics> {
     let (count_x, count_y) = patch_counts(finest, 0);
     let width = finest.width as usize;
+    let steps = Steps::new();
     (0..count_x * count_y)
         .into_par_iter()
         .map(|patch| {
@@ -67,7 +68,7 @@ fn finest_patches(served: &[f32], finest: LevelSize) -> Vec<PatchStatistics> {
                     let corner = row as usize * width + column as usize;
                     let corners = [corner, corner + 1, corner + width, corner + width + 1];
                     if corners.iter().all(|&corner| !is_void(served[corner])) {
-                        worst = worst.max(cell_error_m(served, finest, column, row));
+                        worst = worst.max(cell_error_m(served, finest, column, row, &steps));
                     }
                 }
             }
@@ -76,14 +77,33 @@ fn finest_patches(served: &[f32], finest: LevelSize) -> Vec<PatchStatistics> {
         .collect()
 }
 
-/// The weights of the bicubic surface at the quarter steps; their f32 values are exact.
-fn step_weights() -> [[f32; 4]; STEPS + 1] {
-    std::array::from_fn(|step| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32))
+/// The quarter steps across a cell, five of them, in as many lanes as vector units like: the others repeat the first.
+const LANES: usize = 8;
+
+/// The weights of the four samples along an axis at the quarter steps; their f32 values are exact.
+struct Steps {
+    /// By step.
+    down: [[f32; 4]; STEPS + 1],
+    /// By sample, then by lane.
+    across: [[f32; LANES]; 4],
+    /// The fraction of each lane.
+    u: [f32; LANES],
+}
+
+impl Steps {
+    fn new() -> Self {
+        let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
+        let step = |lane: usize| if lane <= STEPS { lane } else { 0 };
+        Self {
+            down: std::array::from_fn(weights),
+            across: std::array::from_fn(|i| std::array::from_fn(|lane| weights(step(lane))[i])),
+            u: std::array::from_fn(|lane| step(lane) as f32 / STEPS as f32),
+        }
+    }
 }
 
 /// The largest difference in metres between the bicubic surface in a cell and the cell's two triangles.
-fn cell_error_m(served: &[f32], finest: LevelSize, column: u32, row: u32) -> f32 {
-    let weights = step_weights();
+fn cell_error_m(served: &[f32], finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
     let origin = served[row as usize * finest.width as usize + column as usize];
     // Differences from the first corner, so that f32 is enough.
     let four: [[f32; 4]; 4] = std::array::from_fn(|k| {
@@ -91,17 +111,29 @@ fn cell_error_m(served: &[f32], finest: LevelSize, column: u32, row: u32) -> f32
         std::array::from_fn(|i| served[start + bicubic::neighbour(column, i as u32, finest.width) as usize] - origin)
     });
     let (right, down, opposite) = (four[1][2], four[2][1], four[2][2]);
-    let mut worst = 0.0_f32;
-    for (v_step, weights_y) in weights.iter().enumerate() {
-        let across: [f32; 4] = std::array::from_fn(|i| (0..4).map(|k| weights_y[k] * four[k][i]).sum());
-        for (u_step, weights_x) in weights.iter().enumerate() {
-            let surface: f32 = across.iter().zip(weights_x).map(|(across, weight)| across * weight).sum();
-            let (u, v) = (u_step as f32 / STEPS as f32, v_step as f32 / STEPS as f32);
-            let flat = if u >= v { u * right + v * (opposite - right) } else { v * down + u * (opposite - down) };
-            worst = worst.max((surface - flat).abs());
+    let mut worst = [0.0_f32; LANES];
+    for (step, weights) in steps.down.iter().enumerate() {
+        let v = step as f32 / STEPS as f32;
+        let mut columns = [0.0_f32; 4];
+        for (samples, weight) in four.iter().zip(weights) {
+            for (column, sample) in columns.iter_mut().zip(samples) {
+                *column += weight * sample;
+            }
+        }
+        let mut surface = [0.0_f32; LANES];
+        for (column, weights) in columns.iter().zip(&steps.across) {
+            for (surface, weight) in surface.iter_mut().zip(weights) {
+                *surface += column * weight;
+            }
+        }
+        for ((worst, surface), &u) in worst.iter_mut().zip(surface).zip(&steps.u) {
+            let upper = u * right + v * (opposite - right);
+            let lower = v * down + u * (opposite - down);
+            let error = (surface - if u >= v { upper } else { lower }).abs();
+            *worst = if error > *worst { error } else { *worst };
         }
     }
-    worst
+    worst.into_iter().fold(0.0, f32::max)
 }
 
 /// For every patch of stride 2^`j`, row-major, the largest |h(f) − triangle(f)| in metres over its valid samples f.

@@ -9,6 +9,7 @@
 //!   u32 u32   width, height of level 0: they give all further sizes and counts
 //!   f64       the error bound of the stored heights in metres; 0 = lossless
 //!   f32 f32   lowest and highest height in metres
+//!   6 × f64   crs_from_grid, which JSON would round
 //!   u32 …     bytes of the georeference; the georeference as JSON
 //!   tiles     by level, row-major:  f32 min, f32 max, f32 error, u8 voids
 //!   patches   by stride, row-major: f32 min, f32 max, f32 mesh error, u8 voids
@@ -99,6 +100,9 @@ impl Sidecar {
         body.extend(self.max_error_m.to_le_bytes());
         body.extend(self.min_m.to_le_bytes());
         body.extend(self.max_m.to_le_bytes());
+        for number in self.georeference.crs_from_grid {
+            body.extend(number.to_le_bytes());
+        }
         let georeference = serde_json::to_vec(&self.georeference)?;
         body.extend((georeference.len() as u32).to_le_bytes());
         body.extend(georeference);
@@ -155,8 +159,13 @@ fn parse(mut body: Cursor<'_>) -> Option<Sidecar> {
     }
     let max_error_m = body.f64()?;
     let (min_m, max_m) = (body.f32()?, body.f32()?);
+    let mut crs_from_grid = [0.0; 6];
+    for number in &mut crs_from_grid {
+        *number = body.f64()?;
+    }
     let georeference_bytes = body.u32()? as usize;
-    let georeference = serde_json::from_slice(body.take(georeference_bytes)?).ok()?;
+    let georeference: Georeference = serde_json::from_slice(body.take(georeference_bytes)?).ok()?;
+    let georeference = Georeference { crs_from_grid, ..georeference };
     let mut tiles = Vec::new();
     for size in level_sizes(finest.width, finest.height) {
         let nodes = body.nodes(size.tiles_x(), size.tiles_y())?;

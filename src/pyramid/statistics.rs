@@ -29,7 +29,7 @@ pub struct TileStatistics {
     pub voids: Voids,
 }
 
-/// One mesh patch: 32 × 32 quads of stride 2^j samples of level 0.
+/// One mesh patch: 16 × 16 quads of stride 2^j samples of level 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchStatistics {
     /// Lowest valid sample in metres, edges included; NaN if all are void.

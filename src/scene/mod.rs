@@ -47,7 +47,7 @@ pub struct Sun {
     pub elevation_deg: f64,
 }
 
-/// Air that takes contrast with distance d: a share of 1 − exp(−d / distance_m).
+/// Air that takes contrast with distance d: a share of 1 − exp(−(d / distance_m)²), clear near and hazy far.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Haze {
     /// The distance at which haze has taken 63 %, in metres; none means [`Haze::distance_over_m`].
@@ -86,9 +86,9 @@ impl Sun {
 }
 
 impl Haze {
-    /// The distance in use over a world of `extent_m` (east, north): the one given, else the diagonal of the extent,
-    /// so that the far corner, seen from the near one, keeps 37 % of its contrast.
+    /// The distance in use over a world of `extent_m` (east, north): the one given, else 0.45 of the extent's diagonal,
+    /// so that mountains in the middle stand clear before those at the far edge.
     pub fn distance_over_m(&self, extent_m: [f64; 2]) -> f64 {
-        self.distance_m.unwrap_or_else(|| extent_m[0].hypot(extent_m[1]).max(1.0))
+        self.distance_m.unwrap_or_else(|| (0.45 * extent_m[0].hypot(extent_m[1])).max(1.0))
     }
 }

@@ -28,6 +28,8 @@ pub(super) const METRE: u16 = 9001;
 
 /// The keys of a GeoTIFF; empty for a file that has none.
 ///
+/// To write them with `geotiff-writer`: `builder.geokey(key.id, (&key.value).into())` for each of `keys`.
+///
 /// The vertical unit is the one thing that is not as in the file: heights are metres here, so the keys say metres.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GeoKeys {

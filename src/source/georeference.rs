@@ -109,7 +109,8 @@ pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, Geore
     };
     let [_, a, b, _, c, d] = crs_from_grid;
     let (determinant, scale) = (a * d - b * c, a.hypot(c) * b.hypot(d));
-    if !crs_from_grid.iter().all(|value| value.is_finite()) || !(determinant.abs() > 1e-9 * scale) {
+    let is_finite = crs_from_grid.iter().all(|value| value.is_finite());
+    if !is_finite || determinant == 0.0 || determinant.abs() < 1e-9 * scale {
         return Err(GeoreferenceError::PixelSize);
     }
     let crs = crs_from_keys(&tags.geokeys, file)?;
@@ -265,5 +266,38 @@ fn name(code: Option<u16>, keys: &GeoKeys) -> String {
             .find(|text| !text.is_empty())
             .unwrap_or("unnamed")
             .to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(pixel_scale: [f64; 3]) -> Result<Georeference, GeoreferenceError> {
+        let (pixel_scale, tie_points) = (pixel_scale.to_vec(), vec![0.0, 0.0, 0.0, 5.0, 7.0, 0.0]);
+        from_tags(GeoTags { pixel_scale, tie_points, ..GeoTags::default() }, "test")
+    }
+
+    #[test]
+    fn pixel_sizes_must_be_sizes() {
+        assert_eq!(place([2.0, 4.0, 0.0]).unwrap().crs_from_grid, [6.0, 2.0, 0.0, 5.0, 0.0, -4.0]);
+        assert_eq!(place([2.0, -4.0, 0.0]), place([2.0, 4.0, 0.0]), "rows run south");
+        for scale in [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [f64::NAN, 1.0, 0.0], [1.0, f64::INFINITY, 0.0]] {
+            assert_eq!(place(scale), Err(GeoreferenceError::PixelSize), "{scale:?}");
+        }
+    }
+
+    #[test]
+    fn axes_and_units_must_be_possible() {
+        let keys = |directory: &[u16], doubles: &[f64]| GeoKeys::parse(directory, doubles, "");
+        // User-defined geographic CRS with its axis in the doubles.
+        let directory = [1, 1, 0, 3, 1024, 0, 1, 2, 2048, 0, 1, 32767, 2057, 34736, 1, 0];
+        let crs = crs_from_keys(&keys(&directory, &[3_396_190.0]), "test").unwrap();
+        assert!(matches!(crs, Crs::Geographic { semi_major_axis_m: 3_396_190.0, .. }), "{crs:?}");
+        let negative = crs_from_keys(&keys(&directory, &[-12_345_678.0]), "test");
+        assert!(matches!(negative, Err(GeoreferenceError::Impossible { .. })), "{negative:?}");
+        let directory = [1, 1, 0, 3, 1024, 0, 1, 2, 2054, 0, 1, 32767, 2055, 34736, 1, 0];
+        let zero = crs_from_keys(&keys(&directory, &[0.0]), "test");
+        assert!(matches!(zero, Err(GeoreferenceError::Impossible { .. })), "{zero:?}");
     }
 }

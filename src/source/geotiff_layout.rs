@@ -54,7 +54,15 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     }
     let layout = ifd.raster_layout().map_err(|source| match source {
         tiff_reader::TiffError::UnsupportedBitsPerSample(bits) => {
-            SourceError::Unsupported { path: path.into(), what: format!("a sample of {bits} bits of this kind") }
+            let kind = match ifd.sample_format().ok().and_then(|formats| formats.first().copied()) {
+                Some(3) => "floating-point",
+                Some(2) => "signed",
+                _ => "unsigned",
+            };
+            SourceError::Unsupported { path: path.into(), what: format!("a {bits}-bit {kind} sample") }
+        }
+        tiff_reader::TiffError::InvalidImageLayout(_) if ifd.predictor() != 1 && is_bit_packed(ifd) => {
+            SourceError::Unsupported { path: path.into(), what: "a predictor on bit-packed samples".to_owned() }
         }
         source => SourceError::Damaged { path: path.into(), source },
     })?;
@@ -122,6 +130,10 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
         })
         .collect();
     Ok(Layout { ifd, width, height, sample_type, block, absent_blocks })
+}
+
+fn is_bit_packed(ifd: &Ifd) -> bool {
+    ifd.bits_per_sample().is_ok_and(|bits| bits.iter().any(|bits| !matches!(bits, 8 | 16 | 32 | 64)))
 }
 
 fn require_heights(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {

@@ -5,19 +5,19 @@
 //! what comes out is metres, or NaN.
 
 mod crs_catalogue;
+mod erosion;
 mod error;
 mod geokeys;
 pub mod georeference;
 mod geotiff;
 mod geotiff_layout;
+mod hillslope;
 mod looks_like;
 pub mod procedural;
-mod erosion;
-mod hillslope;
 mod raster;
 mod relief;
-mod valley;
 mod samples;
+mod valley;
 mod world_mapping;
 
 use std::path::Path;

@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 
 /// Pixels from the previous frame to this one: x right, y down.
 pub const MOTION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
@@ -20,13 +21,13 @@ impl MotionPass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         view: wgpu::BindingResource<'_>,
         position: &Target,
         motion: &Target,
     ) {
         let resources = [("view", view), ("position", texture(&position.view)), ("motion", texture(&motion.view))];
-        self.0.run(gpu, encoder, size_px, &resources);
+        self.0.run(gpu, recorder, size_px, &resources);
     }
 }

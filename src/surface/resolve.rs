@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, Named, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 
 /// xyz: relative to the camera in metres; w: distance along the view axis. All 0 is the sky.
 pub const POSITION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -23,7 +24,7 @@ impl ResolvePass {
     pub fn run(
         &self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         view: wgpu::BindingResource<'_>,
         terrain: &[Named<'_>],
@@ -38,6 +39,6 @@ impl ResolvePass {
             ("normal", texture(&normal.view)),
         ];
         resources.extend(terrain.iter().cloned());
-        self.0.run(gpu, encoder, size_px, &resources);
+        self.0.run(gpu, recorder, size_px, &resources);
     }
 }

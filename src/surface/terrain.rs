@@ -5,6 +5,7 @@ use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{Named, bind_group};
 use crate::gpu::shader::Shader;
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 use crate::pyramid::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
@@ -54,7 +55,7 @@ impl TerrainPass {
     }
 
     /// Clears the targets and draws the patches.
-    pub fn run(&mut self, gpu: &Gpu, encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>, inputs: &Inputs) {
+    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &Inputs) {
         let selection = inputs.selection;
         let instances: Vec<PatchInstance> = [selection.solid.as_slice(), &selection.with_holes].concat();
         self.instances.write(gpu, &instances);
@@ -63,37 +64,36 @@ impl TerrainPass {
         let group =
             bind_group(gpu, "surface/terrain", &self.shader, |i| self.solid.get_bind_group_layout(i), &resources);
 
-        let mut pass = encoder.scoped_render_pass(
-            "surface/terrain",
-            wgpu::RenderPassDescriptor {
-                label: Some("surface/terrain"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &inputs.surface_id.view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })],
-                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: &inputs.depth.view,
-                    depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-                    stencil_ops: None,
-                }),
-                ..Default::default()
-            },
-        );
-        pass.set_bind_group(0, &group, &[]);
-        pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint16);
-        pass.set_vertex_buffer(0, self.instances.buffer().slice(..));
-        let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
-        let solid = selection.solid.len() as u32;
-        let all = instances.len() as u32;
-        pass.set_pipeline(&self.solid);
-        pass.draw_indexed(0..index_count, 0, 0..solid);
-        pass.set_pipeline(&self.with_holes);
-        pass.draw_indexed(0..index_count, 0, solid..all);
+        let descriptor = wgpu::RenderPassDescriptor {
+            label: Some("surface/terrain"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &inputs.surface_id.view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &inputs.depth.view,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        };
+        recorder.render("surface/terrain", &descriptor, |pass| {
+            pass.set_bind_group(0, &group, &[]);
+            pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint16);
+            pass.set_vertex_buffer(0, self.instances.buffer().slice(..));
+            let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
+            let solid = selection.solid.len() as u32;
+            let all = instances.len() as u32;
+            pass.set_pipeline(&self.solid);
+            pass.draw_indexed(0..index_count, 0, 0..solid);
+            pass.set_pipeline(&self.with_holes);
+            pass.draw_indexed(0..index_count, 0, solid..all);
+        });
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which mesh patches are drawn, and how far each morphs: level of detail by measured error.
 //!
-//! A patch (level j, column x, row y) covers samples 32·2^j·x to 32·2^j·(x+1) with 32 × 32 quads; negative levels are
+//! A patch (level j, column x, row y) covers samples 16·2^j·x to 16·2^j·(x+1) with 16 × 16 quads; negative levels are
 //! finer than the data and are evaluated, not loaded. A patch is split while its measured mesh error, seen from the
 //! nearest point of its box, is more than the allowed error in pixels. What is left covers the view once.
 //!
@@ -24,8 +24,8 @@ use crate::pyramid::{PATCH_QUADS, Pyramid};
 pub const UNITS_LOG2: i32 = 12;
 /// The finest patches have a vertex at every unit.
 const FINEST_LEVEL: i32 = -UNITS_LOG2;
-/// A neighbour may be this many levels coarser: 2^4 < 32 quads.
-const MAX_LEVEL_STEP: i32 = 4;
+/// A neighbour may be this many levels coarser: 2^3 < 16 quads.
+const MAX_LEVEL_STEP: i32 = 3;
 
 /// Where in the quadtree of patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -6,6 +6,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 
 /// What the tint needs to know of the scene.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +48,7 @@ impl PlainPass {
     pub fn run(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         light: PlainLight,
         view: wgpu::BindingResource<'_>,
@@ -72,6 +73,6 @@ impl PlainPass {
             ("normal", texture(&normal.view)),
             ("tone", texture(&tone.view)),
         ];
-        self.pass.run(gpu, encoder, size_px, &resources);
+        self.pass.run(gpu, recorder, size_px, &resources);
     }
 }

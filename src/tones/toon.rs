@@ -6,6 +6,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
 use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
 use crate::style::Toon;
 
 #[repr(C)]
@@ -36,7 +37,7 @@ impl ToonPass {
     pub fn run(
         &mut self,
         gpu: &Gpu,
-        encoder: &mut wgpu_profiler::Scope<'_, wgpu::CommandEncoder>,
+        recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         toon: &Toon,
         to_sun: [f32; 3],
@@ -54,6 +55,6 @@ impl ToonPass {
             ("normal", texture(&normal.view)),
             ("tone", texture(&tone.view)),
         ];
-        self.pass.run(gpu, encoder, size_px, &resources);
+        self.pass.run(gpu, recorder, size_px, &resources);
     }
 }
