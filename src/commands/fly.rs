@@ -4,7 +4,7 @@ use anyhow::bail;
 use clap::Args;
 
 use super::render::parse_size;
-use super::world::OpenWorld;
+use super::world::{self, OpenWorld};
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 use crate::style::Style;
@@ -44,15 +44,18 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
-    // What is wrong shows before a window does.
+    // What is wrong is told before a window opens.
     Style::load(&args.style)?;
     let windowing = Windowing::new()?;
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
+    // As early: a DEM that is seen for the first time takes a while to bake.
+    let scene = world::scene_of(args.world.as_deref())?;
+    let pyramid = world::open_pyramid(&scene)?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
-        let world = OpenWorld::open(gpu, args.world.as_deref(), options)?;
+        let world = OpenWorld::on_gpu(gpu, scene, pyramid, options)?;
         let start = args.camera.unwrap_or_else(|| world.default_camera());
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         Ok(FlightWorld {

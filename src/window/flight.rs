@@ -3,43 +3,34 @@
 //! The picture is rendered only when it would be another one; the panel alone is painted over the last picture. When
 //! neither changes, nothing runs until something happens.
 
-use std::path::Path;
+mod controls;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use winit::dpi::PhysicalSize;
-use winit::event::WindowEvent;
 use winit::event_loop::ActiveEventLoop;
-use winit::window::{Fullscreen, Window};
+use winit::window::Window;
 
-use super::fly_camera::FlyCamera;
-use super::input::{Heard, Input};
-use super::keys::Action;
-use super::overlay::Overlay;
+use super::fly_camera::{FlyCamera, FlyInput};
+use super::input::Input;
+use super::overlay::{Overlay, Painted};
 use super::panel::{self, Facts};
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
-use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError, screenshot};
+use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::frame::{Frame, Light, Requirements};
 use crate::gpu::Gpu;
-use crate::picture::PictureRequest;
+use crate::gpu::device::instance_descriptor;
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::Prepared;
 
 /// The first step after a rest.
 const FIRST_STEP_S: f64 = 1.0 / 60.0;
-/// How often gamepads are asked while nothing moves.
-const GAMEPAD_REST: Duration = Duration::from_millis(40);
-/// How often new gamepads are looked for.
-const GAMEPAD_SEARCH: Duration = Duration::from_secs(1);
 /// When the panel is painted once more after the last picture: the GPU's times come late.
 const LATE_FACTS: Duration = Duration::from_millis(150);
-/// How long a toast stays.
-const TOAST: Duration = Duration::from_secs(5);
-/// A second Esc within this time quits.
-const ESCAPE: Duration = Duration::from_secs(3);
 
 /// What comes after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,14 +88,14 @@ impl Flight {
     /// [`WindowError`].
     pub fn open(events: &ActiveEventLoop, options: &FlightOptions, open: OpenWorldFn) -> Result<Self, WindowError> {
         let (styles, style) = Styles::with(&options.style)?;
-        // Not shown before there is something to show: a DEM that is seen for the first time takes a while to bake.
+        // Not shown before there is something to show.
         let attributes = Window::default_attributes()
             .with_title("hachure")
             .with_inner_size(PhysicalSize::<u32>::from(options.size_px))
             .with_visible(false);
         let window = Arc::new(events.create_window(attributes)?);
         let display = Box::new(events.owned_display_handle());
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
+        let instance = wgpu::Instance::new(instance_descriptor().with_display_handle(display));
         let surface = instance.create_surface(Arc::clone(&window))?;
         let gpu = Gpu::open_with(instance, &options.adapter, Some(&surface))?;
         let screen = Screen::new(&gpu, Arc::clone(&window), surface)?;
@@ -153,98 +144,6 @@ impl Flight {
     /// Asks the system for a frame.
     pub fn request_redraw(&self) {
         self.window.request_redraw();
-    }
-
-    /// The mouse moved by pixels.
-    pub fn on_mouse_motion(&mut self, by_px: (f64, f64)) -> Next {
-        if self.input.on_mouse_motion(by_px) { Next::Frame } else { Next::Sleep }
-    }
-
-    /// An event of the window.
-    ///
-    /// # Errors
-    /// When the GPU fails.
-    pub fn on_event(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
-        match event {
-            WindowEvent::CloseRequested => return Ok(Next::Quit),
-            WindowEvent::Resized(size) => {
-                self.screen.resize(&self.gpu, [size.width, size.height]);
-                self.hidden = size.width == 0 || size.height == 0;
-                self.stale = true;
-            }
-            WindowEvent::Occluded(hidden) => self.hidden = *hidden,
-            WindowEvent::Focused(false) => self.input.lose_focus(&self.window),
-            _ => {}
-        }
-        match self.input.on_event(&self.window, &mut self.overlay, event) {
-            Heard::Nothing => Ok(Next::Sleep),
-            Heard::Panel | Heard::Fly => Ok(Next::Frame),
-            Heard::Wheel(notches) => {
-                self.camera.change_speed(notches);
-                Ok(Next::Frame)
-            }
-            Heard::Do(action) => self.act(action),
-        }
-    }
-
-    fn act(&mut self, action: Action) -> Result<Next, WindowError> {
-        let before = self.settings.clone();
-        match action {
-            Action::StepStyle(step) => self.settings.step_style(step, self.styles.list().len()),
-            Action::ChooseStyle(place) if place < self.styles.list().len() => self.settings.style = place,
-            Action::ChooseStyle(_) => {}
-            Action::StepScale(step) => self.settings.step_scale(step),
-            Action::Screenshot => self.take_screenshot()?,
-            Action::TogglePanel => self.panel_shown = !self.panel_shown,
-            Action::Restart => self.restart(),
-            Action::FullScreen => {
-                let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
-                self.window.set_fullscreen(full);
-            }
-            Action::Zoom(factor) => {
-                self.camera.zoom(factor);
-                self.stale = true;
-            }
-            Action::Escape => {
-                let released = self.input.release_mouse(&self.window);
-                if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {
-                    return Ok(Next::Quit);
-                }
-                self.escape_until = Some(Instant::now() + ESCAPE);
-                self.say("Esc again quits".to_owned(), ESCAPE);
-            }
-        }
-        if self.settings.style != before.style {
-            let style = self.style();
-            let text = format!("{}: {}", style.name, style.description);
-            self.say(text, TOAST / 2);
-        }
-        self.stale |= self.settings != before;
-        Ok(Next::Frame)
-    }
-
-    /// When something is due although nothing happens.
-    pub fn wake_at(&self) -> Option<Instant> {
-        if self.hidden {
-            return None;
-        }
-        let gamepads = self.input.gamepads().may_come().then_some(self.next_gamepads);
-        let toast = self.toast.as_ref().map(|(_, until)| *until);
-        [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads].into_iter().flatten().min()
-    }
-
-    /// Whether what is due is a frame.
-    pub fn wake(&mut self, now: Instant) -> Next {
-        if self.next_gamepads <= now {
-            let any = self.input.gamepads().any();
-            self.next_gamepads = now + if any { GAMEPAD_REST } else { GAMEPAD_SEARCH };
-            if !self.input.poll_gamepads().is_still() {
-                return Next::Frame;
-            }
-        }
-        let toast = self.toast.as_ref().map(|(_, until)| *until);
-        let due = [self.overlay.repaint_at(), self.late_facts_at, toast].into_iter().flatten().any(|at| at <= now);
-        if due { Next::Frame } else { Next::Sleep }
     }
 
     /// Draws a frame.
@@ -307,45 +206,6 @@ impl Flight {
         light
     }
 
-    fn say(&mut self, text: String, how_long: Duration) {
-        self.toast = Some((text, Instant::now() + how_long));
-    }
-
-    fn restart(&mut self) {
-        let clearance_m = self.camera.clearance_m;
-        self.camera = self.start.clone();
-        self.camera.clearance_m = clearance_m;
-        self.stale = true;
-    }
-
-    fn take_screenshot(&mut self) -> Result<(), WindowError> {
-        let pose = self.camera.pose();
-        let style = self.style().clone();
-        let request = PictureRequest {
-            pose,
-            previous: pose,
-            size_px: self.screen.size_px(),
-            style: &style,
-            light: self.light(),
-            planes: &[],
-        };
-        let taken = screenshot::take(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, Path::new("."));
-        // Its targets are the window's, and now hold the file's picture.
-        self.stale = true;
-        let text = match taken {
-            Ok(path) => {
-                let path = std::path::absolute(&path).unwrap_or(path);
-                tracing::info!("wrote {}", path.display());
-                format!("wrote {}", path.display())
-            }
-            Err(crate::picture::PictureError::Gpu(error)) => return Err(error.into()),
-            // A full disk is no reason to stop flying.
-            Err(crate::picture::PictureError::Sink(error)) => error.to_string(),
-        };
-        self.say(text, TOAST);
-        Ok(())
-    }
-
     /// Drops what is past: toasts and late facts; takes what the GPU measured.
     fn tidy(&mut self, now: Instant) {
         if self.toast.as_ref().is_some_and(|(_, until)| *until <= now) {
@@ -361,7 +221,7 @@ impl Flight {
     }
 
     /// Lays the panel out and does what it asks.
-    fn lay_panel_out(&mut self) -> Result<super::overlay::Painted, WindowError> {
+    fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
         let prepared = &self.last.prepared;
         let terrain = &self.world.terrain;
         let position_m = self.camera.position_m;
@@ -390,7 +250,7 @@ impl Flight {
             }
         });
         // A higher clearance lifts the camera, a lower one does not sink it.
-        self.camera.advance(&super::fly_camera::FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
+        self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
         self.stale |= self.settings != settings_before || self.camera != camera_before;
         if asked.restart {
             self.restart();
@@ -422,7 +282,7 @@ impl Flight {
         Ok(())
     }
 
-    fn present(&mut self, surface: wgpu::SurfaceTexture, painted: super::overlay::Painted) {
+    fn present(&mut self, surface: wgpu::SurfaceTexture, painted: Painted) {
         let target = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let size_px = self.screen.size_px();
         let mut encoder =

@@ -76,14 +76,14 @@ pub fn show(
 ) -> Asked {
     let mut asked = Asked::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
-    egui::Window::new("hachure").default_pos([8.0, 8.0]).resizable(false).show(context, |ui| {
+    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_width(WIDTH).resizable(false).show(context, |ui| {
         ui.set_width(WIDTH);
         egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
             picture(ui, facts, styles, settings);
+            section(ui, "Cost", true, |ui| cost(ui, facts));
+            section(ui, "Cost by pass", false, |ui| passes(ui, facts));
             section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
             section(ui, "Light", false, |ui| light(ui, settings));
-            section(ui, "Cost", true, |ui| cost(ui, facts));
-            section(ui, "GPU time by pass", false, |ui| passes(ui, facts));
             section(ui, "Keys", false, |ui| {
                 keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
             });
@@ -94,12 +94,10 @@ pub fn show(
 
 /// The toast alone: it shows without the panel too.
 pub fn show_toast(context: &egui::Context, text: &str) {
-    egui::Area::new(egui::Id::unique("toast")).anchor(egui::Align2::CENTER_BOTTOM, [0.0, -14.0]).interactable(false).show(
-        context,
-        |ui| {
-            egui::Frame::window(ui.style()).show(ui, |ui| ui.label(text));
-        },
-    );
+    let area = egui::Area::new(egui::Id::unique("toast")).order(egui::Order::Foreground).interactable(false);
+    area.anchor(egui::Align2::RIGHT_BOTTOM, [-10.0, -10.0]).show(context, |ui| {
+        egui::Frame::window(ui.style()).show(ui, |ui| ui.label(text));
+    });
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
