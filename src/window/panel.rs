@@ -76,7 +76,7 @@ pub fn show(
 ) -> Asked {
     let mut asked = Asked::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
-    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_width(WIDTH).resizable(false).show(context, |ui| {
+    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false).show(context, |ui| {
         ui.set_width(WIDTH);
         egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
             picture(ui, facts, styles, settings);
