@@ -86,11 +86,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
     pub fn open(wish: &AdapterWish) -> Result<Self, GpuError> {
-        Self::open_with(
-            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env()),
-            wish,
-            None,
-        )
+        Self::open_with(wgpu::Instance::new(instance_descriptor()), wish, None)
     }
 
     /// Opens a device that can present to `surface`.
