@@ -1,5 +1,7 @@
 //! `hachure fly`, and `hachure` alone: a window to fly over a world in.
 
+use std::path::Path;
+
 use anyhow::bail;
 use clap::Args;
 
@@ -59,7 +61,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let start = args.camera.unwrap_or_else(|| world.default_camera());
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         Ok(FlightWorld {
-            name: args.world.unwrap_or_else(|| "the embedded world".to_owned()),
+            name: title(args.world.as_deref()),
             light: world.light(),
             sun: world.scene.sun,
             start,
@@ -67,4 +69,10 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         })
     };
     Ok(windowing.run(options, Box::new(open))?)
+}
+
+/// The file's name without its folders.
+fn title(world: Option<&str>) -> String {
+    let Some(world) = world else { return "the embedded world".to_owned() };
+    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
 }

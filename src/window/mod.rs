@@ -19,11 +19,9 @@ mod statistics;
 
 use winit::event_loop::EventLoop;
 
-use crate::file::FileError;
 use crate::frame::Light;
 use crate::gpu::device::AdapterWish;
 use crate::gpu::{Gpu, GpuError};
-use crate::picture::PictureError;
 use crate::scene::Sun;
 use crate::scene::camera::Camera;
 use crate::style::StyleError;
@@ -62,15 +60,6 @@ pub enum WindowError {
     /// The world does not open.
     #[error(transparent)]
     World(anyhow::Error),
-}
-
-impl From<PictureError<FileError>> for WindowError {
-    fn from(error: PictureError<FileError>) -> Self {
-        match error {
-            PictureError::Gpu(error) => Self::Gpu(error),
-            PictureError::Sink(error) => Self::World(error.into()),
-        }
-    }
 }
 
 /// What is flown over.

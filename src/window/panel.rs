@@ -76,19 +76,22 @@ pub fn show(
 ) -> Asked {
     let mut asked = Asked::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
-    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false).show(context, |ui| {
-        ui.set_width(WIDTH);
-        egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
-            picture(ui, facts, styles, settings);
-            section(ui, "Cost", true, |ui| cost(ui, facts));
-            section(ui, "Cost by pass", false, |ui| passes(ui, facts));
-            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
-            section(ui, "Light", false, |ui| light(ui, settings));
-            section(ui, "Keys", false, |ui| {
-                keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
+    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false).show(
+        context,
+        |ui| {
+            ui.set_width(WIDTH);
+            egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
+                picture(ui, facts, styles, settings);
+                section(ui, "Cost", true, |ui| cost(ui, facts));
+                section(ui, "Cost by pass", false, |ui| passes(ui, facts));
+                section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
+                section(ui, "Light", false, |ui| light(ui, settings));
+                section(ui, "Keys", false, |ui| {
+                    keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
+                });
             });
-        });
-    });
+        },
+    );
     asked
 }
 
