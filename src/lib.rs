@@ -23,4 +23,5 @@ pub mod frame;
 pub mod picture;
 pub mod world;
 pub mod measure;
+pub mod window;
 pub mod commands;

@@ -13,6 +13,8 @@ use hachure::gpu::device::AdapterWish;
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
+    #[command(flatten)]
+    fly: commands::fly::FlyArgs,
     /// The GPU: `software`, or a part of its name
     #[arg(long, global = true, default_value = "best")]
     adapter: AdapterWish,
@@ -23,6 +25,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Fly over a world in a window; what happens without a command
+    Fly(commands::fly::FlyArgs),
     /// Draw a picture, a row of pictures, or a film
     Render(commands::render::RenderArgs),
     /// Fly a camera path and report what each style costs
@@ -56,7 +60,8 @@ fn main() -> ExitCode {
         Some(Command::Bake(args)) => commands::bake::run(args),
         Some(Command::Info(args)) => commands::info::run(args),
         Some(Command::Styles(args)) => commands::styles::run(args),
-        None => Ok(()),
+        Some(Command::Fly(args)) => commands::fly::run(args, &cli.adapter),
+        None => commands::fly::run(&cli.fly, &cli.adapter),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,6 +4,7 @@ pub mod bake;
 pub mod bench;
 mod describe;
 pub mod info;
+pub mod fly;
 pub mod progress;
 pub mod render;
 pub mod styles;

@@ -1,0 +1,78 @@
+//! `hachure fly`, and `hachure` alone: a window to fly over a world in.
+
+use std::path::Path;
+
+use anyhow::bail;
+use clap::Args;
+
+use super::render::parse_size;
+use crate::world::{self, OpenWorld};
+use crate::gpu::device::AdapterWish;
+use crate::scene::camera::Camera;
+use crate::style::Style;
+use crate::tiles::terrain::TerrainOptions;
+use crate::window::{FlightOptions, FlightWorld, Windowing};
+
+/// Arguments of `fly`.
+#[derive(Clone, Debug, Args)]
+pub struct FlyArgs {
+    /// Scene file, DEM or baked pyramid; without one, the embedded world
+    pub world: Option<String>,
+    /// A preset or a style file
+    #[arg(long, default_value = "ink")]
+    pub style: String,
+    /// Where to start: x,y,z,yaw,pitch,fov in metres (z as +h above ground) and degrees
+    #[arg(long, allow_hyphen_values = true)]
+    pub camera: Option<Camera>,
+    /// Width and height of the window in pixels, like 1280x720
+    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
+    pub size: [u32; 2],
+    /// Height error that may be seen, in pixels
+    #[arg(long, default_value_t = 1.0)]
+    pub lod_error: f64,
+    /// Memory for tiles on the GPU, in MiB
+    #[arg(long, default_value_t = 512)]
+    pub tile_memory: u64,
+    /// Render without rest, print the frame times, and quit after this many pictures
+    #[arg(long, hide = true)]
+    pub frames: Option<u64>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When there is no display, an input does not hold, or the GPU fails.
+pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
+        bail!("--lod-error {}: it must be a number above 0", args.lod_error);
+    }
+    // What is wrong is told before a window opens.
+    Style::load(&args.style)?;
+    let windowing = Windowing::new()?;
+    let options =
+        FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
+    // As early: a DEM that is seen for the first time takes a while to bake.
+    let scene = world::scene_of(args.world.as_deref())?;
+    let pyramid = world::open_pyramid(&scene, &super::progress::Bar::default())?;
+    let args = args.clone();
+    let open = move |gpu: &crate::gpu::Gpu| {
+        let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
+        let world = OpenWorld::on_gpu(gpu, scene, pyramid, options)?;
+        let start = args.camera.unwrap_or_else(|| world.default_camera());
+        let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
+        Ok(FlightWorld {
+            name: title(args.world.as_deref()),
+            light: world.light(),
+            sun: world.scene.sun,
+            start,
+            terrain: world.terrain,
+        })
+    };
+    Ok(windowing.run(options, Box::new(open))?)
+}
+
+/// The file's name without its folders.
+fn title(world: Option<&str>) -> String {
+    let Some(world) = world else { return "the embedded world".to_owned() };
+    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,105 @@
+//! What winit calls: it opens the flight, hands it its events, and says when to sleep.
+
+use std::time::Instant;
+
+use winit::application::ApplicationHandler;
+use winit::event::{DeviceEvent, DeviceId, StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::window::WindowId;
+
+use super::flight::{Flight, Next};
+use super::{FlightOptions, OpenWorldFn, WindowError};
+
+struct App {
+    options: FlightOptions,
+    open: Option<OpenWorldFn>,
+    flight: Option<Flight>,
+    outcome: Result<(), WindowError>,
+}
+
+/// The system's events, or one line on why there are none.
+pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
+    // winit panics where one of the display's libraries is missing. That too is a machine without a display for us.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let made = std::panic::catch_unwind(EventLoop::new);
+    std::panic::set_hook(hook);
+    let cause = match made {
+        Ok(Ok(events)) => return Ok(events),
+        Ok(Err(winit::error::EventLoopError::Os(error))) => {
+            // Without the place in winit's source that the error names.
+            let text = error.to_string();
+            text.split_once(": ")
+                .filter(|(place, _)| place.starts_with("os error at"))
+                .map_or(text.clone(), |(_, cause)| cause.to_owned())
+        }
+        Ok(Err(error)) => error.to_string(),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+            text.unwrap_or("the window system's libraries do not load").to_owned()
+        }
+    };
+    Err(cause.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned())
+}
+
+pub(super) fn run(events: EventLoop<()>, options: FlightOptions, open: OpenWorldFn) -> Result<(), WindowError> {
+    let mut app = App { options, open: Some(open), flight: None, outcome: Ok(()) };
+    events.run_app(&mut app)?;
+    app.outcome
+}
+
+impl App {
+    /// Lets the flight do something; an error, or its end, ends the program.
+    fn with_flight(&mut self, events: &ActiveEventLoop, act: impl FnOnce(&mut Flight) -> Result<Next, WindowError>) {
+        let Some(flight) = &mut self.flight else { return };
+        match act(flight) {
+            Ok(Next::Frame) => flight.request_redraw(),
+            Ok(Next::Sleep) => {}
+            Ok(Next::Quit) => events.exit(),
+            Err(error) => {
+                self.outcome = Err(error);
+                events.exit();
+            }
+        }
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let Some(open) = self.open.take() else { return };
+        match Flight::open(events, &self.options, open) {
+            Ok(flight) => {
+                flight.request_redraw();
+                self.flight = Some(flight);
+            }
+            Err(error) => {
+                self.outcome = Err(error);
+                events.exit();
+            }
+        }
+    }
+
+    fn new_events(&mut self, events: &ActiveEventLoop, cause: StartCause) {
+        if matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            self.with_flight(events, |flight| Ok(flight.wake(Instant::now())));
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
+        self.with_flight(events, |flight| match event {
+            WindowEvent::RedrawRequested => flight.draw(),
+            event => flight.on_event(&event),
+        });
+    }
+
+    fn device_event(&mut self, events: &ActiveEventLoop, _device: DeviceId, event: DeviceEvent) {
+        if let DeviceEvent::MouseMotion { delta } = event {
+            self.with_flight(events, |flight| Ok(flight.on_mouse_motion(delta)));
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        let wake_at = self.flight.as_ref().and_then(Flight::wake_at);
+        events.set_control_flow(wake_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
+    }
+}

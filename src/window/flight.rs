@@ -1,0 +1,317 @@
+//! A flight: the state between two frames, and how a frame comes about.
+//!
+//! The picture is rendered only when it would be another one; the panel alone is painted over the last picture. When
+//! neither changes, nothing runs until something happens.
+
+mod controls;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use winit::dpi::PhysicalSize;
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Window;
+
+use super::fly_camera::{FlyCamera, FlyInput};
+use super::input::Input;
+use super::overlay::{Overlay, Painted};
+use super::panel::{self, Facts};
+use super::screen::{Acquired, Screen};
+use super::settings::{Settings, Styles};
+use super::statistics::{FrameTimes, PassTimes};
+use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
+use crate::frame::{Frame, Light, Requirements};
+use crate::gpu::Gpu;
+use crate::gpu::device::instance_descriptor;
+use crate::style::Style;
+use crate::surface::view::{Part, Pose, View};
+use crate::tiles::terrain::Prepared;
+
+/// The first step after a rest.
+const FIRST_STEP_S: f64 = 1.0 / 60.0;
+/// When the panel is painted once more after the last picture: the GPU's times come late.
+const LATE_FACTS: Duration = Duration::from_millis(150);
+
+/// What comes after an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// A frame.
+    Frame,
+    /// Nothing until something happens.
+    Sleep,
+    /// The end.
+    Quit,
+}
+
+/// A flight.
+pub struct Flight {
+    // The order is that in which they are dropped: what was made of the GPU goes before it.
+    overlay: Overlay,
+    screen: Screen,
+    frame: Option<Frame>,
+    world: FlightWorld,
+    gpu: Gpu,
+    window: Arc<Window>,
+    adapter: String,
+    input: Input,
+    camera: FlyCamera,
+    start: FlyCamera,
+    settings: Settings,
+    styles: Styles,
+    frame_times: FrameTimes,
+    pass_times: PassTimes,
+    last: LastPicture,
+    panel_shown: bool,
+    toast: Option<(String, Instant)>,
+    escape_until: Option<Instant>,
+    hidden: bool,
+    /// The picture on the screen is not the one that it should be.
+    stale: bool,
+    /// When the frame before began, while frames follow each other.
+    flowing_since: Option<Instant>,
+    late_facts_at: Option<Instant>,
+    next_gamepads: Instant,
+    frames_left: Option<u64>,
+}
+
+/// What is known of the picture on the screen.
+struct LastPicture {
+    pose: Pose,
+    prepared: Prepared,
+    tiles_loaded: u64,
+}
+
+impl Flight {
+    /// Opens window, GPU and world.
+    ///
+    /// # Errors
+    /// [`WindowError`].
+    pub fn open(events: &ActiveEventLoop, options: &FlightOptions, open: OpenWorldFn) -> Result<Self, WindowError> {
+        let (styles, style) = Styles::with(&options.style)?;
+        // Not shown before there is something to show.
+        let attributes = Window::default_attributes()
+            .with_title("hachure")
+            .with_inner_size(PhysicalSize::<u32>::from(options.size_px))
+            .with_visible(false);
+        let window = Arc::new(events.create_window(attributes)?);
+        let display = Box::new(events.owned_display_handle());
+        let instance = wgpu::Instance::new(instance_descriptor().with_display_handle(display));
+        let surface = instance.create_surface(Arc::clone(&window))?;
+        let gpu = Gpu::open_with(instance, &options.adapter, Some(&surface))?;
+        let screen = Screen::new(&gpu, Arc::clone(&window), surface)?;
+        let world = open(&gpu).map_err(WindowError::World)?;
+        let overlay = Overlay::new(&gpu, &window, screen.format());
+
+        let start = FlyCamera::new(&world.start, |at| ground_m(&world, at), world.terrain.extent_m());
+        let settings = Settings {
+            style,
+            scale: 0,
+            lod_error_px: world.terrain.options().lod_error_px,
+            sun: world.sun,
+            haze_m: world.light.haze_m,
+        };
+        let last = LastPicture { pose: start.pose(), prepared: Prepared::default(), tiles_loaded: 0 };
+        window.set_title(&format!("{} — hachure", world.name));
+        window.set_visible(true);
+        Ok(Self {
+            overlay,
+            screen,
+            frame: None,
+            adapter: gpu.description(),
+            input: Input::new(),
+            camera: start.clone(),
+            start,
+            settings,
+            styles,
+            frame_times: FrameTimes::default(),
+            pass_times: PassTimes::default(),
+            last,
+            panel_shown: true,
+            toast: None,
+            escape_until: None,
+            hidden: false,
+            stale: true,
+            flowing_since: None,
+            late_facts_at: None,
+            next_gamepads: Instant::now(),
+            frames_left: options.frames,
+            world,
+            gpu,
+            window,
+        })
+    }
+
+    /// Asks the system for a frame.
+    pub fn request_redraw(&self) {
+        self.window.request_redraw();
+    }
+
+    /// Draws a frame.
+    ///
+    /// # Errors
+    /// When the GPU fails.
+    pub fn draw(&mut self) -> Result<Next, WindowError> {
+        let surface = match self.screen.acquire(&self.gpu)? {
+            Acquired::Frame(surface) => surface,
+            Acquired::Soon => return Ok(if self.hidden { Next::Sleep } else { Next::Frame }),
+            Acquired::Hidden => {
+                self.flowing_since = None;
+                return Ok(Next::Sleep);
+            }
+        };
+        let now = Instant::now();
+        let since = self.flowing_since.replace(now);
+        let step_s = since.map_or(FIRST_STEP_S, |since| (now - since).as_secs_f64());
+        let input = self.input.take(self.camera.fov_deg / f64::from(self.screen.size_px()[1]));
+        self.stale |= self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
+
+        self.tidy(now);
+        let painted = self.lay_panel_out()?;
+        let rendered = self.stale || self.frames_left.is_some();
+        if rendered {
+            self.render_picture()?;
+            if let Some(since) = since {
+                self.frame_times.push((now - since).as_secs_f64() * 1000.0);
+            }
+        }
+        self.present(surface, painted);
+        self.gpu.check()?;
+        if let Some(frames) = &mut self.frames_left {
+            *frames = frames.saturating_sub(1);
+            if *frames == 0 {
+                self.report();
+                return Ok(Next::Quit);
+            }
+        }
+
+        // Tiles that came in make a better picture the next time.
+        self.stale = rendered && self.last.prepared.tiles.loaded > 0;
+        let flows = !input.is_still() || !self.camera.is_still() || self.stale || self.frames_left.is_some();
+        self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
+        if !flows {
+            self.flowing_since = None;
+        }
+        let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now());
+        Ok(if flows || repaint { Next::Frame } else { Next::Sleep })
+    }
+
+    fn style(&self) -> &Style {
+        &self.styles.list()[self.settings.style]
+    }
+
+    fn light(&self) -> Light {
+        let mut light = self.world.light;
+        light.to_sun = self.settings.sun.direction();
+        light.haze_m = self.settings.haze_m;
+        light
+    }
+
+    /// Drops what is past: toasts and late facts; takes what the GPU measured.
+    fn tidy(&mut self, now: Instant) {
+        if self.toast.as_ref().is_some_and(|(_, until)| *until <= now) {
+            self.toast = None;
+        }
+        // Only looks: nothing waits for the GPU here.
+        if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
+            tracing::debug!("{error}");
+        }
+        while let Some(times) = self.frame.as_mut().and_then(Frame::take_times) {
+            self.pass_times.add(times);
+        }
+    }
+
+    /// Lays the panel out and does what it asks.
+    fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
+        let prepared = &self.last.prepared;
+        let terrain = &self.world.terrain;
+        let position_m = self.camera.position_m;
+        let facts = Facts {
+            adapter: &self.adapter,
+            picture_px: self.settings.picture_px(self.screen.size_px()),
+            frame_times: &self.frame_times,
+            pass_times: &self.pass_times,
+            triangles: prepared.selection.triangles(),
+            patches: prepared.selection.leaves.len() as u64,
+            tiles_on_gpu: terrain.atlas_state().0 as u64,
+            tiles_loaded: self.last.tiles_loaded,
+            tiles_missing: prepared.tiles.without_room + prepared.tiles.failed,
+            gpu_bytes: terrain.gpu_bytes() + self.frame.as_ref().map_or(0, |frame| frame.targets().bytes()),
+            height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
+            toast: self.toast.as_ref().map(|(text, _)| text.as_str()),
+        };
+        let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
+        let mut asked = panel::Asked::default();
+        let painted = self.overlay.run(&self.window, |context| {
+            if self.panel_shown {
+                asked = panel::show(context, &facts, &self.styles, &mut self.settings, &mut self.camera);
+            }
+            if let Some(text) = facts.toast {
+                panel::show_toast(context, text);
+            }
+        });
+        // A higher clearance lifts the camera, a lower one does not sink it.
+        self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
+        self.stale |= self.settings != settings_before || self.camera != camera_before;
+        if asked.restart {
+            self.restart();
+        }
+        if asked.screenshot {
+            self.take_screenshot()?;
+        }
+        Ok(painted)
+    }
+
+    fn render_picture(&mut self) -> Result<(), WindowError> {
+        let picture_px = self.settings.picture_px(self.screen.size_px());
+        let light = self.light();
+        let style = &self.styles.list()[self.settings.style];
+        let requirements = Requirements::of(style);
+        if let Some(frame) = &mut self.frame {
+            frame.adapt(&self.gpu, requirements, picture_px)?;
+        } else {
+            self.frame = Some(Frame::new(&self.gpu, requirements, picture_px)?);
+        }
+        let Some(frame) = &mut self.frame else { unreachable!("it was just made") };
+        let pose = self.camera.pose();
+        let view = View { pose, previous: self.last.pose, picture_px, part: Part::whole(picture_px) };
+        self.world.terrain.set_lod_error_px(self.settings.lod_error_px);
+        let prepared = frame.render(&self.gpu, &mut self.world.terrain, &view, style, &light);
+        self.last.tiles_loaded += prepared.tiles.loaded;
+        self.last.pose = pose;
+        self.last.prepared = prepared;
+        Ok(())
+    }
+
+    fn present(&mut self, surface: wgpu::SurfaceTexture, painted: Painted) {
+        let target = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let size_px = self.screen.size_px();
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
+        if let Some(frame) = &self.frame {
+            self.screen.present().run(&self.gpu, &mut encoder, &frame.targets().picture, &target, size_px);
+        }
+        self.overlay.paint(&self.gpu, &mut encoder, &target, size_px, painted);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.window.pre_present_notify();
+        self.gpu.queue.present(surface);
+    }
+
+    /// For `--frames`.
+    fn report(&self) {
+        let [p50_ms, p95_ms] = [0.5, 0.95].map(|part| self.frame_times.quantile_ms(part).unwrap_or(f64::NAN));
+        let [width, height] = self.settings.picture_px(self.screen.size_px());
+        println!(
+            "{width}x{height} {}: frame p50 {p50_ms:.2} ms, p95 {p95_ms:.2} ms, {:.1} frames per second",
+            self.style().name,
+            1000.0 / p50_ms
+        );
+        for pass in self.pass_times.passes() {
+            println!("  {}: {:.3} ms", pass.name, pass.gpu_ms);
+        }
+    }
+}
+
+/// Height of the ground in metres; in holes and outside, the lowest height.
+fn ground_m(world: &FlightWorld, at: glam::DVec2) -> f64 {
+    world.terrain.height_m(at).unwrap_or_else(|| f64::from(world.terrain.pyramid().min_m()))
+}

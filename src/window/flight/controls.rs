@@ -1,0 +1,155 @@
+//! What events do to a flight, and what wakes it.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use winit::event::WindowEvent;
+use winit::window::Fullscreen;
+
+use super::{Flight, Next};
+use crate::picture::{PictureError, PictureRequest};
+use crate::window::input::Heard;
+use crate::window::keys::Action;
+use crate::window::{WindowError, screenshot};
+
+/// How often gamepads are asked while nothing moves.
+const GAMEPAD_REST: Duration = Duration::from_millis(40);
+/// How often new gamepads are looked for.
+const GAMEPAD_SEARCH: Duration = Duration::from_secs(1);
+/// How long a toast stays.
+const TOAST: Duration = Duration::from_secs(5);
+/// A second Esc within this time quits.
+const ESCAPE: Duration = Duration::from_secs(3);
+
+impl Flight {
+    /// The mouse moved by pixels.
+    pub fn on_mouse_motion(&mut self, by_px: (f64, f64)) -> Next {
+        if self.input.on_mouse_motion(by_px) { Next::Frame } else { Next::Sleep }
+    }
+
+    /// An event of the window.
+    ///
+    /// # Errors
+    /// When the GPU fails.
+    pub fn on_event(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
+        match event {
+            WindowEvent::CloseRequested => return Ok(Next::Quit),
+            WindowEvent::Resized(size) => {
+                self.screen.resize(&self.gpu, [size.width, size.height]);
+                self.hidden = size.width == 0 || size.height == 0;
+                self.stale = true;
+            }
+            WindowEvent::Occluded(hidden) => self.hidden = *hidden,
+            WindowEvent::Focused(false) => self.input.lose_focus(&self.window),
+            _ => {}
+        }
+        match self.input.on_event(&self.window, &mut self.overlay, event) {
+            Heard::Nothing => Ok(Next::Sleep),
+            Heard::Panel | Heard::Fly => Ok(Next::Frame),
+            Heard::Wheel(notches) => {
+                self.camera.change_speed(notches);
+                Ok(Next::Frame)
+            }
+            Heard::Do(action) => self.act(action),
+        }
+    }
+
+    fn act(&mut self, action: Action) -> Result<Next, WindowError> {
+        let before = self.settings.clone();
+        match action {
+            Action::StepStyle(step) => self.settings.step_style(step, self.styles.list().len()),
+            Action::ChooseStyle(place) if place < self.styles.list().len() => self.settings.style = place,
+            Action::ChooseStyle(_) => {}
+            Action::StepScale(step) => self.settings.step_scale(step),
+            Action::Screenshot => self.take_screenshot()?,
+            Action::TogglePanel => self.panel_shown = !self.panel_shown,
+            Action::Restart => self.restart(),
+            Action::FullScreen => {
+                let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
+                self.window.set_fullscreen(full);
+            }
+            Action::Zoom(factor) => {
+                self.camera.zoom(factor);
+                self.stale = true;
+            }
+            Action::Escape => {
+                let released = self.input.release_mouse(&self.window);
+                if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {
+                    return Ok(Next::Quit);
+                }
+                self.escape_until = Some(Instant::now() + ESCAPE);
+                self.say("Esc again quits".to_owned(), ESCAPE);
+            }
+        }
+        if self.settings.style != before.style {
+            let style = self.style();
+            let text = format!("{}: {}", style.name, style.description);
+            self.say(text, TOAST / 2);
+        }
+        self.stale |= self.settings != before;
+        Ok(Next::Frame)
+    }
+
+    /// When something is due although nothing happens.
+    pub fn wake_at(&self) -> Option<Instant> {
+        if self.hidden {
+            return None;
+        }
+        let gamepads = self.input.gamepads().may_come().then_some(self.next_gamepads);
+        let toast = self.toast.as_ref().map(|(_, until)| *until);
+        [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads].into_iter().flatten().min()
+    }
+
+    /// Whether what is due is a frame.
+    pub fn wake(&mut self, now: Instant) -> Next {
+        if self.next_gamepads <= now {
+            let any = self.input.gamepads().any();
+            self.next_gamepads = now + if any { GAMEPAD_REST } else { GAMEPAD_SEARCH };
+            if !self.input.poll_gamepads().is_still() {
+                return Next::Frame;
+            }
+        }
+        let toast = self.toast.as_ref().map(|(_, until)| *until);
+        let due = [self.overlay.repaint_at(), self.late_facts_at, toast].into_iter().flatten().any(|at| at <= now);
+        if due { Next::Frame } else { Next::Sleep }
+    }
+
+    fn say(&mut self, text: String, how_long: Duration) {
+        self.toast = Some((text, Instant::now() + how_long));
+    }
+
+    pub(super) fn restart(&mut self) {
+        let clearance_m = self.camera.clearance_m;
+        self.camera = self.start.clone();
+        self.camera.clearance_m = clearance_m;
+        self.stale = true;
+    }
+
+    pub(super) fn take_screenshot(&mut self) -> Result<(), WindowError> {
+        let pose = self.camera.pose();
+        let style = self.style().clone();
+        let request = PictureRequest {
+            pose,
+            previous: pose,
+            size_px: self.screen.size_px(),
+            style: &style,
+            light: self.light(),
+            planes: &[],
+        };
+        let taken = screenshot::take(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, Path::new("."));
+        // Its targets are the window's, and now hold the file's picture.
+        self.stale = true;
+        let text = match taken {
+            Ok(path) => {
+                let path = std::path::absolute(&path).unwrap_or(path);
+                tracing::info!("wrote {}", path.display());
+                format!("wrote {}", path.display())
+            }
+            Err(PictureError::Gpu(error)) => return Err(error.into()),
+            // A full disk is no reason to stop flying.
+            Err(PictureError::Sink(error)) => error.to_string(),
+        };
+        self.say(text, TOAST);
+        Ok(())
+    }
+}

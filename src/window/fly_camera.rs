@@ -1,0 +1,342 @@
+//! The camera that flies: what keys, mouse and sticks ask for becomes a smooth motion above the ground.
+//!
+//! Nothing here knows windows or GPUs. The motion is the exact solution of a first-order lag, so that it does not
+//! depend on the frame rate.
+
+use glam::{DVec2, DVec3};
+
+use crate::scene::camera::Camera;
+use crate::surface::view::Pose;
+
+/// After this time, the velocity has come 63 % of its way to the wanted one.
+const MOVE_LAG_S: f64 = 0.09;
+/// The same for looking around.
+const LOOK_LAG_S: f64 = 0.03;
+/// A longer step is taken as this long: a pause is not a flight.
+const LONGEST_STEP_S: f64 = 0.25;
+/// What is left of a turn below this is done at once.
+const LEAST_TURN_DEG: f64 = 0.002;
+/// Below this part of the speed, the camera stands.
+const LEAST_SPEED_PART: f64 = 0.002;
+/// The pitch stays off the zenith and the nadir, where yaw and roll are one.
+const STEEPEST_DEG: f64 = 89.0;
+/// How much faster Shift is.
+const FAST: f64 = 5.0;
+/// What a notch of the wheel does to the speed.
+const SPEED_STEP: f64 = 1.2;
+
+/// The nearest that the camera may come to the ground.
+pub const LEAST_CLEARANCE_M: f64 = 0.5;
+/// The slowest and the fastest flight, in m/s.
+pub const SPEED_RANGE_M_S: [f64; 2] = [0.5, 100_000.0];
+/// The field of view of the keys and the panel, in degrees; the start may lie outside of it.
+pub const FOV_RANGE_DEG: [f64; 2] = [5.0, 120.0];
+
+/// What is asked of the camera during a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlyInput {
+    /// Along the view, −1 to 1.
+    pub forward: f64,
+    /// To the right, −1 to 1.
+    pub right: f64,
+    /// To the sky, −1 to 1.
+    pub up: f64,
+    /// Whether to hurry.
+    pub fast: bool,
+    /// To look this much further right and up: the mouse.
+    pub look_deg: [f64; 2],
+    /// To turn right and up at this rate: the stick.
+    pub turn_deg_s: [f64; 2],
+}
+
+impl FlyInput {
+    /// Whether it asks for nothing.
+    pub fn is_still(&self) -> bool {
+        Self { fast: false, ..*self } == Self::default()
+    }
+
+    /// Both wishes at once.
+    pub fn plus(self, other: Self) -> Self {
+        let sum = |a: f64, b: f64| (a + b).clamp(-1.0, 1.0);
+        let add = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
+        Self {
+            forward: sum(self.forward, other.forward),
+            right: sum(self.right, other.right),
+            up: sum(self.up, other.up),
+            fast: self.fast || other.fast,
+            look_deg: add(self.look_deg, other.look_deg),
+            turn_deg_s: add(self.turn_deg_s, other.turn_deg_s),
+        }
+    }
+}
+
+/// The camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlyCamera {
+    /// In the world's frame.
+    pub position_m: DVec3,
+    /// Clockwise from north, 0 to 360.
+    pub yaw_deg: f64,
+    /// Up from the horizon.
+    pub pitch_deg: f64,
+    /// Vertical field of view.
+    pub fov_deg: f64,
+    /// What full keys fly at.
+    pub speed_m_s: f64,
+    /// How near the ground may come.
+    pub clearance_m: f64,
+    velocity_m_s: DVec3,
+    look_left_deg: DVec2,
+}
+
+impl FlyCamera {
+    /// At `start`, whose z is in the world's frame. The speed suits the height above the ground and the extent.
+    pub fn new(start: &Camera, ground_m: impl Fn(DVec2) -> f64, extent_m: [f64; 2]) -> Self {
+        let position_m = start.position_m;
+        let height_m = (position_m.z - ground_m(position_m.truncate())).abs();
+        let across_m = extent_m[0].hypot(extent_m[1]);
+        // Half the height in a second, and the whole extent in no less than twenty.
+        let speed_m_s = (0.5 * height_m).clamp(2.0, (across_m / 20.0).max(2.0));
+        let mut camera = Self {
+            position_m,
+            yaw_deg: start.yaw_deg.rem_euclid(360.0),
+            pitch_deg: start.pitch_deg.clamp(-STEEPEST_DEG, STEEPEST_DEG),
+            fov_deg: start.fov_deg,
+            speed_m_s,
+            clearance_m: 2.0,
+            velocity_m_s: DVec3::ZERO,
+            look_left_deg: DVec2::ZERO,
+        };
+        camera.clear_ground(ground_m);
+        camera
+    }
+
+    /// Moves on by `step_s`. Says whether the view is another one, or will be by the next step.
+    pub fn advance(&mut self, input: &FlyInput, step_s: f64, ground_m: impl Fn(DVec2) -> f64) -> bool {
+        let before = (self.position_m, self.yaw_deg, self.pitch_deg);
+        let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
+        self.look(input, step_s);
+        self.fly(input, step_s);
+        self.clear_ground(ground_m);
+        before != (self.position_m, self.yaw_deg, self.pitch_deg) || !self.is_still()
+    }
+
+    /// Whether it would stay where it is without input.
+    pub fn is_still(&self) -> bool {
+        self.velocity_m_s == DVec3::ZERO && self.look_left_deg == DVec2::ZERO
+    }
+
+    /// Changes the speed by notches of the wheel, up is faster.
+    pub fn change_speed(&mut self, notches: f64) {
+        let [slowest, fastest] = SPEED_RANGE_M_S;
+        self.speed_m_s = (self.speed_m_s * SPEED_STEP.powf(notches)).clamp(slowest, fastest);
+    }
+
+    /// Changes the field of view by a factor.
+    pub fn zoom(&mut self, factor: f64) {
+        let [narrowest, widest] = FOV_RANGE_DEG;
+        self.fov_deg = (self.fov_deg * factor).clamp(narrowest, widest);
+    }
+
+    /// As scene files and `--camera` take it: to a millimetre and a thousandth of a degree.
+    pub fn camera(&self) -> Camera {
+        let round = |value: f64| (value * 1000.0).round() / 1000.0;
+        Camera {
+            position_m: DVec3::from_array(self.position_m.to_array().map(round)),
+            height_above_ground: false,
+            yaw_deg: round(self.yaw_deg),
+            pitch_deg: round(self.pitch_deg),
+            fov_deg: round(self.fov_deg),
+        }
+    }
+
+    /// As the renderer takes it.
+    pub fn pose(&self) -> Pose {
+        let axes = self.exact();
+        Pose {
+            position_m: self.position_m,
+            forward: axes.forward(),
+            right: axes.right(),
+            up: axes.up(),
+            fov_rad: self.fov_deg.to_radians(),
+        }
+    }
+
+    fn exact(&self) -> Camera {
+        Camera {
+            position_m: self.position_m,
+            height_above_ground: false,
+            yaw_deg: self.yaw_deg,
+            pitch_deg: self.pitch_deg,
+            fov_deg: self.fov_deg,
+        }
+    }
+
+    fn look(&mut self, input: &FlyInput, step_s: f64) {
+        // A mouse is precise where little is seen: it turns by what it moves in the picture.
+        self.look_left_deg += DVec2::from_array(input.look_deg);
+        let mut turn_deg = self.look_left_deg * reached(step_s, LOOK_LAG_S);
+        self.look_left_deg -= turn_deg;
+        if self.look_left_deg.length() < LEAST_TURN_DEG {
+            turn_deg += self.look_left_deg;
+            self.look_left_deg = DVec2::ZERO;
+        }
+        turn_deg += DVec2::from_array(input.turn_deg_s) * step_s;
+        self.yaw_deg = (self.yaw_deg + turn_deg.x).rem_euclid(360.0);
+        self.pitch_deg = (self.pitch_deg + turn_deg.y).clamp(-STEEPEST_DEG, STEEPEST_DEG);
+    }
+
+    fn fly(&mut self, input: &FlyInput, step_s: f64) {
+        let axes = self.exact();
+        let direction = axes.forward() * input.forward + axes.right() * input.right + DVec3::Z * input.up;
+        let speed_m_s = self.speed_m_s * if input.fast { FAST } else { 1.0 };
+        let wanted_m_s = direction.clamp_length_max(1.0) * speed_m_s;
+        // dv/dt = (wanted − v) / lag, and its integral.
+        let reached = reached(step_s, MOVE_LAG_S);
+        let missing_m_s = wanted_m_s - self.velocity_m_s;
+        self.position_m += wanted_m_s * step_s - missing_m_s * (MOVE_LAG_S * reached);
+        self.velocity_m_s += missing_m_s * reached;
+        if direction == DVec3::ZERO && self.velocity_m_s.length() < LEAST_SPEED_PART * self.speed_m_s {
+            self.velocity_m_s = DVec3::ZERO;
+        }
+        let most_m = crate::scene::camera::LARGEST_COORDINATE_M;
+        self.position_m = self.position_m.clamp(DVec3::splat(-most_m), DVec3::splat(most_m));
+    }
+
+    fn clear_ground(&mut self, ground_m: impl Fn(DVec2) -> f64) {
+        let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(LEAST_CLEARANCE_M);
+        if self.position_m.z < lowest_m {
+            self.position_m.z = lowest_m;
+            self.velocity_m_s.z = self.velocity_m_s.z.max(0.0);
+        }
+    }
+}
+
+/// The part of its way that a first-order lag has come.
+fn reached(step_s: f64, lag_s: f64) -> f64 {
+    1.0 - (-step_s / lag_s).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FLAT: fn(DVec2) -> f64 = |_| 100.0;
+
+    fn camera() -> FlyCamera {
+        let start = Camera {
+            position_m: DVec3::new(10.0, 20.0, 1100.0),
+            height_above_ground: false,
+            yaw_deg: 370.0,
+            pitch_deg: 0.0,
+            fov_deg: 45.0,
+        };
+        FlyCamera::new(&start, FLAT, [30_000.0, 40_000.0])
+    }
+
+    fn near(a: f64, b: f64, tolerance: f64) {
+        assert!((a - b).abs() <= tolerance, "{a} and {b} are more than {tolerance} apart");
+    }
+
+    #[test]
+    fn speed_follows_height_and_extent() {
+        near(camera().speed_m_s, 500.0, 1e-9);
+        let start = Camera { position_m: DVec3::new(0.0, 0.0, 90_000.0), ..camera().camera() };
+        near(FlyCamera::new(&start, FLAT, [30_000.0, 40_000.0]).speed_m_s, 2500.0, 1e-9);
+        near(FlyCamera::new(&start, FLAT, [1.0, 1.0]).speed_m_s, 2.0, 1e-9);
+    }
+
+    #[test]
+    fn motion_does_not_depend_on_the_frame_rate() {
+        let ask = FlyInput { forward: 1.0, up: 0.5, look_deg: [0.0, 0.0], ..FlyInput::default() };
+        let run = |steps: u32, step_s: f64| {
+            let mut camera = camera();
+            for _ in 0..steps {
+                assert!(camera.advance(&ask, step_s, FLAT));
+            }
+            camera
+        };
+        let (coarse, fine) = (run(10, 0.1), run(1000, 0.001));
+        near(coarse.position_m.distance(fine.position_m), 0.0, 1e-6);
+        near(coarse.velocity_m_s.distance(fine.velocity_m_s), 0.0, 1e-6);
+        // One second at 500 m/s, less what the start took.
+        near((coarse.position_m - camera().position_m).length(), 500.0 * (1.0 - MOVE_LAG_S), 1.0);
+    }
+
+    #[test]
+    fn diagonal_is_no_faster_and_shift_is() {
+        let mut camera = camera();
+        let diagonal = FlyInput { forward: 1.0, right: 1.0, up: 1.0, ..FlyInput::default() };
+        for _ in 0..100 {
+            camera.advance(&diagonal, 0.1, FLAT);
+        }
+        near(camera.velocity_m_s.length(), 500.0, 1e-6);
+        for _ in 0..100 {
+            camera.advance(&FlyInput { fast: true, ..diagonal }, 0.1, FLAT);
+        }
+        near(camera.velocity_m_s.length(), 500.0 * FAST, 1e-6);
+    }
+
+    #[test]
+    fn comes_to_rest_and_says_so() {
+        let mut camera = camera();
+        camera.advance(&FlyInput { forward: 1.0, look_deg: [30.0, 5.0], ..FlyInput::default() }, 0.1, FLAT);
+        let still = FlyInput::default();
+        let steps = (0..200).take_while(|_| camera.advance(&still, 1.0 / 60.0, FLAT)).count();
+        assert!((5..100).contains(&steps), "{steps}");
+        assert!(camera.is_still());
+        near(camera.yaw_deg, 40.0, 1e-9);
+        near(camera.pitch_deg, 5.0, 1e-9);
+        let rest = camera.clone();
+        assert!(!camera.advance(&still, 1.0, FLAT));
+        assert_eq!(camera, rest);
+    }
+
+    #[test]
+    fn pitch_and_field_of_view_stop_at_their_ends() {
+        let mut camera = camera();
+        for _ in 0..100 {
+            camera.advance(&FlyInput { look_deg: [-100.0, 100.0], ..FlyInput::default() }, 0.1, FLAT);
+            camera.zoom(1.5);
+        }
+        assert_eq!((camera.pitch_deg, camera.fov_deg), (89.0, 120.0));
+        assert!((0.0..360.0).contains(&camera.yaw_deg));
+        camera.zoom(1e-9);
+        assert_eq!(camera.fov_deg, 5.0);
+    }
+
+    #[test]
+    fn stays_above_ground() {
+        let slope = |at: DVec2| 100.0 + 0.7 * at.y;
+        let mut camera = camera();
+        camera.clearance_m = 0.0;
+        let dive = FlyInput { forward: 1.0, up: -1.0, ..FlyInput::default() };
+        for _ in 0..500 {
+            camera.advance(&dive, 0.05, slope);
+            assert!(camera.position_m.z >= slope(camera.position_m.truncate()) + LEAST_CLEARANCE_M - 1e-9);
+        }
+        camera.clearance_m = 40.0;
+        camera.advance(&FlyInput::default(), 0.0, slope);
+        near(camera.position_m.z - slope(camera.position_m.truncate()), 40.0, 1e-9);
+    }
+
+    #[test]
+    fn wheel_steps_by_a_fifth() {
+        let mut camera = camera();
+        camera.change_speed(2.0);
+        near(camera.speed_m_s, 720.0, 1e-9);
+        camera.change_speed(1e9);
+        near(camera.speed_m_s, SPEED_RANGE_M_S[1], 0.0);
+    }
+
+    #[test]
+    fn its_text_is_a_camera() {
+        let mut camera = camera();
+        camera.advance(&FlyInput { forward: 0.3, look_deg: [1.23456, -7.0], ..FlyInput::default() }, 0.1, FLAT);
+        let text = camera.camera().to_string();
+        let parsed: Camera = text.parse().unwrap();
+        near(parsed.position_m.distance(camera.position_m), 0.0, 0.001);
+        near(parsed.yaw_deg, camera.yaw_deg, 0.0006);
+        assert!(text.len() < 60, "{text}");
+    }
+}

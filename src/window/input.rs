@@ -1,0 +1,185 @@
+//! Events of the window become wishes: to fly, to look, to do something. The panel hears what is meant for it.
+
+use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::keyboard::{KeyCode, PhysicalKey};
+use winit::window::{CursorGrabMode, Window};
+
+use super::fly_camera::FlyInput;
+use super::gamepad::Gamepads;
+use super::keys::{self, Action, KeysDown};
+use super::overlay::Overlay;
+
+/// So many pixels of a touchpad are a notch of a wheel.
+const NOTCH_PX: f64 = 40.0;
+
+/// What an event meant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Heard {
+    /// Nothing.
+    Nothing,
+    /// Something for the panel only.
+    Panel,
+    /// The camera may move.
+    Fly,
+    /// The wheel turned by so many notches.
+    Wheel(f64),
+    /// A key that does something.
+    Do(Action),
+}
+
+/// How the mouse came to look around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Look {
+    /// While the right button is down.
+    Held,
+    /// Until Esc.
+    Captured,
+}
+
+/// Keys, mouse and gamepads.
+pub struct Input {
+    keys: KeysDown,
+    gamepads: Gamepads,
+    look: Option<Look>,
+    moved_px: [f64; 2],
+}
+
+impl Input {
+    /// Nothing is down.
+    pub fn new() -> Self {
+        Self { keys: KeysDown::default(), gamepads: Gamepads::new(), look: None, moved_px: [0.0; 2] }
+    }
+
+    /// The gamepads.
+    pub fn gamepads(&self) -> &Gamepads {
+        &self.gamepads
+    }
+
+    /// What is asked of the camera since the last call, `deg_per_px` in the middle of the window.
+    pub fn take(&mut self, deg_per_px: f64) -> FlyInput {
+        let [right_px, down_px] = std::mem::take(&mut self.moved_px);
+        let look_deg = [right_px * deg_per_px, -down_px * deg_per_px];
+        FlyInput { look_deg, ..self.keys.input() }.plus(self.gamepads.poll())
+    }
+
+    /// What the gamepads ask for now.
+    pub fn poll_gamepads(&mut self) -> FlyInput {
+        self.gamepads.poll()
+    }
+
+    /// The mouse moved; says whether the view follows it.
+    pub fn on_mouse_motion(&mut self, (right_px, down_px): (f64, f64)) -> bool {
+        if self.look.is_some() {
+            self.moved_px[0] += right_px;
+            self.moved_px[1] += down_px;
+        }
+        self.look.is_some()
+    }
+
+    /// Lets the mouse go; says whether it was held.
+    pub fn release_mouse(&mut self, window: &Window) -> bool {
+        let held = self.look.take().is_some();
+        if held {
+            self.moved_px = [0.0; 2];
+            grab(window, false);
+        }
+        held
+    }
+
+    /// Another window has the keys now.
+    pub fn lose_focus(&mut self, window: &Window) {
+        self.keys.clear();
+        self.release_mouse(window);
+    }
+
+    /// An event that is not the window's own.
+    pub fn on_event(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
+        match event {
+            WindowEvent::KeyboardInput { event: key, is_synthetic, .. } => {
+                if *is_synthetic && key.state == ElementState::Pressed {
+                    // It was pressed elsewhere.
+                    return Heard::Nothing;
+                }
+                self.on_key(window, overlay, event, key)
+            }
+            WindowEvent::MouseInput { state, button, .. } => self.on_button(window, overlay, event, *state, *button),
+            WindowEvent::MouseWheel { delta, .. } if self.look.is_some() || !overlay.wants_pointer() => {
+                Heard::Wheel(match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
+                    MouseScrollDelta::PixelDelta(by) => by.y / NOTCH_PX,
+                })
+            }
+            WindowEvent::CursorMoved { .. } if self.look.is_some() => Heard::Nothing,
+            event => tell(window, overlay, event),
+        }
+    }
+
+    fn on_key(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, key: &KeyEvent) -> Heard {
+        let PhysicalKey::Code(code) = key.physical_key else { return Heard::Nothing };
+        let down = key.state == ElementState::Pressed;
+        // What goes up is never only the panel's: a key that went down before would stay down.
+        if overlay.is_typing() {
+            if !down {
+                self.keys.set(code, false);
+            }
+            return tell(window, overlay, event);
+        }
+        let copies = code == KeyCode::KeyC && self.keys.control();
+        if copies {
+            return tell(window, overlay, event);
+        }
+        let flies = self.keys.set(code, down);
+        match keys::action(code, self.keys.shift()) {
+            Some(Action::Zoom(factor)) if down => Heard::Do(Action::Zoom(factor)),
+            Some(action) if down && !key.repeat => Heard::Do(action),
+            _ if flies && !key.repeat => Heard::Fly,
+            _ => Heard::Nothing,
+        }
+    }
+
+    fn on_button(
+        &mut self,
+        window: &Window,
+        overlay: &mut Overlay,
+        event: &WindowEvent,
+        state: ElementState,
+        button: MouseButton,
+    ) -> Heard {
+        let down = state == ElementState::Pressed;
+        match (self.look, button) {
+            (Some(Look::Held), MouseButton::Right) if !down => {
+                self.release_mouse(window);
+                Heard::Fly
+            }
+            (Some(_), _) => Heard::Nothing,
+            // A click beside an open list closes the list.
+            (None, MouseButton::Left | MouseButton::Right) if down && !overlay.wants_click() => {
+                self.look = Some(if button == MouseButton::Right { Look::Held } else { Look::Captured });
+                overlay.stop_typing();
+                grab(window, true);
+                Heard::Panel
+            }
+            _ => tell(window, overlay, event),
+        }
+    }
+}
+
+fn tell(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
+    if overlay.on_event(window, event).repaint { Heard::Panel } else { Heard::Nothing }
+}
+
+/// Keeps the cursor in the window, unseen; or gives it back.
+fn grab(window: &Window, grabbed: bool) {
+    if grabbed {
+        // Not every system can do both. Without either, motion still arrives while the cursor is in the window.
+        let kept = window
+            .set_cursor_grab(CursorGrabMode::Locked)
+            .or_else(|_| window.set_cursor_grab(CursorGrabMode::Confined));
+        if let Err(error) = kept {
+            tracing::info!("the cursor is not kept in the window: {error}");
+        }
+    } else if let Err(error) = window.set_cursor_grab(CursorGrabMode::None) {
+        tracing::info!("the cursor is not let go: {error}");
+    }
+    window.set_cursor_visible(!grabbed);
+}

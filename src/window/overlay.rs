@@ -1,0 +1,117 @@
+//! egui over the picture: events in, triangles out.
+
+use std::time::{Duration, Instant};
+
+use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use crate::gpu::Gpu;
+
+/// egui and its renderer.
+pub struct Overlay {
+    context: egui::Context,
+    state: egui_winit::State,
+    renderer: Renderer,
+    repaint_at: Option<Instant>,
+}
+
+/// A panel that is laid out and not yet painted.
+pub struct Painted {
+    shapes: Vec<egui::ClippedPrimitive>,
+    textures: egui::TexturesDelta,
+    pixels_per_point: f32,
+}
+
+impl Overlay {
+    /// For a window of `format`.
+    pub fn new(gpu: &Gpu, window: &Window, format: wgpu::TextureFormat) -> Self {
+        let context = egui::Context::default();
+        context.set_theme(egui::Theme::Dark);
+        super::panel::set_up(&context);
+        let largest = gpu.device.limits().max_texture_dimension_2d as usize;
+        let scale = Some(window.scale_factor() as f32);
+        let state = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, Some(largest));
+        let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
+        Self { context, state, renderer, repaint_at: None }
+    }
+
+    /// Tells the panel. Says whether it wants to be painted again, and whether it used the event up.
+    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> egui_winit::EventResponse {
+        self.state.on_window_event(window, event)
+    }
+
+    /// Whether a text is being typed in.
+    pub fn is_typing(&self) -> bool {
+        self.context.text_edit_focused()
+    }
+
+    /// Ends typing: the mouse went elsewhere.
+    pub fn stop_typing(&mut self) {
+        self.context.memory_mut(|memory| memory.stop_text_input());
+    }
+
+    /// Whether a click is the panel's, or closes one of its lists.
+    pub fn wants_click(&self) -> bool {
+        self.wants_pointer() || egui::Popup::is_any_open(&self.context)
+    }
+
+    /// Whether the mouse is the panel's.
+    pub fn wants_pointer(&self) -> bool {
+        self.context.egui_wants_pointer_input()
+    }
+
+    /// When the panel wants to be painted again.
+    pub fn repaint_at(&self) -> Option<Instant> {
+        self.repaint_at
+    }
+
+    /// Lays the panel out. The result has to be painted: it holds textures.
+    pub fn run(&mut self, window: &Window, mut panel: impl FnMut(&egui::Context)) -> Painted {
+        let input = self.state.take_egui_input(window);
+        let output = self.context.run_ui(input, |ui| {
+            let context = ui.ctx().clone();
+            panel(&context);
+        });
+        self.state.handle_platform_output(window, output.platform_output);
+        let delay =
+            output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);
+        // None for a delay beyond what a clock can tell: never.
+        self.repaint_at = Instant::now().checked_add(delay);
+        let shapes = self.context.tessellate(output.shapes, output.pixels_per_point);
+        Painted { shapes, textures: output.textures_delta, pixels_per_point: output.pixels_per_point }
+    }
+
+    /// Draws the panel over `target`.
+    pub fn paint(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        size_px: [u32; 2],
+        mut painted: Painted,
+    ) {
+        for (id, deltas) in painted.textures.set.drain() {
+            for delta in deltas {
+                self.renderer.update_texture(&gpu.device, &gpu.queue, id, &delta);
+            }
+        }
+        let screen = ScreenDescriptor { size_in_pixels: size_px, pixels_per_point: painted.pixels_per_point };
+        let callbacks = self.renderer.update_buffers(&gpu.device, &gpu.queue, encoder, &painted.shapes, &screen);
+        debug_assert!(callbacks.is_empty(), "the panel paints nothing by itself");
+        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("panel"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        self.renderer.render(&mut pass.forget_lifetime(), &painted.shapes, &screen);
+        for id in painted.textures.free.drain() {
+            self.renderer.free_texture(&id);
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! The panel: what the picture costs, and the knobs.
+
+use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
+
+use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, LEAST_CLEARANCE_M, SPEED_RANGE_M_S};
+use super::keys;
+use super::settings::{SCALES, Settings, Styles};
+use super::statistics::{FRAMES, FrameTimes, PassTimes};
+
+/// The panel's width in points.
+const WIDTH: f32 = 228.0;
+/// The height of the plot of frame times in points.
+const PLOT_HEIGHT: f32 = 26.0;
+
+/// What the panel tells.
+pub struct Facts<'a> {
+    /// Name and driver of the GPU.
+    pub adapter: &'a str,
+    /// Of the picture.
+    pub picture_px: [u32; 2],
+    /// From frame to frame.
+    pub frame_times: &'a FrameTimes,
+    /// On the GPU.
+    pub pass_times: &'a PassTimes,
+    /// Drawn in the last frame.
+    pub triangles: u64,
+    /// Drawn in the last frame.
+    pub patches: u64,
+    /// Now.
+    pub tiles_on_gpu: u64,
+    /// Since the start.
+    pub tiles_loaded: u64,
+    /// That coarser ones stood in for in the last frame.
+    pub tiles_missing: u64,
+    /// Of targets and terrain.
+    pub gpu_bytes: u64,
+    /// Of the camera.
+    pub height_above_ground_m: f64,
+    /// What was worth a word lately.
+    pub toast: Option<&'a str>,
+}
+
+/// What was asked for by a button.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Asked {
+    /// A picture into a file.
+    pub screenshot: bool,
+    /// Back to the start.
+    pub restart: bool,
+}
+
+/// Sizes and colours, once.
+pub fn set_up(context: &egui::Context) {
+    context.all_styles_mut(|style| {
+        for (kind, font) in &mut style.text_styles {
+            font.size = if *kind == egui::TextStyle::Heading { 13.0 } else { 11.0 };
+        }
+        style.spacing.item_spacing = egui::vec2(6.0, 3.0);
+        style.spacing.slider_width = 96.0;
+        style.spacing.interact_size.y = 16.0;
+        style.spacing.combo_width = 96.0;
+        style.visuals.window_shadow = egui::Shadow::NONE;
+        style.visuals.window_fill = Color32::from_black_alpha(205);
+        style.visuals.override_text_color = Some(Color32::from_gray(225));
+        style.interaction.tooltip_delay = 0.3;
+    });
+}
+
+/// Lays the panel out.
+pub fn show(
+    context: &egui::Context,
+    facts: &Facts<'_>,
+    styles: &Styles,
+    settings: &mut Settings,
+    camera: &mut FlyCamera,
+) -> Asked {
+    let mut asked = Asked::default();
+    let tallest = (context.content_rect().height() - 52.0).max(60.0);
+    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false).show(
+        context,
+        |ui| {
+            ui.set_width(WIDTH);
+            egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
+                picture(ui, facts, styles, settings);
+                section(ui, "Cost", true, |ui| cost(ui, facts));
+                section(ui, "Cost by pass", false, |ui| passes(ui, facts));
+                section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
+                section(ui, "Light", false, |ui| light(ui, settings));
+                section(ui, "Keys", false, |ui| {
+                    keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
+                });
+            });
+        },
+    );
+    asked
+}
+
+/// The toast alone: it shows without the panel too.
+pub fn show_toast(context: &egui::Context, text: &str) {
+    let area = egui::Area::new(egui::Id::unique("toast")).order(egui::Order::Foreground).interactable(false);
+    area.anchor(egui::Align2::RIGHT_BOTTOM, [-10.0, -10.0]).show(context, |ui| {
+        egui::Frame::window(ui.style()).show(ui, |ui| ui.label(text));
+    });
+}
+
+fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, content);
+}
+
+/// A name on the left and a value on the right.
+fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(name).weak());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(value).monospace()));
+    });
+}
+
+/// A name on the left and a widget on the right.
+fn knob(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(name).weak()).on_hover_text(hint);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(widget).on_hover_text(hint));
+    });
+}
+
+fn picture(ui: &mut Ui, facts: &Facts<'_>, styles: &Styles, settings: &mut Settings) {
+    let list = styles.list();
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Style").weak());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            egui::ComboBox::from_id_salt("style").selected_text(&*list[settings.style].name).show_ui(ui, |ui| {
+                for (place, style) in list.iter().enumerate() {
+                    ui.selectable_value(&mut settings.style, place, &*style.name).on_hover_text(&style.description);
+                }
+            });
+        });
+    });
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Scale").weak()).on_hover_text("Pixels rendered per pixel of the window (− +)");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            for (place, scale) in SCALES.iter().enumerate().rev() {
+                ui.selectable_value(&mut settings.scale, place, format!("{scale}"));
+            }
+            ui.label(RichText::new(format!("{}×{}", facts.picture_px[0], facts.picture_px[1])).weak());
+        });
+    });
+    let slider = Slider::new(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
+    knob(ui, "Height error", "How far the drawn surface may lie from the exact one", slider);
+}
+
+fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked: &mut Asked) {
+    row(ui, "Above ground", format!("{} m", digits(facts.height_above_ground_m)));
+    let [slowest, fastest] = SPEED_RANGE_M_S;
+    let slider = Slider::new(&mut camera.speed_m_s, slowest..=fastest).logarithmic(true).suffix(" m/s").max_decimals(1);
+    knob(ui, "Speed", "The wheel changes it too", slider);
+    let [narrowest, widest] = FOV_RANGE_DEG;
+    // A start may lie beyond the knob's range, and stays until the knob is moved.
+    let clamping = egui::SliderClamping::Edits;
+    let slider = Slider::new(&mut camera.fov_deg, narrowest..=widest).clamping(clamping).suffix("°").max_decimals(1);
+    knob(ui, "View angle", "Vertical ([ ])", slider);
+    let slider = Slider::new(&mut camera.clearance_m, LEAST_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
+    knob(ui, "Clearance", "The camera stays this high above the ground", slider.max_decimals(1));
+    let text = camera.camera().to_string();
+    ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))
+        .on_hover_text("What --camera takes");
+    ui.horizontal(|ui| {
+        if ui.button("Copy").on_hover_text("For --camera").clicked() {
+            ui.copy_text(text);
+        }
+        asked.restart = ui.button("Start").on_hover_text("Back to where the flight began (R)").clicked();
+        asked.screenshot = ui.button("Picture").on_hover_text("Into a file of the current folder (F12)").clicked();
+    });
+}
+
+fn light(ui: &mut Ui, settings: &mut Settings) {
+    let slider = Slider::new(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
+    knob(ui, "Sun from", "Clockwise from north", slider);
+    let slider = Slider::new(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
+    knob(ui, "Sun height", "Above the horizon", slider);
+    let mut haze_km = settings.haze_m / 1000.0;
+    let slider = Slider::new(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
+    knob(ui, "Haze", "The distance at which 63 % of the contrast is gone", slider);
+    if (haze_km * 1000.0 - settings.haze_m).abs() > 1e-6 * settings.haze_m {
+        settings.haze_m = haze_km * 1000.0;
+    }
+}
+
+fn cost(ui: &mut Ui, facts: &Facts<'_>) {
+    let times = facts.frame_times;
+    let frame = match (times.quantile_ms(0.5), times.quantile_ms(0.95)) {
+        (Some(p50_ms), Some(p95_ms)) => format!("{p50_ms:.1}, p95 {p95_ms:.1} ms"),
+        _ => "—".to_owned(),
+    };
+    row(ui, "Frame p50", frame);
+    plot(ui, times);
+    let gpu =
+        facts.pass_times.passes().first().map_or_else(|| "—".to_owned(), |frame| format!("{:.2} ms", frame.gpu_ms));
+    row(ui, "GPU", gpu);
+    row(ui, "Triangles", grouped(facts.triangles));
+    row(ui, "Patches", grouped(facts.patches));
+    row(ui, "Tiles on GPU", grouped(facts.tiles_on_gpu));
+    row(ui, "Tiles loaded, missing", format!("{}, {}", grouped(facts.tiles_loaded), grouped(facts.tiles_missing)));
+    row(ui, "GPU memory", format!("{:.1} MiB", facts.gpu_bytes as f64 / f64::from(1 << 20)));
+    ui.label(RichText::new(facts.adapter).weak().size(9.0));
+}
+
+fn passes(ui: &mut Ui, facts: &Facts<'_>) {
+    let passes = facts.pass_times.passes();
+    if passes.is_empty() {
+        ui.label(RichText::new("This GPU tells no times.").weak());
+    }
+    for pass in passes {
+        row(ui, &pass.name, format!("{:.2} ms", pass.gpu_ms));
+    }
+}
+
+/// Frame times as bars, the newest on the right; the line is their median.
+fn plot(ui: &mut Ui, times: &FrameTimes) {
+    let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), PLOT_HEIGHT), Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 2.0, Color32::from_white_alpha(12));
+    let Some(median_ms) = times.quantile_ms(0.5) else { return };
+    let full_ms = (2.0 * median_ms).max(1.25 * times.quantile_ms(0.95).unwrap_or(median_ms)).max(0.1);
+    let top = |time_ms: f64| rect.bottom() - rect.height() * (time_ms / full_ms).min(1.0) as f32;
+    let step = rect.width() / FRAMES as f32;
+    let first = FRAMES - times.iter().count();
+    for (place, time_ms) in times.iter().enumerate() {
+        let left = rect.left() + step * (first + place) as f32;
+        let bar =
+            egui::Rect::from_min_max(egui::pos2(left, top(time_ms)), egui::pos2(left + step * 0.8, rect.bottom()));
+        painter.rect_filled(bar, 0.0, Color32::from_rgb(120, 160, 190));
+    }
+    painter.hline(rect.x_range(), top(median_ms), (1.0, Color32::from_white_alpha(90)));
+}
+
+/// Metres with as many decimals as can be read.
+fn digits(value: f64) -> String {
+    if value.abs() < 100.0 { format!("{value:.1}") } else { grouped_signed(value) }
+}
+
+fn grouped_signed(value: f64) -> String {
+    let sign = if value < 0.0 { "−" } else { "" };
+    format!("{sign}{}", grouped(value.abs().round() as u64))
+}
+
+/// 1234567 as `1 234 567`.
+fn grouped(number: u64) -> String {
+    let text = number.to_string();
+    let mut grouped = String::with_capacity(text.len() * 4 / 3);
+    for (place, digit) in text.chars().enumerate() {
+        if place > 0 && (text.len() - place).is_multiple_of(3) {
+            grouped.push(' ');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(999), "999");
+        assert_eq!(grouped(1000), "1 000");
+        assert_eq!(grouped(1_234_567), "1 234 567");
+        assert_eq!(digits(-12.34), "-12.3");
+        assert_eq!(digits(1234.5), "1 235");
+    }
+}

@@ -1,0 +1,91 @@
+//! The picture, without the panel, into a file of the current folder.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use crate::file::FileError;
+use crate::file::png::PngWriter;
+use crate::frame::Frame;
+use crate::gpu::Gpu;
+use crate::picture::{self, PictureError, PictureRequest};
+use crate::tiles::Terrain;
+
+/// Renders `request` and writes it beside the other files of `folder`, under a name that is not taken.
+///
+/// # Errors
+/// When the GPU or the disk fails.
+pub fn take(
+    gpu: &Gpu,
+    frame: &mut Option<Frame>,
+    terrain: &mut Terrain,
+    request: &PictureRequest<'_>,
+    folder: &Path,
+) -> Result<PathBuf, PictureError<FileError>> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let path = free_path(folder, &stem(now));
+    let [width, height] = request.size_px;
+    let mut writer = PngWriter::create(&path, width, height).map_err(PictureError::Sink)?;
+    picture::render(gpu, frame, terrain, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+    writer.finish().map_err(PictureError::Sink)?;
+    Ok(path)
+}
+
+/// `stem.png`, or with a number where that is there already.
+fn free_path(folder: &Path, stem: &str) -> PathBuf {
+    let numbered = (2..).map(|number| format!("{stem}-{number}.png"));
+    let mut paths = std::iter::once(format!("{stem}.png")).chain(numbered).map(|name| folder.join(name));
+    paths.find(|path| !path.exists()).unwrap_or_else(|| folder.join(stem))
+}
+
+/// `hachure-YYYYMMDD-HHMMSS` in UTC: the standard library knows no other zone.
+fn stem(since_1970: Duration) -> String {
+    let seconds = since_1970.as_secs();
+    let [year, month, day] = date(seconds / 86_400);
+    let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
+    format!("hachure-{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
+}
+
+/// Year, month and day of the Gregorian calendar, by counting.
+fn date(days_since_1970: u64) -> [u64; 3] {
+    // 400 years have the same number of days each time, and a later year is reached by steps of a year.
+    let (mut year, mut day) = (1970 + days_since_1970 / 146_097 * 400, days_since_1970 % 146_097);
+    let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    while day >= 365 + u64::from(leap(year)) {
+        day -= 365 + u64::from(leap(year));
+        year += 1;
+    }
+    let mut month = 1;
+    for mut length in [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
+        length += u64::from(month == 2 && leap(year));
+        if day < length {
+            break;
+        }
+        day -= length;
+        month += 1;
+    }
+    [year, month, day + 1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_tell_the_time() {
+        assert_eq!(stem(Duration::ZERO), "hachure-19700101-000000");
+        assert_eq!(stem(Duration::from_secs(951_782_399)), "hachure-20000228-235959");
+        assert_eq!(stem(Duration::from_secs(951_868_799)), "hachure-20000229-235959");
+        assert_eq!(stem(Duration::from_secs(1_735_689_599)), "hachure-20241231-235959");
+        assert_eq!(stem(Duration::from_secs(1_772_323_200)), "hachure-20260301-000000");
+    }
+
+    #[test]
+    fn a_taken_name_is_not_taken_again() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(free_path(folder.path(), "a"), folder.path().join("a.png"));
+        for name in ["a.png", "a-2.png"] {
+            std::fs::File::create_new(folder.path().join(name)).unwrap();
+        }
+        assert_eq!(free_path(folder.path(), "a"), folder.path().join("a-3.png"));
+    }
+}

@@ -1,0 +1,190 @@
+//! The window, on a display that is only memory: it opens, hears keys, writes pictures, and ends well.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use geotiff_writer::{GeoTiffBuilder, ModelType};
+use hachure::file::png::{Picture, read_rgba8};
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+
+/// A loaded machine without a GPU takes its time.
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// A process that ends with the test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A display in memory.
+struct Display {
+    name: String,
+    _server: Running,
+}
+
+impl Display {
+    fn open() -> Option<Self> {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .ok()?;
+        let output = server.stdout.take().unwrap();
+        let server = Running(server);
+        let mut number = String::new();
+        // The number of the display it found free, once it serves.
+        BufReader::new(output).read_line(&mut number).ok()?;
+        (!number.trim().is_empty()).then(|| Self { name: format!(":{}", number.trim()), _server: server })
+    }
+
+    fn xdotool(&self, arguments: &[&str]) -> Option<String> {
+        let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.name).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    }
+
+    fn key(&self, arguments: &[&str]) {
+        assert!(self.xdotool(arguments).is_some(), "xdotool {arguments:?}");
+    }
+}
+
+/// Says why a test cannot run; where everything has to be there, that is a failure.
+fn skip(why: &str) {
+    assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "cannot run: {why}");
+    eprintln!("skipped: {why}");
+}
+
+fn is_installed(program: &str) -> bool {
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&paths).any(|folder| folder.join(program).is_file())
+}
+
+fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(start.elapsed() < PATIENCE, "{what} did not happen within {PATIENCE:?}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// A cone with furrows.
+fn write_dem(path: &Path) {
+    let height_m = |(row, column): (usize, usize)| {
+        let (x, y) = (column as f32 - 70.0, row as f32 - 60.0);
+        900.0 - 12.0 * x.hypot(y) + 25.0 * (7.0 * y.atan2(x)).sin()
+    };
+    let heights_m = ndarray::Array2::from_shape_fn((120, 140), height_m);
+    let builder = GeoTiffBuilder::new(140, 120).model_type(ModelType::Projected).epsg(32610);
+    let builder = builder.pixel_scale(30.0, 30.0).origin(500_000.0, 5_000_000.0);
+    builder.write_2d(path, heights_m.view()).unwrap();
+}
+
+fn pictures(folder: &Path) -> Vec<PathBuf> {
+    let is_picture = |path: &PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        name.starts_with("hachure-") && name.ends_with(".png")
+    };
+    folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).filter(is_picture).collect()
+}
+
+/// Presses F12 and reads what it wrote.
+fn take_picture(display: &Display, folder: &Path) -> Picture {
+    let before = pictures(folder);
+    display.key(&["key", "F12"]);
+    let path = until("F12", || pictures(folder).into_iter().find(|path| !before.contains(path)));
+    read_rgba8(&path).unwrap()
+}
+
+fn hachure(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
+    command.current_dir(folder).env("HACHURE_CACHE", folder.join("cache")).env_remove("WAYLAND_DISPLAY");
+    command.env_remove("WAYLAND_SOCKET").env_remove("RUST_LOG");
+    command
+}
+
+#[test]
+fn without_a_display_one_line_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    for display in [None, Some(":987")] {
+        let mut command = hachure(folder.path());
+        command.env_remove("DISPLAY").envs(display.map(|name| ("DISPLAY", name)));
+        let output = command.output().unwrap();
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        assert_eq!(text.trim().lines().count(), 1, "{text}");
+        assert!(text.contains("no display") && text.contains("hachure render"), "{text}");
+    }
+}
+
+#[test]
+fn flies_and_takes_pictures() {
+    if let Some(missing) = ["Xvfb", "xdotool"].into_iter().find(|program| !is_installed(program)) {
+        return skip(&format!("{missing} is not installed"));
+    }
+    if let Err(error) = Gpu::open(&AdapterWish::Best) {
+        return skip(&error.to_string());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_dem(&folder.join("cone.tif"));
+    let display = Display::open().expect("Xvfb starts");
+
+    let errors = folder.join("stderr");
+    let mut command = hachure(folder);
+    command.args(["cone.tif", "--size", "320x200"]).env("DISPLAY", &display.name).env("XDG_RUNTIME_DIR", folder);
+    command.stderr(std::fs::File::create_new(&errors).unwrap());
+    let mut program = Running(command.spawn().unwrap());
+    let told = || std::fs::read_to_string(&errors).unwrap();
+    let window = until("a window", || {
+        assert!(program.0.try_wait().unwrap().is_none(), "{}", told());
+        display.xdotool(&["search", "--onlyvisible", "--name", "hachure"]).filter(|id| !id.is_empty())
+    });
+    display.key(&["windowfocus", &window]);
+
+    let start = take_picture(&display, folder);
+    assert_eq!((start.width, start.height), (320, 200));
+    let first = &start.rgba[..4];
+    let others = start.rgba.chunks_exact(4).filter(|pixel| *pixel != first).count();
+    assert!(others > 320 * 200 / 10, "the picture is nearly uniform: {others} pixels are not {first:?}");
+
+    // Another style is another picture, and the one before is the one before.
+    display.key(&["key", "Tab"]);
+    assert!(take_picture(&display, folder) != start, "Tab changed nothing");
+    display.key(&["key", "shift+Tab"]);
+    assert!(take_picture(&display, folder) == start, "Shift+Tab did not come back");
+
+    // So is another place.
+    display.key(&["keydown", "w"]);
+    std::thread::sleep(Duration::from_millis(500));
+    display.key(&["keyup", "w"]);
+    assert!(take_picture(&display, folder) != start, "W did not fly");
+    display.key(&["key", "r"]);
+    assert!(take_picture(&display, folder) == start, "R did not go back");
+
+    // A smaller window is a smaller picture.
+    display.key(&["windowsize", &window, "200", "120"]);
+    let size = until("the resize", || {
+        let picture = take_picture(&display, folder);
+        Some((picture.width, picture.height)).filter(|size| *size != (320, 200))
+    });
+    assert_eq!(size, (200, 120));
+
+    display.key(&["key", "Escape"]);
+    display.key(&["key", "Escape"]);
+    let status = until("the end", || program.0.try_wait().unwrap());
+    assert_eq!(status.code(), Some(0), "{}", told());
+    assert!(!told().contains("ERROR") && !told().contains("panicked"), "{}", told());
+}
