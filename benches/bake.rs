@@ -17,7 +17,8 @@ fn hills() -> HeightGrid {
             + (x * y * 0.01).sin()
     };
     let heights_m = (0..SIDE * SIDE).map(height).collect();
-    let georeference = Georeference { crs_from_grid: [0.0, 10.0, 0.0, 0.0, 0.0, -10.0], crs: Crs::Local, geokeys: Default::default() };
+    let georeference =
+        Georeference { crs_from_grid: [0.0, 10.0, 0.0, 0.0, 0.0, -10.0], crs: Crs::Local, geokeys: Default::default() };
     HeightGrid { width: SIDE, height: SIDE, heights_m, georeference }
 }
 

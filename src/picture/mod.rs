@@ -153,7 +153,8 @@ pub fn render_in_parts<E>(
         };
         for first_column in (0..width).step_by(part_columns as usize) {
             let columns = part_columns.min(width - first_column);
-            let (part, inset) = part_with_margin([first_column, first_row], [columns, rows], request.size_px, parts.margin_px);
+            let (part, inset) =
+                part_with_margin([first_column, first_row], [columns, rows], request.size_px, parts.margin_px);
             match frame {
                 Some(frame) => frame.adapt(gpu, requirements, part.size_px)?,
                 None => *frame = Some(Frame::new(gpu, requirements, part.size_px)?),

@@ -214,7 +214,11 @@ mod tests {
         let sizes = level_sizes(600, 300);
         let level = |size: &LevelSize| (0..size.samples()).map(|i| i as f32 * 0.5).collect();
         let levels_m: Vec<Vec<f32>> = sizes.iter().map(level).collect();
-        let georeference = Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0], crs: Crs::Local, geokeys: Default::default() };
+        let georeference = Georeference {
+            crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0],
+            crs: Crs::Local,
+            geokeys: Default::default(),
+        };
         for is_bigtiff in [false, true] {
             let mut sink = std::io::Cursor::new(Vec::new());
             let path = Path::new("memory");

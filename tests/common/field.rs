@@ -28,8 +28,13 @@ impl Field<'_> {
     fn on_grid_m(&self, c: DVec2, margin: i64) -> Option<f64> {
         let (column, row) = (c.x.floor() as i64, c.y.floor() as i64);
         let at = |column: i64, row: i64| {
-            let inside = (0..i64::from(self.grid.width)).contains(&column) && (0..i64::from(self.grid.height)).contains(&row);
-            let height = if inside { self.grid.heights_m[(row * i64::from(self.grid.width) + column) as usize] } else { f32::NAN };
+            let inside =
+                (0..i64::from(self.grid.width)).contains(&column) && (0..i64::from(self.grid.height)).contains(&row);
+            let height = if inside {
+                self.grid.heights_m[(row * i64::from(self.grid.width) + column) as usize]
+            } else {
+                f32::NAN
+            };
             height.is_finite().then_some(f64::from(height))
         };
         let reach = margin.max(1);

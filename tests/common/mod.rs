@@ -131,8 +131,7 @@ pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
         let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
         let (s, t) = (smooth(u - i), smooth(v - j));
         let at = |di: i64, dj: i64| random(i as i64 + di + 1000 * octave, j as i64 + dj);
-        let value =
-            (at(0, 0) * (1.0 - s) + at(1, 0) * s) * (1.0 - t) + (at(0, 1) * (1.0 - s) + at(1, 1) * s) * t;
+        let value = (at(0, 0) * (1.0 - s) + at(1, 0) * s) * (1.0 - t) + (at(0, 1) * (1.0 - s) + at(1, 1) * s) * t;
         sum += value * 0.35 * size_m;
     }
     // Cliffs: terraces of 120 m in a part of the land.

@@ -30,5 +30,10 @@ pub(crate) fn rough(width: u32, height: u32, voids: bool) -> HeightGrid {
     }
     let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32610".into() };
     let crs_from_grid = [590_005.0, 10.0, 0.0, 5_199_995.0, 0.0, -10.0];
-    HeightGrid { width, height, heights_m, georeference: Georeference { crs_from_grid, crs, geokeys: Default::default() } }
+    HeightGrid {
+        width,
+        height,
+        heights_m,
+        georeference: Georeference { crs_from_grid, crs, geokeys: Default::default() },
+    }
 }
