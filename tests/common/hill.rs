@@ -12,6 +12,9 @@ const BUMPS: [(f64, f64, f64, f64); 3] =
 /// Steeper than it is nowhere: the sum of the steepest slopes, each height / (σ √e).
 const STEEPEST: f64 = 0.2889 + 0.2100 + 0.1214;
 
+/// The second derivative is nowhere larger: the sum of height / σ².
+const MOST_BENT_PER_M: f64 = 0.001_134 + 0.001_332 + 0.000_667;
+
 /// Where the hill stands in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Hill {
@@ -30,15 +33,14 @@ impl Hill {
             .sum()
     }
 
-    /// Unit.
-    pub fn normal(&self, x_m: f64, y_m: f64) -> DVec3 {
+    fn slope(&self, x_m: f64, y_m: f64) -> DVec2 {
         let at = DVec2::new(x_m, y_m) - self.middle_m;
         let mut slope = DVec2::ZERO;
         for (x, y, height, width) in BUMPS {
             let from = at - DVec2::new(x, y);
             slope -= from / (width * width) * height * (-from.length_squared() / (2.0 * width * width)).exp();
         }
-        DVec3::new(-slope.x, -slope.y, 1.0).normalize()
+        slope
     }
 
     /// The hill on a square grid about the origin.
@@ -56,7 +58,7 @@ impl Hill {
     }
 
     /// The distance in units of `ray` at which it meets the hill or the plain, if it does within `half_m` (east,
-    /// north) of the origin. Never steps over: each step is the clearance over the steepest closing speed.
+    /// north) of the origin. Never steps over: each step is what slope and bend allow at most.
     pub fn hit(&self, from_m: DVec3, ray: DVec3, half_m: DVec2) -> Option<f64> {
         let across = ray.truncate().length();
         let closing = STEEPEST * across + (-ray.z).max(0.0);
@@ -76,7 +78,12 @@ impl Hill {
             if (at.x.abs() > half_m.x && at.x * ray.x > 0.0) || (at.y.abs() > half_m.y && at.y * ray.y > 0.0) {
                 return None;
             }
-            t += (clear_m / closing).max(1e-7 * (1.0 + t));
+            // clear + opening t − bend t² / 2 is below the true clearance, and so is clear − closing t.
+            let opening = ray.z - self.slope(at.x, at.y).dot(ray.truncate());
+            let bend = MOST_BENT_PER_M * across * across;
+            let root = (opening * opening + 2.0 * bend * clear_m).sqrt();
+            let curved = if opening > 0.0 { (opening + root) / bend } else { 2.0 * clear_m / (root - opening) };
+            t += curved.max(clear_m / closing).max(1e-7 * (1.0 + t));
         }
         None
     }

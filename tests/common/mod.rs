@@ -1,9 +1,11 @@
 //! What the tests of the drawing share: a GPU, data, worlds, pictures.
 #![allow(dead_code, reason = "each test file uses a part of this")]
 
+pub mod equations;
 pub mod field;
 pub mod hill;
 pub mod shot;
+pub mod silhouette;
 
 use std::path::PathBuf;
 
