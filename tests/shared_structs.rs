@@ -1,4 +1,5 @@
 //! Every struct that Rust and WGSL share has the same fields at the same offsets, and the same size.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 use std::mem::offset_of;
 

@@ -1,4 +1,5 @@
 //! The polynomial that stands for a projection, against the projection.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod common;
 

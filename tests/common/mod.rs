@@ -1,5 +1,6 @@
 //! What the tests of the drawing share: a GPU, data, worlds, pictures.
 #![allow(dead_code, reason = "each test file uses a part of this")]
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 pub mod equations;
 pub mod field;
