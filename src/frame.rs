@@ -22,6 +22,22 @@ use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
 use crate::tones::plain::PlainLight;
 
+/// Every struct that Rust writes and a shader reads.
+pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
+    vec![
+        crate::surface::view::ViewUniform::shared(),
+        crate::tiles::terrain::TerrainUniform::shared(),
+        crate::tiles::residency::LevelInfo::shared(),
+        crate::tiles::selection::PatchInstance::shared(),
+        crate::lines::lsa::LsaUniform::shared(),
+        crate::lines::threshold::ThresholdUniform::shared(),
+        crate::tones::plain::PlainUniform::shared(),
+        crate::tones::toon::ToonUniform::shared(),
+        composite::CompositeUniform::shared(),
+        composite::present::PresentUniform::shared(),
+    ]
+}
+
 /// The passes and targets of a style, and the clock.
 pub struct Frame {
     passes: Passes,

@@ -11,9 +11,7 @@ struct Patch {
     // Levels above the patch's own, at its first column, last column, first row, last row.
     edge_levels: vec4<f32>,
     inner_level: f32,
-    padding_a: f32,
-    padding_b: f32,
-    padding_c: f32,
+    padding: array<f32, 3>,
 }
 
 const QUADS: i32 = 16;

@@ -31,6 +31,8 @@ pub(crate) struct CompositeUniform {
     faintest_tone: f32,
 }
 
+crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone);
+
 /// The pass.
 pub struct CompositePass {
     pass: ComputePass,

@@ -16,6 +16,8 @@ pub(crate) struct PresentUniform {
     window_px: [f32; 2],
 }
 
+crate::gpu::shared::describe!(PresentUniform as "Present" in "composite/present": encode, pad, window_px);
+
 /// The pass.
 pub struct PresentPass {
     pipeline: wgpu::RenderPipeline,

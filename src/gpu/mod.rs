@@ -5,6 +5,7 @@ pub mod device;
 pub mod pass;
 pub mod readback;
 pub mod shader;
+pub mod shared;
 pub mod target;
 pub mod timer;
 

@@ -25,6 +25,8 @@ pub(crate) struct LsaUniform {
     plane_ramp: [f32; 2],
 }
 
+crate::gpu::shared::describe!(LsaUniform as "Lsa" in "lines/lsa": epsilon_paper_m, epsilon_footprint, plane_ramp);
+
 /// The pass.
 pub struct LsaPass {
     pass: ComputePass,

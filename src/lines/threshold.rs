@@ -20,6 +20,8 @@ pub(crate) struct ThresholdUniform {
     scalar: u32,
 }
 
+crate::gpu::shared::describe!(ThresholdUniform as "Threshold" in "lines/threshold": ramp, density, scalar);
+
 /// The pass.
 pub struct ThresholdPass {
     pass: ComputePass,

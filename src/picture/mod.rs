@@ -24,14 +24,26 @@ use crate::surface::view::{Part, Pose, View};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::Prepared;
 
-/// How far a pixel of a line looks at its neighbours: LSA 1, density 2, smoothing 5, composite 1, and some to spare.
-const MARGIN_PX: u32 = 12;
-/// Side of a part without margins, at most.
-const PART_PX: u32 = 2048;
-/// A picture with no more pixels than this is one part.
-const WHOLE_PX: u64 = 8 << 20;
 /// Bytes of a band of rows in memory, at most.
 const BAND_BYTES: u64 = 512 << 20;
+
+/// How a picture is cut into parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartRule {
+    /// A picture with no more pixels than this is one part.
+    pub whole_px: u64,
+    /// Side of a part without margins, at most.
+    pub part_px: u32,
+    /// What is rendered around a part and thrown away: as far as a pixel of a line looks at its neighbours.
+    pub margin_px: u32,
+}
+
+impl Default for PartRule {
+    fn default() -> Self {
+        // The margin: LSA 1, density 2, smoothing 5, composite 1, and some to spare.
+        Self { whole_px: 8 << 20, part_px: 2048, margin_px: 12 }
+    }
+}
 
 /// What to render.
 pub struct PictureRequest<'a> {
@@ -109,6 +121,21 @@ pub fn render<E>(
     frame: &mut Option<Frame>,
     terrain: &mut Terrain,
     request: &PictureRequest<'_>,
+    take: impl FnMut(Band) -> Result<(), E>,
+) -> Result<PictureReport, PictureError<E>> {
+    render_in_parts(gpu, frame, terrain, request, &PartRule::default(), take)
+}
+
+/// As [`render`], in parts of the caller's choice.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn render_in_parts<E>(
+    gpu: &Gpu,
+    frame: &mut Option<Frame>,
+    terrain: &mut Terrain,
+    request: &PictureRequest<'_>,
+    parts: &PartRule,
     mut take: impl FnMut(Band) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
     let start = std::time::Instant::now();
@@ -118,10 +145,13 @@ pub fn render<E>(
     requirements.motion = request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_)));
 
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
-    let single = u64::from(width) * u64::from(height) <= WHOLE_PX && width.max(height) <= limit_px;
+    let single = u64::from(width) * u64::from(height) <= parts.whole_px && width.max(height) <= limit_px;
     let bytes_per_row = u64::from(width) * (16 + 4 * request.planes.len() as u64);
-    let band_rows = if single { height } else { (BAND_BYTES / bytes_per_row).clamp(64, PART_PX.into()) as u32 };
-    let part_columns = if single { width } else { PART_PX };
+    let part_px = parts.part_px.max(1);
+    let most_rows = u64::from(part_px);
+    let band_rows =
+        if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
+    let part_columns = if single { width } else { part_px };
 
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);
@@ -134,7 +164,8 @@ pub fn render<E>(
         };
         for first_column in (0..width).step_by(part_columns as usize) {
             let columns = part_columns.min(width - first_column);
-            let (part, inset) = part_with_margin([first_column, first_row], [columns, rows], request.size_px);
+            let (part, inset) =
+                part_with_margin([first_column, first_row], [columns, rows], request.size_px, parts.margin_px);
             match frame {
                 Some(frame) => frame.adapt(gpu, requirements, part.size_px)?,
                 None => *frame = Some(Frame::new(gpu, requirements, part.size_px)?),
@@ -206,9 +237,9 @@ impl PictureReport {
 }
 
 /// A part of the picture, its margin cut at the picture's border, and how far the wanted pixels lie inside.
-fn part_with_margin(origin: [u32; 2], size: [u32; 2], picture: [u32; 2]) -> (Part, [u32; 2]) {
-    let inset = origin.map(|first| first.min(MARGIN_PX));
-    let end = [0, 1].map(|i| (origin[i] + size[i] + MARGIN_PX).min(picture[i]));
+fn part_with_margin(origin: [u32; 2], size: [u32; 2], picture: [u32; 2], margin_px: u32) -> (Part, [u32; 2]) {
+    let inset = origin.map(|first| first.min(margin_px));
+    let end = [0, 1].map(|i| (origin[i] + size[i] + margin_px).min(picture[i]));
     let origin_px = [0, 1].map(|i| (origin[i] - inset[i]) as i32);
     let size_px = [0, 1].map(|i| end[i] - origin[i] + inset[i]);
     (Part { origin_px, size_px }, inset)

@@ -70,6 +70,8 @@ pub struct ViewUniform {
     padding: [f32; 2],
 }
 
+crate::gpu::shared::describe!(ViewUniform as "View" in "surface/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, padding);
+
 impl Pose {
     /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.
     pub fn yaw_deg(&self) -> f64 {

@@ -57,6 +57,8 @@ pub struct LevelInfo {
     pad: u32,
 }
 
+crate::gpu::shared::describe!(LevelInfo as "Level" in "surface/resolve": scale, fraction, cell, size, first_page, tiles_x, first_corner, pad);
+
 /// The tiles that `rule` needs, coarse levels first.
 pub fn needed(pyramid: &Pyramid, warp: &Warp, rule: &LevelRule) -> Vec<TileAddress> {
     let mut needed = Vec::new();

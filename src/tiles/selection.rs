@@ -26,6 +26,8 @@ pub const UNITS_LOG2: i32 = 12;
 const FINEST_LEVEL: i32 = -UNITS_LOG2;
 /// A neighbour may be this many levels coarser: 2^3 < 16 quads.
 const MAX_LEVEL_STEP: i32 = 3;
+/// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
+const LEVEL_STEPS: f64 = 4096.0;
 
 /// Where in the quadtree of patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -71,6 +73,8 @@ pub struct PatchInstance {
     pub inner_level: f32,
     pub(crate) padding: [f32; 3],
 }
+
+crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, padding);
 
 /// What the selection is made for.
 #[derive(Clone, Debug)]
@@ -201,7 +205,9 @@ impl Walk<'_> {
         } else {
             0.0
         };
-        let level = f64::from(key.level) + way;
+        // In steps that f32 holds exactly: the two patches at an edge count the same level from their own levels, and
+        // must come to the same vertices to the bit.
+        let level = f64::from(key.level) + (way * LEVEL_STEPS).round() / LEVEL_STEPS;
         self.leaves.insert(key, Leaf { distance_m, level, holes: statistics.voids != Voids::None });
     }
 

@@ -77,6 +77,8 @@ pub(crate) struct TerrainUniform {
     pad: [f32; 2],
 }
 
+crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, level_bias, focal_px, world_origin_m, pad);
+
 /// A view as the terrain sees it.
 #[derive(Clone, Debug)]
 pub struct TerrainView {

@@ -30,6 +30,8 @@ pub(crate) struct PlainUniform {
     specular: f32,
 }
 
+crate::gpu::shared::describe!(PlainUniform as "Plain" in "tones/plain": to_sun, camera_z_m, low_m, high_m, shininess, specular);
+
 /// The pass.
 pub struct PlainPass {
     pass: ComputePass,

@@ -19,6 +19,8 @@ pub(crate) struct ToonUniform {
     pad: [f32; 2],
 }
 
+crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": to_sun, steps, darkest, softness, pad);
+
 /// The pass.
 pub struct ToonPass {
     pass: ComputePass,

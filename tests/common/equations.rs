@@ -1,0 +1,74 @@
+//! Zaidi et al., Eqs. 1 to 7, in f64 and on the exported positions and normals: what the shader is held against.
+//!
+//! Eq. 6 is read as its text has it: above the line the checked pixel, below it the control pixel opposite. The least
+//! and the greatest value on the arc of normals come from the phase of the cosine that the arc is.
+
+use glam::DVec3;
+
+use super::shot::Shot;
+
+/// How Eq. 6 is read.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Reading {
+    /// The checked pixel above the line, its control below.
+    Text,
+    /// The other way round: a planted error.
+    Swapped,
+}
+
+/// |N · d| for N on the great circle from `a` to `b`: (least, greatest).
+fn arc(a: DVec3, b: DVec3, d: DVec3) -> (f64, f64) {
+    let (a, b) = (a.normalize(), b.normalize());
+    let omega = a.cross(b).length().atan2(a.dot(b));
+    let ends = [a.dot(d).abs(), b.dot(d).abs()];
+    let (mut least, mut greatest) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+    if omega > 1e-9 {
+        // N(t) = a cos t + e sin t, so N(t) · d = amplitude · cos(t − phase).
+        let e = (b - a * a.dot(b)).normalize();
+        let (along, across) = (a.dot(d), e.dot(d));
+        let (amplitude, phase) = (along.hypot(across), across.atan2(along));
+        let inside = |t: f64| t > 0.0 && t < omega;
+        let half = std::f64::consts::FRAC_PI_2;
+        for k in -4..=4 {
+            let t = phase + f64::from(k) * half;
+            if inside(t) {
+                if k % 2 == 0 { greatest = amplitude } else { least = 0.0 }
+            }
+        }
+    }
+    (least, greatest)
+}
+
+fn deviation(p: (DVec3, DVec3), q: (DVec3, DVec3), control: (DVec3, DVec3), epsilon_m: f64, reading: Reading) -> f64 {
+    let ((at_p, n_p), (at_q, n_q), (at_c, n_c)) = (p, q, control);
+    // Eqs. 2 to 5: the sphere through p and the control pixel.
+    let radius = (at_c - at_p).length() / (n_c - n_p).length();
+    let side = (n_c - n_p).dot(at_c - at_p);
+    let kappa = if radius.is_infinite() || side == 0.0 { 0.0 } else { side.signum() / radius };
+    let e_curv = (kappa * (at_q - at_p) - (n_q - n_p)).length();
+    // Eq. 6.
+    let (above, below) = match reading {
+        Reading::Text => (arc(n_p, n_q, at_q - at_p).0, arc(n_p, n_c, at_c - at_p).1),
+        Reading::Swapped => (arc(n_p, n_c, at_c - at_p).0, arc(n_p, n_q, at_q - at_p).1),
+    };
+    let e_plane = ((above / (below + epsilon_m) - 50.0) / 100.0).clamp(0.0, 1.0);
+    e_curv + e_plane
+}
+
+/// E(p), Eq. 1, clamped to [0, 1]; none where the picture's border or the sky is within two pixels.
+pub fn error(shot: &Shot, pixel: usize, epsilon_m: f64, reading: Reading) -> Option<f64> {
+    for dy in -2..=2 {
+        for dx in -2..=2 {
+            if shot.is_sky(shot.neighbour(pixel, [dx, dy])?) {
+                return None;
+            }
+        }
+    }
+    let sample = |pixel: usize| (shot.position_m[pixel], shot.normal[pixel]);
+    let mut worst = 0.0_f64;
+    for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {
+        let (q, control) = (shot.neighbour(pixel, [dx, dy])?, shot.neighbour(pixel, [-dx, -dy])?);
+        worst = worst.max(deviation(sample(pixel), sample(q), sample(control), epsilon_m, reading));
+    }
+    Some(worst.min(1.0))
+}

@@ -1,0 +1,150 @@
+//! What the tests of the drawing share: a GPU, data, worlds, pictures.
+#![allow(dead_code, reason = "each test file uses a part of this")]
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+pub mod equations;
+pub mod field;
+pub mod hill;
+pub mod shot;
+pub mod silhouette;
+
+use std::path::PathBuf;
+
+use glam::DVec2;
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+use hachure::pyramid::{self, BakeOptions, Pyramid};
+use hachure::scene::camera::Camera;
+use hachure::source::georeference::{Crs, Georeference};
+use hachure::source::{self, HeightGrid, Silent, WorldMapping};
+use hachure::surface::view::Pose;
+use hachure::tiles::Terrain;
+use hachure::tiles::terrain::TerrainOptions;
+
+/// A GPU, or none with a word about why; `HACHURE_REQUIRE_GPU=1` does not accept none.
+pub fn gpu() -> Option<Gpu> {
+    match Gpu::open(&AdapterWish::Best) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "{error}");
+            println!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// A file of the real data (`dem/geotiff/…`), or none with a word about where it was looked for.
+pub fn real_data(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    println!("skipped: {} is not there", path.display());
+    None
+}
+
+/// A height grid and its terrain; the folder lives as long.
+pub struct World {
+    pub gpu: Gpu,
+    pub grid: HeightGrid,
+    pub mapping: WorldMapping,
+    pub terrain: Terrain,
+    folder: tempfile::TempDir,
+}
+
+impl World {
+    /// Bakes `grid`; none where there is no GPU.
+    pub fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+        let gpu = gpu()?;
+        let (folder, pyramid) = baked(&grid);
+        let mapping = WorldMapping::new(&grid.georeference, grid.width, grid.height).unwrap();
+        let options = TerrainOptions { lod_error_px, ..TerrainOptions::default() };
+        let terrain = Terrain::new(&gpu, pyramid, options).unwrap();
+        Some(Self { gpu, grid, mapping, terrain, folder })
+    }
+
+    /// A real DEM; none where it is not there.
+    pub fn real(name: &str, lod_error_px: f64) -> Option<Self> {
+        let grid = source::open(&real_data(name)?, &Silent).unwrap();
+        Self::new(grid, lod_error_px)
+    }
+
+    /// An eye from `x,y,z,yaw,pitch,fov`.
+    pub fn pose(&self, camera: &str) -> Pose {
+        let camera: Camera = camera.parse().unwrap();
+        let camera = camera.on_ground(|x, y| {
+            self.terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(self.terrain.pyramid().max_m()))
+        });
+        Pose {
+            position_m: camera.position_m,
+            forward: camera.forward(),
+            right: camera.right(),
+            up: camera.up(),
+            fov_rad: camera.fov_deg.to_radians(),
+        }
+    }
+}
+
+/// A pyramid in a folder of its own.
+pub fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("world.tif");
+    pyramid::bake(grid, &path, &BakeOptions::default(), &Silent).unwrap();
+    let pyramid = Pyramid::open(&path).unwrap();
+    (folder, pyramid)
+}
+
+/// Heights of a function of (east, north) on a grid in metres whose centre is the origin.
+pub fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64) -> HeightGrid {
+    let half = [f64::from(width - 1), f64::from(height - 1)].map(|last| 0.5 * last * spacing_m);
+    let heights_m = (0..height)
+        .flat_map(|row| (0..width).map(move |column| (column, row)))
+        .map(|(column, row)| {
+            height_m(f64::from(column) * spacing_m - half[0], half[1] - f64::from(row) * spacing_m) as f32
+        })
+        .collect();
+    HeightGrid {
+        width,
+        height,
+        heights_m,
+        georeference: Georeference {
+            crs_from_grid: [-half[0], spacing_m, 0.0, half[1], 0.0, -spacing_m],
+            crs: Crs::Local,
+            geokeys: Default::default(),
+        },
+    }
+}
+
+/// A number in [0, 1) for each (i, j): SplitMix64.
+pub fn random(i: i64, j: i64) -> f64 {
+    let mut z = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (j as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Rough land: octaves of value noise, down to the sample, of rocks and cliffs.
+pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
+    let mut sum = 0.0;
+    for octave in 0..9 {
+        let size_m = 3000.0 / f64::from(1 << octave);
+        let (u, v) = (x_m / size_m, y_m / size_m);
+        let (i, j) = (u.floor(), v.floor());
+        let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
+        let (s, t) = (smooth(u - i), smooth(v - j));
+        let at = |di: i64, dj: i64| random(i as i64 + di + 1000 * octave, j as i64 + dj);
+        let value = (at(0, 0) * (1.0 - s) + at(1, 0) * s) * (1.0 - t) + (at(0, 1) * (1.0 - s) + at(1, 1) * s) * t;
+        sum += value * 0.35 * size_m;
+    }
+    // Cliffs: terraces of 120 m in a part of the land.
+    let terrace = (sum / 120.0).floor() * 120.0 + 120.0 * ((sum / 120.0).fract() * 6.0).min(1.0);
+    if random((x_m / 2500.0).floor() as i64, (y_m / 2500.0).floor() as i64 + 77) < 0.4 { terrace } else { sum }
+}
+
+/// The value below which `part` of the values lie; sorts them.
+pub fn quantile(values: &mut [f64], part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    values.get((last as f64 * part).ceil() as usize).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,305 @@
+//! The chosen patches cover what is seen once, their edges agree, and their error is within what is allowed.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use common::{baked, grid_of, random, rough_height_m};
+use glam::{DVec2, DVec3};
+use hachure::pyramid::{PATCH_QUADS, Pyramid};
+use hachure::scene::camera::Camera;
+use hachure::source::{HeightGrid, WorldMapping};
+use hachure::surface::view::{Part, Pose, View};
+use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, UNITS_LOG2, Viewpoint, select};
+use hachure::tiles::warp::Warp;
+use proptest::prelude::*;
+
+const SIZE_PX: [u32; 2] = [640, 360];
+const SPACING_M: f64 = 15.0;
+/// Parts of a grid unit in which vertices are compared.
+const STEPS: i64 = 4096;
+
+struct Land {
+    grid: HeightGrid,
+    pyramid: Pyramid,
+    warp: Warp,
+    _folder: tempfile::TempDir,
+}
+
+fn land() -> &'static Land {
+    static LAND: OnceLock<Land> = OnceLock::new();
+    LAND.get_or_init(|| {
+        let grid = grid_of(523, 401, SPACING_M, rough_height_m);
+        let (folder, pyramid) = baked(&grid);
+        let mapping = WorldMapping::new(&grid.georeference, grid.width, grid.height).unwrap();
+        let warp = Warp::fit(&mapping, grid.width, grid.height);
+        Land { grid, pyramid, warp, _folder: folder }
+    })
+}
+
+impl Land {
+    fn sample_m(&self, column: i64, row: i64) -> DVec3 {
+        let place = self.warp.world_from_grid(DVec2::new(column as f64, row as f64));
+        place.extend(f64::from(self.grid.heights_m[row as usize * self.grid.width as usize + column as usize]))
+    }
+
+    fn last(&self) -> [i64; 2] {
+        [i64::from(self.grid.width) - 1, i64::from(self.grid.height) - 1]
+    }
+}
+
+/// A view and what was chosen for it.
+struct Chosen {
+    view: View,
+    viewpoint: Viewpoint,
+    anchor: DVec2,
+    selection: Selection,
+}
+
+impl std::fmt::Debug for Chosen {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (pose, leaves) = (&self.view.pose, self.selection.leaves.len());
+        write!(f, "{leaves} leaves for {} px from {pose:?}", self.viewpoint.error_px)
+    }
+}
+
+fn choose(east: f64, north: f64, above_m: f64, yaw_deg: f64, pitch_deg: f64, fov_deg: f64, error_px: f64) -> Chosen {
+    let land = land();
+    let half_m = land.warp.world_from_grid(DVec2::new(land.last()[0] as f64, 0.0));
+    let place_m = DVec2::new(east * half_m.x, north * half_m.y);
+    let grid = land.warp.grid_from_world(place_m);
+    let ground_m = land.pyramid.height_m(grid.x, grid.y);
+    let camera = Camera {
+        position_m: place_m.extend(ground_m.unwrap_or(f64::from(land.pyramid.max_m())) + above_m),
+        height_above_ground: false,
+        yaw_deg,
+        pitch_deg,
+        fov_deg,
+    };
+    let pose = Pose {
+        position_m: camera.position_m,
+        forward: camera.forward(),
+        right: camera.right(),
+        up: camera.up(),
+        fov_rad: fov_deg.to_radians(),
+    };
+    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let viewpoint = Viewpoint {
+        camera_m: camera.position_m,
+        frusta: vec![view.frustum()],
+        focal_px: view.focal_px(),
+        error_px,
+        nearest_m: (0.5 * ground_m.map_or(0.0, |_| above_m)).max(0.02),
+    };
+    let anchor = land.warp.anchor(place_m);
+    let selection = select(&land.pyramid, &land.warp, anchor, &viewpoint);
+    Chosen { view, viewpoint, anchor, selection }
+}
+
+fn any_view() -> impl Strategy<Value = Chosen> {
+    let heights = prop_oneof![Just(2.0), 5.0..100.0, 100.0..3000.0];
+    (-1.2..1.2, -1.2..1.2, heights, 0.0..360.0, -90.0..20.0, 5.0..100.0, prop_oneof![0.25..4.0, 4.0..40.0])
+        .prop_map(|(x, y, z, yaw, pitch, fov, error)| choose(x, y, z, yaw, pitch, fov, error))
+}
+
+/// First and last sample of a patch.
+fn area(key: &PatchKey) -> [DVec2; 2] {
+    let side = f64::from(PATCH_QUADS) * f64::from(key.level).exp2();
+    let first = DVec2::new(key.x as f64, key.y as f64) * side;
+    [first, first + side]
+}
+
+/// How many leaves hold a place of the grid that lies on no border of patches.
+fn covers(leaves: &[PatchKey], place: DVec2) -> usize {
+    leaves.iter().filter(|key| area(key)[0].cmplt(place).all() && place.cmplt(area(key)[1]).all()).count()
+}
+
+fn is_seen(view: &View, place_m: DVec3) -> bool {
+    let way = place_m - view.pose.position_m;
+    let ahead = way.dot(view.pose.forward);
+    let tan = (0.5 * view.pose.fov_rad).tan();
+    let wide = tan * f64::from(SIZE_PX[0]) / f64::from(SIZE_PX[1]);
+    ahead > 0.0 && way.dot(view.pose.right).abs() < wide * ahead && way.dot(view.pose.up).abs() < tan * ahead
+}
+
+/// Samples of the land that the picture's pyramid holds, with the patches' own borders left out by a little.
+fn seen_places(chosen: &Chosen) -> Vec<DVec2> {
+    let land = land();
+    let [columns, rows] = land.last();
+    (0..3000)
+        .map(|i| [(random(i, 5) * columns as f64) as i64, (random(i, 6) * rows as f64) as i64])
+        .filter(|[column, row]| is_seen(&chosen.view, land.sample_m(*column, *row)))
+        .map(|[column, row]| DVec2::new(column as f64 + 1e-7, row as f64 + 1e-7))
+        .collect()
+}
+
+/// The vertices of one edge in grid units along it, as the vertex shader places them, without repetitions.
+fn edge_units(patch: &PatchInstance, edge: usize) -> BTreeSet<i64> {
+    let quads = PATCH_QUADS as i64;
+    let along = if edge < 2 { 1 } else { 0 };
+    let relative = f64::from(patch.edge_levels[edge]);
+    let (whole, morph) = (relative.floor() as u32, relative.fract());
+    let place = |i: i64| i64::from(patch.origin_units[along]) + (i << patch.stride_log2);
+    (0..=quads)
+        .map(|i| {
+            let on_level = i >> whole;
+            let (from, to) = (place(on_level << whole), place((on_level & -2) << whole));
+            // To the bit, as both patches must have it: steps of a level are exact in f32.
+            from * STEPS + ((to - from) as f64 * morph * STEPS as f64) as i64
+        })
+        .collect()
+}
+
+/// The patches in the order of the leaves.
+fn instances(selection: &Selection) -> Vec<&PatchInstance> {
+    selection.solid.iter().chain(&selection.with_holes).collect()
+}
+
+/// (first, last) of a patch along an axis, in steps.
+fn span(patch: &PatchInstance, axis: usize) -> [i64; 2] {
+    let first = i64::from(patch.origin_units[axis]);
+    [first * STEPS, (first + ((PATCH_QUADS as i64) << patch.stride_log2)) * STEPS]
+}
+
+/// Shared edges that do not agree: another continuous level, or other vertices on the part that both have.
+fn torn_edges(patches: &[&PatchInstance]) -> (usize, usize) {
+    let (mut torn, mut shared) = (0, 0);
+    for a in patches {
+        for b in patches {
+            for axis in 0..2 {
+                let across = 1 - axis;
+                if span(a, axis)[1] != span(b, axis)[0] {
+                    continue;
+                }
+                let low = span(a, across)[0].max(span(b, across)[0]);
+                let high = span(a, across)[1].min(span(b, across)[1]);
+                if low >= high {
+                    continue;
+                }
+                shared += 1;
+                // a's last column or row meets b's first.
+                let (edge_a, edge_b) = (2 * axis + 1, 2 * axis);
+                let level = |patch: &PatchInstance, edge: usize| patch.stride_log2 as f32 + patch.edge_levels[edge];
+                let vertices = |patch, edge| -> Vec<i64> {
+                    edge_units(patch, edge).into_iter().filter(|at| (low..=high).contains(at)).collect()
+                };
+                let same_level = level(a, edge_a) == level(b, edge_b);
+                torn += usize::from(!same_level || vertices(a, edge_a) != vertices(b, edge_b));
+            }
+        }
+    }
+    (torn, shared)
+}
+
+/// The largest ratio of a leaf's own triangles' error at its samples to what is allowed at the nearest seen sample.
+fn worst_ratio(chosen: &Chosen) -> f64 {
+    let land = land();
+    let [last_column, last_row] = land.last();
+    let mut worst = 0.0_f64;
+    for key in chosen.selection.leaves.iter().filter(|key| key.level > 0) {
+        let stride = 1_i64 << key.level;
+        let [first, end] = area(key).map(|at| [at.x as i64, at.y as i64]);
+        let (mut error_m, mut nearest_m) = (0.0_f64, f64::INFINITY);
+        for row in first[1]..=end[1].min(last_row) {
+            for column in first[0]..=end[0].min(last_column) {
+                let here = land.sample_m(column, row);
+                nearest_m = nearest_m.min((here - chosen.viewpoint.camera_m).length());
+                let corner =
+                    [first[0] + (column - first[0]) / stride * stride, first[1] + (row - first[1]) / stride * stride];
+                let far = [(corner[0] + stride).min(last_column), (corner[1] + stride).min(last_row)];
+                if far[0] == corner[0] || far[1] == corner[1] {
+                    continue;
+                }
+                let u = (column - corner[0]) as f64 / (far[0] - corner[0]) as f64;
+                let v = (row - corner[1]) as f64 / (far[1] - corner[1]) as f64;
+                let z = |c: i64, r: i64| land.sample_m(c, r).z;
+                let (a, d) = (z(corner[0], corner[1]), z(far[0], far[1]));
+                // Two triangles: the quad's own corner beside the diagonal, with barycentric weights.
+                let flat = if u >= v {
+                    a * (1.0 - u) + z(far[0], corner[1]) * (u - v) + d * v
+                } else {
+                    a * (1.0 - v) + z(corner[0], far[1]) * (v - u) + d * u
+                };
+                error_m = error_m.max((here.z - flat).abs());
+            }
+        }
+        let allowed_m = chosen.viewpoint.error_px * nearest_m / chosen.viewpoint.focal_px;
+        worst = worst.max(error_m / allowed_m);
+    }
+    worst
+}
+
+/// What the cases of a property had to do with: views of nothing hold everything.
+static PLACES: AtomicUsize = AtomicUsize::new(0);
+static EDGES: AtomicUsize = AtomicUsize::new(0);
+static LEAVES: AtomicUsize = AtomicUsize::new(0);
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+
+    fn every_seen_place_is_covered_once(chosen in any_view()) {
+        let leaves = &chosen.selection.leaves;
+        let places = seen_places(&chosen);
+        PLACES.fetch_add(places.len(), Ordering::Relaxed);
+        for place in &places {
+            prop_assert_eq!(covers(leaves, *place), 1, "{} in {} leaves", place, leaves.len());
+        }
+        // No overlap anywhere, seen or not.
+        let [columns, rows] = land().last();
+        for i in 0..500 {
+            let place = DVec2::new(random(i, 7) * columns as f64, random(i, 8) * rows as f64);
+            prop_assert!(covers(leaves, place) <= 1, "{place}");
+        }
+        // Planted: without the leaf of a place there is a gap, and twice the leaf is an overlap.
+        if let Some(place) = places.first() {
+            let other: Vec<_> = leaves.iter().copied().filter(|key| covers(&[*key], *place) == 0).collect();
+            prop_assert_eq!(covers(&other, *place), 0);
+            prop_assert_eq!(covers(&[leaves.as_slice(), leaves].concat(), *place), 2);
+        }
+    }
+
+    fn edges_agree(chosen in any_view()) {
+        let patches = instances(&chosen.selection);
+        let (torn, shared) = torn_edges(&patches);
+        EDGES.fetch_add(shared, Ordering::Relaxed);
+        prop_assert_eq!(torn, 0, "of {} shared edges", shared);
+        // Planted: the edges of a patch that has neighbours get another level.
+        if shared > 0 {
+            let mut moved: Vec<PatchInstance> = patches.iter().map(|patch| **patch).collect();
+            moved.iter_mut().for_each(|patch| patch.edge_levels[0] += 0.3);
+            let horizontally = torn_edges(&moved.iter().collect::<Vec<_>>()).0;
+            moved.iter_mut().for_each(|patch| patch.edge_levels[2] += 0.3);
+            prop_assert!(horizontally + torn_edges(&moved.iter().collect::<Vec<_>>()).0 > 0);
+        }
+    }
+
+    fn errors_are_within_what_is_allowed(chosen in any_view()) {
+        LEAVES.fetch_add(chosen.selection.leaves.iter().filter(|key| key.level > 0).count(), Ordering::Relaxed);
+        let ratio = worst_ratio(&chosen);
+        prop_assert!(ratio <= 1.0 + 1e-4, "{ratio} times what is allowed");
+    }
+}
+
+#[test]
+fn the_selection_holds() {
+    every_seen_place_is_covered_once();
+    edges_agree();
+    errors_are_within_what_is_allowed();
+    let [places, edges, leaves] = [&PLACES, &EDGES, &LEAVES].map(|count| count.load(Ordering::Relaxed));
+    println!("{places} places, {edges} shared edges, {leaves} leaves coarser than the data");
+    assert!(places > 10_000 && edges > 1000 && leaves > 300);
+}
+
+#[test]
+fn coarser_leaves_than_allowed_are_noticed() {
+    // Planted: leaves chosen for eight times the error, judged by the error.
+    let mut chosen = choose(0.1, -0.2, 60.0, 30.0, -8.0, 50.0, 4.0);
+    println!("{} leaves, {:.3} times what is allowed", chosen.selection.leaves.len(), worst_ratio(&chosen));
+    chosen.viewpoint.error_px = 0.5;
+    assert!(worst_ratio(&chosen) > 1.0);
+    assert_eq!(UNITS_LOG2, 12);
+    assert!(chosen.anchor.is_finite());
+}

@@ -1,0 +1,115 @@
+//! Every struct that Rust and WGSL share has the same fields at the same offsets, and the same size.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use std::mem::offset_of;
+
+use hachure::frame::shared_structs;
+use hachure::gpu::shader::{SHADERS, compose};
+use hachure::gpu::shared::SharedStruct;
+use hachure::tiles::selection::PatchInstance;
+use naga::proc::Layouter;
+
+/// A struct as naga lays it out: (bytes, fields).
+fn in_wgsl(shader: &str, name: &str) -> Option<(usize, Vec<(String, usize)>)> {
+    let module = compose(shader).unwrap();
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    module.types.iter().find_map(|(handle, ty)| {
+        let naga::TypeInner::Struct { members, span } = &ty.inner else { return None };
+        // The names of imported structs carry their module.
+        let bare = ty.name.as_deref()?.split("X_naga_oil_mod_").next()?;
+        if bare != name {
+            return None;
+        }
+        assert_eq!(layouter[handle].size, *span, "{name}");
+        let fields = members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset as usize));
+        Some((*span as usize, fields.collect()))
+    })
+}
+
+fn same(rust: &SharedStruct) -> Result<(), String> {
+    let (size, fields) =
+        in_wgsl(rust.shader, rust.name).ok_or_else(|| format!("{}.wgsl has no struct {}", rust.shader, rust.name))?;
+    let ours: Vec<_> = rust.fields.iter().map(|(name, offset)| ((*name).to_owned(), *offset)).collect();
+    if fields != ours {
+        return Err(format!("{}: WGSL {fields:?}, Rust {ours:?}", rust.name));
+    }
+    // An element of an array has the size of the struct in both; a lone uniform may not be larger in WGSL.
+    if size != rust.size {
+        return Err(format!("{}: WGSL {size} bytes, Rust {} bytes", rust.name, rust.size));
+    }
+    println!("{} in {}.wgsl: {} fields, {size} bytes", rust.name, rust.shader, fields.len());
+    Ok(())
+}
+
+#[test]
+fn rust_and_wgsl_agree() {
+    for rust in shared_structs() {
+        same(&rust).unwrap();
+    }
+}
+
+#[test]
+fn differences_are_found() {
+    for rust in shared_structs() {
+        let mut moved = rust.clone();
+        moved.fields.last_mut().unwrap().1 += 4;
+        assert!(same(&moved).is_err(), "a moved field");
+        let mut swapped = rust.clone();
+        let (first, last) = (0, swapped.fields.len() - 1);
+        let name = swapped.fields[first].0;
+        swapped.fields[first].0 = swapped.fields[last].0;
+        swapped.fields[last].0 = name;
+        assert!(same(&swapped).is_err(), "two fields with each other's name");
+        assert!(same(&SharedStruct { size: rust.size + 16, ..rust.clone() }).is_err(), "another size");
+        assert!(same(&SharedStruct { name: "Nothing", ..rust }).is_err(), "another name");
+    }
+}
+
+/// Every struct in a buffer of a shader is in the list.
+#[test]
+fn none_is_forgotten() {
+    let known: Vec<_> = shared_structs().iter().map(|rust| rust.name).collect();
+    for (shader, _) in SHADERS {
+        let module = compose(shader).unwrap();
+        for (_, variable) in module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some()) {
+            let inner = match &module.types[variable.ty].inner {
+                naga::TypeInner::Array { base, .. } => *base,
+                _ => variable.ty,
+            };
+            if let naga::Type { name: Some(name), inner: naga::TypeInner::Struct { .. } } = &module.types[inner] {
+                let bare = name.split("X_naga_oil_mod_").next().unwrap_or(name);
+                assert!(known.contains(&bare), "{shader}.wgsl: {bare}");
+            }
+        }
+    }
+}
+
+/// Vertex attributes are packed in the order of their locations.
+#[test]
+fn patches_are_packed_as_the_vertex_shader_reads_them() {
+    let module = compose("surface/terrain").unwrap();
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    let (_, patch) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Patch")).unwrap();
+    let naga::TypeInner::Struct { members, .. } = &patch.inner else { panic!("Patch is no struct") };
+    let mut offset = 0;
+    let mut offsets = Vec::new();
+    for (location, member) in members.iter().enumerate() {
+        assert!(
+            matches!(member.binding, Some(naga::Binding::Location { location: at, .. }) if at as usize == location)
+        );
+        offsets.push(offset as usize);
+        offset += layouter[member.ty].size;
+    }
+    let ours = [
+        offset_of!(PatchInstance, origin_units),
+        offset_of!(PatchInstance, stride_log2),
+        offset_of!(PatchInstance, edge_levels),
+        offset_of!(PatchInstance, inner_level),
+    ];
+    println!("Patch: offsets {offsets:?}, {offset} bytes");
+    assert_eq!(offsets, ours);
+    assert_eq!(offset_of!(PatchInstance, id), ours[1] + 4);
+    assert_eq!(offset as usize, size_of::<PatchInstance>());
+}
