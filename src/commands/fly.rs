@@ -6,12 +6,12 @@ use anyhow::bail;
 use clap::Args;
 
 use super::render::parse_size;
-use crate::world::{self, OpenWorld};
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 use crate::style::Style;
 use crate::tiles::terrain::TerrainOptions;
 use crate::window::{FlightOptions, FlightWorld, Windowing};
+use crate::world::{self, OpenWorld};
 
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
