@@ -142,7 +142,7 @@ fn edge_units(patch: &PatchInstance, edge: usize) -> BTreeSet<i64> {
     let along = if edge < 2 { 1 } else { 0 };
     let relative = f64::from(patch.edge_levels[edge]);
     let (whole, morph) = (relative.floor() as u32, relative.fract());
-    let place = |i: i64| i64::from(patch.origin_units[along]) + (i << patch.stride_log2);
+    let place = |i: i64| i64::from(patch.origin_units[along]) + (i << patch.stride_exponent);
     (0..=quads)
         .map(|i| {
             let on_level = i >> whole;
@@ -161,7 +161,7 @@ fn instances(selection: &Selection) -> Vec<&PatchInstance> {
 /// (first, last) of a patch along an axis, in steps.
 fn span(patch: &PatchInstance, axis: usize) -> [i64; 2] {
     let first = i64::from(patch.origin_units[axis]);
-    [first * STEPS, (first + ((PATCH_QUADS as i64) << patch.stride_log2)) * STEPS]
+    [first * STEPS, (first + ((PATCH_QUADS as i64) << patch.stride_exponent)) * STEPS]
 }
 
 /// Shared edges that do not agree: another continuous level, or other vertices on the part that both have.
@@ -182,7 +182,7 @@ fn torn_edges(patches: &[&PatchInstance]) -> (usize, usize) {
                 shared += 1;
                 // a's last column or row meets b's first.
                 let (edge_a, edge_b) = (2 * axis + 1, 2 * axis);
-                let level = |patch: &PatchInstance, edge: usize| patch.stride_log2 as f32 + patch.edge_levels[edge];
+                let level = |patch: &PatchInstance, edge: usize| patch.stride_exponent as f32 + patch.edge_levels[edge];
                 let vertices = |patch, edge| -> Vec<i64> {
                     edge_units(patch, edge).into_iter().filter(|at| (low..=high).contains(at)).collect()
                 };

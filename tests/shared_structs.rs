@@ -104,7 +104,7 @@ fn patches_are_packed_as_the_vertex_shader_reads_them() {
     }
     let ours = [
         offset_of!(PatchInstance, origin_units),
-        offset_of!(PatchInstance, stride_log2),
+        offset_of!(PatchInstance, stride_exponent),
         offset_of!(PatchInstance, edge_levels),
         offset_of!(PatchInstance, inner_level),
     ];

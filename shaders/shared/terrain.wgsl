@@ -128,13 +128,14 @@ fn level_at(g: vec2<f32>, distance_m: f32) -> f32 {
     let coarsest = terrain.level_count - 1;
     let wanted = clamp(log2(pixel_m / terrain.spacing_m) + terrain.level_bias, 0.0, f32(coarsest));
     var level = min(i32(wanted), coarsest);
+    var coarser_m = level_error_m(min(level + 1, coarsest), g);
+    if coarser_m <= allowed_m {
+        return wanted;
+    }
     var error_m = level_error_m(level, g);
     if error_m <= allowed_m {
-        let coarser_m = level_error_m(min(level + 1, coarsest), g);
-        let most = select(1.0, (allowed_m - error_m) / (coarser_m - error_m), coarser_m > allowed_m);
-        return f32(level) + min(wanted - f32(level), most);
+        return f32(level) + min(wanted - f32(level), (allowed_m - error_m) / (coarser_m - error_m));
     }
-    var coarser_m = error_m;
     while level > 0 && error_m > allowed_m {
         level -= 1;
         coarser_m = error_m;
@@ -223,50 +224,89 @@ fn camera_relative_m(sample_m: f32) -> f32 {
     return (sample_m - terrain.camera_z_coarse_m) - terrain.camera_z_fine_m;
 }
 
-fn surface_on_level(level: i32, g: vec2<f32>) -> Surface {
+// The sixteen samples around a cell, as differences from one of them: that keeps the digits that 4000 m would eat.
+struct Samples {
+    row_a: vec4<f32>,
+    row_b: vec4<f32>,
+    row_c: vec4<f32>,
+    row_d: vec4<f32>,
+    reference_m: f32,
+    // The place within the cell, and level coordinates per grid coordinate.
+    f: vec2<f32>,
+    scale: vec2<f32>,
+}
+
+fn samples_around(level: i32, g: vec2<f32>) -> Samples {
     let cell = find_cell(level, g);
-    var row_a = row_of_samples(cell, -1);
-    var row_b = row_of_samples(cell, 0);
-    var row_c = row_of_samples(cell, 1);
-    var row_d = row_of_samples(cell, 2);
-    // Differences from one sample keep the digits that 4000 m would eat.
+    let row_b = row_of_samples(cell, 0);
     let reference = row_b.y;
-    row_a -= reference;
-    row_b -= reference;
-    row_c -= reference;
-    row_d -= reference;
-    let wx = cubic_weights(cell.f.x);
-    let sx = cubic_slopes(cell.f.x);
-    let cx = cubic_curvatures(cell.f.x);
-    let wy = cubic_weights(cell.f.y);
-    let sy = cubic_slopes(cell.f.y);
-    let height = vec4<f32>(dot(wx, row_a), dot(wx, row_b), dot(wx, row_c), dot(wx, row_d));
-    let slope = vec4<f32>(dot(sx, row_a), dot(sx, row_b), dot(sx, row_c), dot(sx, row_d));
-    let bend = vec4<f32>(dot(cx, row_a), dot(cx, row_b), dot(cx, row_c), dot(cx, row_d));
-    let scale = levels[cell.level].scale;
+    return Samples(
+        row_of_samples(cell, -1) - reference, row_b - reference, row_of_samples(cell, 1) - reference,
+        row_of_samples(cell, 2) - reference, reference, cell.f, levels[cell.level].scale);
+}
+
+// The surface of a cell at `offset` (in grid coordinates) from where the samples were taken.
+fn surface_in_cell(samples: Samples, offset: vec2<f32>) -> Surface {
+    let f = samples.f + offset * samples.scale;
+    let wx = cubic_weights(f.x);
+    let sx = cubic_slopes(f.x);
+    let cx = cubic_curvatures(f.x);
+    let wy = cubic_weights(f.y);
+    let sy = cubic_slopes(f.y);
+    let scale = samples.scale;
+    let height = vec4<f32>(
+        dot(wx, samples.row_a), dot(wx, samples.row_b), dot(wx, samples.row_c), dot(wx, samples.row_d));
+    let slope = vec4<f32>(
+        dot(sx, samples.row_a), dot(sx, samples.row_b), dot(sx, samples.row_c), dot(sx, samples.row_d));
+    let bend = vec4<f32>(
+        dot(cx, samples.row_a), dot(cx, samples.row_b), dot(cx, samples.row_c), dot(cx, samples.row_d));
     return Surface(
-        camera_relative_m(reference) + dot(wy, height),
+        camera_relative_m(samples.reference_m) + dot(wy, height),
         vec2<f32>(dot(wy, slope), dot(sy, height)) * scale,
-        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(cubic_curvatures(cell.f.y), height))
+        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(cubic_curvatures(f.y), height))
             * vec3<f32>(scale.x * scale.x, scale.x * scale.y, scale.y * scale.y),
     );
 }
 
-// The surface on a continuous level.
-fn surface_at(g: vec2<f32>, level: f32) -> Surface {
-    let fine = i32(level);
+fn is_in_cell(samples: Samples, offset: vec2<f32>) -> bool {
+    let f = samples.f + offset * samples.scale;
+    return all(f >= vec2<f32>(0.0)) && all(f <= vec2<f32>(1.0));
+}
+
+// The surface near a place on a continuous level: the cells of the two levels that it lies between.
+struct Near {
+    fine: Samples,
+    coarse: Samples,
+    // How much of the coarse one.
+    blend: f32,
+    // Log2 of the cells' size in samples, about.
+    level: f32,
+}
+
+fn surface_near(g: vec2<f32>, level: f32) -> Near {
+    let whole = i32(level);
     // Most places need one level only; the blend happens in the middle half.
-    let blend = clamp((level - f32(fine)) * 2.0 - 0.5, 0.0, 1.0);
-    if blend <= 0.0 {
-        return surface_on_level(fine, g);
+    let blend = clamp((level - f32(whole)) * 2.0 - 0.5, 0.0, 1.0);
+    let fine = samples_around(select(whole, whole + 1, blend >= 1.0), g);
+    if blend <= 0.0 || blend >= 1.0 {
+        return Near(fine, fine, 0.0, level);
     }
-    let b = surface_on_level(fine + 1, g);
-    if blend >= 1.0 {
-        return b;
+    return Near(fine, samples_around(whole + 1, g), blend, level);
+}
+
+fn surface_at(near: Near, offset: vec2<f32>) -> Surface {
+    let a = surface_in_cell(near.fine, offset);
+    if near.blend <= 0.0 {
+        return a;
     }
-    let a = surface_on_level(fine, g);
-    return Surface(
-        mix(a.height_m, b.height_m, blend), mix(a.gradient, b.gradient, blend), mix(a.curvature, b.curvature, blend));
+    let b = surface_in_cell(near.coarse, offset);
+    return Surface(mix(a.height_m, b.height_m, near.blend), mix(a.gradient, b.gradient, near.blend),
+        mix(a.curvature, b.curvature, near.blend));
+}
+
+// Whether the samples at hand still describe the surface at an offset.
+fn reaches(near: Near, offset: vec2<f32>) -> bool {
+    return is_in_cell(near.fine, offset) && is_in_cell(near.coarse, offset);
 }
 
 // The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser

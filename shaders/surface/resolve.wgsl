@@ -5,7 +5,7 @@
 // analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not see the mesh.
 // Near silhouettes, where the ray misses the smooth surface, the mesh's own position stays.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::terrain::{terrain, grid_from_world, level_at, surface_at}
+#import hachure::terrain::{grid_from_world, level_at, surface_near, surface_at, reaches, Surface, Near}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depth: texture_depth_2d;
@@ -22,29 +22,21 @@ fn step_to_surface(above_m: f32, closing: f32, bend: f32) -> f32 {
     return -2.0 * above_m / (closing + sign(closing) * sqrt(inside));
 }
 
-// The surface around a point of the ray, and the step along the ray that leads onto it.
+// Where a point of the ray lies to the surface.
 struct Cut {
     gradient: vec2<f32>,
     // Change of the gradient with the way along the ray.
     bent: vec2<f32>,
     above_m: f32,
+    // Along the view axis, onto the surface.
     step_m: f32,
-    // The step leaves the place where the expansion holds. Normals need more care than positions: beyond a hundredth
-    // of the distance between samples they would be off by more than a thousandth on rough land.
-    is_long: bool,
 }
 
-fn cut(ray: vec3<f32>, along_m: f32) -> Cut {
-    let at_m = ray * along_m;
-    let point = grid_from_world(at_m.xy);
-    let level = level_at(point.g, length(at_m));
-    let surface = surface_at(point.g, level);
-    // The ray's way over the grid.
-    let way = point.dg_dx * ray.x + point.dg_dy * ray.y;
+fn cut(surface: Surface, z_m: f32, ray_z: f32, way: vec2<f32>) -> Cut {
     let bent = vec2<f32>(dot(surface.curvature.xy, way), dot(surface.curvature.yz, way));
-    let above_m = at_m.z - surface.height_m;
-    let step_m = step_to_surface(above_m, ray.z - dot(surface.gradient, way), dot(bent, way));
-    return Cut(surface.gradient, bent, above_m, step_m, abs(step_m) * length(way) > 0.01 * exp2(floor(level)));
+    let above_m = z_m - surface.height_m;
+    let step_m = step_to_surface(above_m, ray_z - dot(surface.gradient, way), dot(bent, way));
+    return Cut(surface.gradient, bent, above_m, step_m);
 }
 
 @compute @workgroup_size(8, 8)
@@ -64,14 +56,27 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let mesh_m = view.near_m / z;
     let pixel_m = mesh_m / view.focal_px;
     var along_m = mesh_m;
-    var found = cut(ray, along_m);
+    let point = grid_from_world(ray.xy * along_m);
+    // The ray's way over the grid; the map is straight enough over a few pixels.
+    let way = point.dg_dx * ray.x + point.dg_dy * ray.y;
+    var near = surface_near(point.g, level_at(point.g, length(ray) * along_m));
+    var near_m = along_m;
+    var found = cut(surface_at(near, vec2<f32>(0.0)), ray.z * along_m, ray.z, way);
     var gradient = found.gradient;
     // What the mesh may be away from the surface, and how far the ray may go to make up for it.
     if abs(found.above_m) < 4.0 * pixel_m && abs(found.step_m) < 32.0 * pixel_m {
         // A step beyond the reach of the expansion is tried at its end, and goes on from there if that is nearer.
-        for (var tries = 0; found.is_long && tries < 2; tries++) {
+        // Normals need more care than positions: beyond a hundredth of a cell they would be off by a thousandth.
+        let short_m = 0.01 * exp2(floor(near.level)) / length(way);
+        for (var tries = 0; abs(found.step_m) > short_m && tries < 2; tries++) {
             let tried_m = along_m + found.step_m;
-            let tried = cut(ray, tried_m);
+            let offset = way * (tried_m - near_m);
+            if !reaches(near, offset) {
+                let there = grid_from_world(ray.xy * tried_m);
+                near = surface_near(there.g, level_at(there.g, length(ray) * tried_m));
+                near_m = tried_m;
+            }
+            let tried = cut(surface_at(near, way * (tried_m - near_m)), ray.z * tried_m, ray.z, way);
             if abs(tried.above_m) >= abs(found.above_m) {
                 break;
             }
@@ -79,12 +84,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             found = tried;
         }
         gradient = found.gradient;
-        if !found.is_long {
+        if abs(found.step_m) <= short_m {
             along_m += found.step_m;
             gradient += found.bent * found.step_m;
         }
     }
-    let point = grid_from_world(ray.xy * along_m);
     let by_world = vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy));
     textureStore(position, pixel, vec4<f32>(ray * along_m, along_m));
     textureStore(normal, pixel, vec4<f32>(normalize(vec3<f32>(-by_world, 1.0)), 1.0));

@@ -51,7 +51,7 @@ pub fn shoot_style(
     parts: &PartRule,
 ) -> Shot {
     let planes = aov::planes("depth,position,normal,surface,motion,lsa,tone", style).unwrap();
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0 };
+    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     let request = PictureRequest { pose, previous, size_px, style, light, planes: &planes };
     let mut picture = Vec::new();
     let mut floats: Vec<Vec<f64>> = vec![Vec::new(); planes.len()];
