@@ -1,12 +1,9 @@
 //! Every struct that Rust and WGSL share has the same fields at the same offsets, and the same size.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
-use std::mem::offset_of;
-
 use hachure::frame::shared_structs;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::gpu::shared::SharedStruct;
-use hachure::tiles::selection::PatchInstance;
 use naga::proc::Layouter;
 
 /// A struct as naga lays it out: (bytes, fields).
@@ -83,33 +80,4 @@ fn none_is_forgotten() {
             }
         }
     }
-}
-
-/// Vertex attributes are packed in the order of their locations.
-#[test]
-fn patches_are_packed_as_the_vertex_shader_reads_them() {
-    let module = compose("surface/terrain").unwrap();
-    let mut layouter = Layouter::default();
-    layouter.update(module.to_ctx()).unwrap();
-    let (_, patch) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Patch")).unwrap();
-    let naga::TypeInner::Struct { members, .. } = &patch.inner else { panic!("Patch is no struct") };
-    let mut offset = 0;
-    let mut offsets = Vec::new();
-    for (location, member) in members.iter().enumerate() {
-        assert!(
-            matches!(member.binding, Some(naga::Binding::Location { location: at, .. }) if at as usize == location)
-        );
-        offsets.push(offset as usize);
-        offset += layouter[member.ty].size;
-    }
-    let ours = [
-        offset_of!(PatchInstance, origin_units),
-        offset_of!(PatchInstance, stride_exponent),
-        offset_of!(PatchInstance, edge_levels),
-        offset_of!(PatchInstance, inner_level),
-    ];
-    println!("Patch: offsets {offsets:?}, {offset} bytes");
-    assert_eq!(offsets, ours);
-    assert_eq!(offset_of!(PatchInstance, id), ours[1] + 4);
-    assert_eq!(offset as usize, size_of::<PatchInstance>());
 }

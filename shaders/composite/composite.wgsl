@@ -18,6 +18,11 @@ struct Composite {
     haze: vec3<f32>,
     // Tones at full haze keep this much of themselves.
     faintest_tone: f32,
+    // How much farther than tones lines reach into the haze.
+    line_reach: f32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -36,8 +41,8 @@ fn paper_grain(p: vec2<f32>) -> f32 {
 }
 
 // Clear near, then hazy: what is left of contrast at a distance.
-fn clearness(distance_m: f32) -> f32 {
-    let t = distance_m / composite.haze_m;
+fn clearness(distance_m: f32, reach: f32) -> f32 {
+    let t = distance_m / (composite.haze_m * reach);
     return exp(-t * t);
 }
 
@@ -70,7 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
     } else {
-        let clear = mix(composite.faintest_tone, 1.0, clearness(length(at.xyz)));
+        let clear = mix(composite.faintest_tone, 1.0, clearness(length(at.xyz), 1.0));
         color = mix(composite.haze, shaded.rgb, clear);
     }
     color *= composite.paper;
@@ -80,7 +85,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
         let nearest = nearest_m(pixel);
-        let clear = clearness(nearest);
+        let clear = clearness(nearest, composite.line_reach);
         // A line lies on both sides of its edge. In the distance the farther side goes, and lines are thin.
         let behind = at.w <= 0.0 || length(at.xyz) > 1.01 * nearest;
         let side = select(1.0, clear, behind);

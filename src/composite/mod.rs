@@ -29,9 +29,13 @@ pub(crate) struct CompositeUniform {
     line_strength: f32,
     haze: [f32; 3],
     faintest_tone: f32,
+    line_reach: f32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
 }
 
-crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone);
+crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone, line_reach, pad_a, pad_b, pad_c);
 
 /// The pass.
 pub struct CompositePass {
@@ -82,6 +86,10 @@ impl CompositePass {
             line_strength: f32::from(u8::from(lines.is_some())),
             haze: light.haze_srgb.map_or(style.haze.color.linear(), |color| color.map(linear_from_srgb)),
             faintest_tone: style.haze.faintest_tone,
+            line_reach: lines.map_or(1.0, |lines| lines.reach),
+            pad_a: 0.0,
+            pad_b: 0.0,
+            pad_c: 0.0,
         };
         self.uniform.write(gpu, &[uniform]);
         let resources = [

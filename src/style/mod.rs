@@ -90,6 +90,9 @@ pub struct Lines {
     /// What is left of a line in full haze, 0 to 1.
     #[serde(default)]
     pub faintest: f32,
+    /// How much farther than tones lines reach into the haze.
+    #[serde(default = "one")]
+    pub reach: f32,
 }
 
 /// What finds lines.
@@ -185,6 +188,10 @@ impl Default for Haze {
     }
 }
 
+fn one() -> f32 {
+    1.0
+}
+
 fn yes() -> bool {
     true
 }
@@ -241,6 +248,9 @@ impl Style {
             }
             if !(lines.density >= 0.0 && lines.density.is_finite()) {
                 return Err(format!("lines.density is {}, not 0 or more", lines.density));
+            }
+            if !(lines.reach > 0.0 && lines.reach.is_finite()) {
+                return Err(format!("lines.reach is {}, not above 0", lines.reach));
             }
             part("lines.faintest", lines.faintest)?;
         }
