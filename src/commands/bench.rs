@@ -55,7 +55,7 @@ pub struct BenchArgs {
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
     /// How many eyes: mono
-    #[arg(long, default_value = "mono", value_parser = parse_eyes)]
+    #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
     pub eyes: String,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
@@ -69,14 +69,6 @@ pub struct BenchArgs {
     /// Print report.json rather than a table
     #[arg(long)]
     pub json: bool,
-}
-
-fn parse_eyes(text: &str) -> Result<String, String> {
-    match text {
-        "mono" => Ok(text.to_owned()),
-        "side-by-side" | "anaglyph" => Err("this version measures mono only".to_owned()),
-        _ => Err("it must be mono".to_owned()),
-    }
 }
 
 /// Runs the command.

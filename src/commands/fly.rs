@@ -27,6 +27,9 @@ pub struct FlyArgs {
     /// Width and height of the window in pixels, like 1280x720
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
+    /// How many eyes: mono
+    #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
+    pub eyes: String,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,

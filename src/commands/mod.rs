@@ -26,3 +26,12 @@ fn tell(text: &str) -> anyhow::Result<()> {
 fn tell_json(value: &impl Serialize) -> anyhow::Result<()> {
     tell(&serde_json::to_string_pretty(value)?)
 }
+
+/// `--eyes`: for now there is one.
+fn parse_eyes(text: &str) -> Result<String, String> {
+    match text {
+        "mono" => Ok(text.to_owned()),
+        "side-by-side" | "anaglyph" => Err("this version draws mono only".to_owned()),
+        _ => Err("it must be mono".to_owned()),
+    }
+}

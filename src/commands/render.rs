@@ -47,6 +47,9 @@ pub struct RenderArgs {
     /// Frames per second along the path
     #[arg(long, default_value_t = 30.0)]
     pub fps: f64,
+    /// How many eyes: mono
+    #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
+    pub eyes: String,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
