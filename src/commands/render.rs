@@ -126,6 +126,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu(&gpu, scene, pyramid, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None };
     let cameras = job.cameras(&kind)?;
+    if args.json {
+        job.warm_up(&cameras[0])?;
+    }
     let report = job.run(kind, &cameras)?;
     if args.json {
         let report = job.report(&cameras, report);
@@ -156,6 +159,16 @@ impl Job<'_> {
         // One picture of a path is its first.
         let most = if matches!(kind, OutputKind::Picture(_)) { 1 } else { usize::MAX };
         Ok(path.frames(self.args.fps).take(most).collect())
+    }
+
+    /// Draws a thumbnail for nobody: drivers compile pipelines on their first use, which is no part of a pass's time.
+    fn warm_up(&mut self, camera: &Camera) -> anyhow::Result<()> {
+        let eye = self.world.pose(camera);
+        let light = self.world.light();
+        let request =
+            PictureRequest { planes: &self.planes, ..PictureRequest::still(eye, [64, 36], &self.style, light) };
+        picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, |_| Ok::<_, FileError>(()))?;
+        Ok(())
     }
 
     fn run(&mut self, kind: OutputKind, cameras: &[Camera]) -> anyhow::Result<PictureReport> {
