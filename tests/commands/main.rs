@@ -88,8 +88,8 @@ fn checked_in(path: &str) -> String {
 fn misuse_exits_with_2() {
     let place = Place::empty();
     for arguments in [
-        &["paint"][..],
-        &["info"],
+        &["info"][..],
+        &["paint", "mountain.tif"],
         &["bake", "a.tif"],
         &["bake", "-o", "b.tif"],
         &["bake", "a.tif", "-o", "b.tif", "--max-error", "-1"],
@@ -163,7 +163,7 @@ fn styles_are_listed_shown_and_checked() {
         assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
         let info = place.json(&["info", file.to_str().unwrap(), "--json"]);
         assert_eq!((&info["kind"], &info["name"]), (&"style".into(), &name.into()));
-        assert_eq!(info["passes"][0], "surface/terrain");
+        assert_eq!(info["passes"][0], "surface/vertices");
     }
     let wrong = place.text(&["styles", "show", "ink"]).replace("ramp", "slope");
     assert!(place.error(&["styles", "check", place.file("wrong.toml", &wrong).to_str().unwrap()]).contains("slope"));
