@@ -91,16 +91,19 @@ impl Frame {
         let mut frame = self.timer.record(gpu);
         let recorder = &mut frame;
         // Surface: place the vertices, rasterise depth and id, compute the rest.
-        passes.vertices.run(gpu, recorder, &prepared.selection, &world);
-        let inputs = draw::Inputs {
-            view: view_resource(),
-            terrain: &world,
-            patch_counts: prepared.selection.patch_counts(),
-            mesh: &passes.vertices,
-            depth: &targets.depth,
-            surface_id: &targets.surface_id,
-        };
-        passes.terrain.run(gpu, recorder, &inputs);
+        for batch in passes.vertices.upload(gpu, &prepared.selection) {
+            passes.vertices.run(gpu, recorder, batch, &world);
+            let inputs = draw::Inputs {
+                view: view_resource(),
+                terrain: &world,
+                solid: prepared.selection.solid.len() as u32,
+                batch,
+                mesh: &passes.vertices,
+                depth: &targets.depth,
+                surface_id: &targets.surface_id,
+            };
+            passes.terrain.run(gpu, recorder, &inputs);
+        }
         let (position, normal) = (&targets.position, &targets.normal);
         passes.resolve.run(gpu, recorder, size_px, view_resource(), &world, &targets.depth, position, normal);
         if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {

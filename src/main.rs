@@ -67,7 +67,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // The whole chain of causes on one line.
-            eprintln!("hachure: {error:#}");
+            eprintln!("hachure: {}", hachure::file::one_line(&format!("{error:#}")));
             ExitCode::FAILURE
         }
     }

@@ -10,10 +10,10 @@ use crate::pyramid::{self, Pyramid, PyramidError};
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{Scene, World};
-use crate::source::{self, GeoreferenceError, Progress, Silent};
+use crate::source::{self, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
-use crate::tiles::terrain::TerrainOptions;
+use crate::tiles::terrain::{TerrainError, TerrainOptions};
 
 /// The version of the embedded world: part of its key in the cache.
 const PROCEDURAL_VERSION: u32 = 1;
@@ -27,13 +27,13 @@ pub enum WorldError {
     /// The DEM cannot be read, or the cache not written.
     #[error(transparent)]
     Pyramid(#[from] PyramidError),
-    /// The DEM lies nowhere.
+    /// The DEM lies nowhere, or is too wide.
     #[error("{name}")]
-    Georeference {
+    Terrain {
         /// Of its pyramid.
         name: String,
         /// Why.
-        source: GeoreferenceError,
+        source: TerrainError,
     },
     /// Not on this machine.
     #[error("{url}: hachure reads files of this machine; worlds over the network come later")]
@@ -101,8 +101,7 @@ impl OpenWorld {
     /// When the georeference leads nowhere.
     pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, WorldError> {
         let name = pyramid.path().display().to_string();
-        let terrain =
-            Terrain::new(gpu, pyramid, options).map_err(|source| WorldError::Georeference { name, source })?;
+        let terrain = Terrain::new(gpu, pyramid, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })
     }
 

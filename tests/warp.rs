@@ -152,3 +152,42 @@ fn the_expansion_keeps_its_digits_near_the_camera() {
         assert!(off / warp.spacing_m() > 0.1, "{off}");
     }
 }
+
+/// Parallels are curved: the box of a wide, low rectangle is more than that of its corners.
+#[test]
+fn boxes_hold_all_of_a_wide_strip() {
+    let (width, height) = (2401, 301);
+    let step = 8.0 / 2400.0;
+    let georeference = Georeference {
+        crs_from_grid: [8.0, step, 0.0, 50.5, 0.0, -step],
+        crs: Crs::Geographic {
+            radians_per_unit: std::f64::consts::PI / 180.0,
+            semi_major_axis_m: 6_378_137.0,
+            inverse_flattening: 298.257_223_563,
+            name: "WGS 84".to_owned(),
+        },
+        geokeys: Default::default(),
+    };
+    let mapping = WorldMapping::new(&georeference, width, height).unwrap();
+    let warp = Warp::fit(&mapping, width, height);
+    let mut outside_corners = 0;
+    for level in 0..5 {
+        let side = DVec2::new(f64::from(width - 1), f64::from(height - 1)) / f64::from(1 << level);
+        for tile in 0..1 << level {
+            let first = DVec2::new(f64::from(tile) * side.x, 0.0);
+            let (low_m, high_m) = warp.bounds(first, first + side);
+            let corners = [first, first + side, first + DVec2::new(side.x, 0.0), first + DVec2::new(0.0, side.y)];
+            let corners_m = corners.map(|corner| mapping.world_from_grid(corner.x, corner.y));
+            let lowest_m = corners_m.into_iter().reduce(DVec2::min).unwrap();
+            let highest_m = corners_m.into_iter().reduce(DVec2::max).unwrap();
+            for i in 0..2000 {
+                let grid = first + side * DVec2::new(random(i, 3), random(i, 4));
+                let place_m = mapping.world_from_grid(grid.x, grid.y);
+                assert!(place_m.cmpge(low_m).all() && place_m.cmple(high_m).all(), "level {level}, {tile}: {place_m}");
+                outside_corners += u32::from(place_m.cmplt(lowest_m).any() || place_m.cmpgt(highest_m).any());
+            }
+        }
+    }
+    // Planted: the corners alone would not do.
+    assert!(outside_corners > 1000, "{outside_corners}");
+}

@@ -174,7 +174,8 @@ fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
             found = Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
             break;
         }
-        level = resident;
+        // A stand-in is coarser; where even the coarsest is missing, this still comes to an end.
+        level = max(resident, level + 1);
     }
     return found;
 }

@@ -67,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if abs(found.above_m) < 4.0 * pixel_m && abs(found.step_m) < 32.0 * pixel_m {
         // A step beyond the reach of the expansion is tried at its end, and goes on from there if that is nearer.
         // Normals need more care than positions: beyond a hundredth of a cell they would be off by a thousandth.
-        let short_m = 0.01 * exp2(floor(near.level)) / length(way);
+        let short_m = 0.01 * exp2(floor(near.level)) / max(length(way), 1e-20);
         for (var tries = 0; abs(found.step_m) > short_m && tries < 2; tries++) {
             let tried_m = along_m + found.step_m;
             let offset = way * (tried_m - near_m);

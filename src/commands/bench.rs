@@ -61,7 +61,7 @@ pub struct BenchArgs {
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
     /// Memory for tiles on the GPU, in MiB, for each style
-    #[arg(long, default_value_t = 512)]
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
     /// Folder for report.json, frames.csv and report.html
     #[arg(short, long, value_name = "DIR")]

@@ -34,7 +34,7 @@ pub struct FlyArgs {
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
     /// Memory for tiles on the GPU, in MiB
-    #[arg(long, default_value_t = 512)]
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
     /// Render without rest, print the frame times, and quit after this many pictures
     #[arg(long, hide = true)]

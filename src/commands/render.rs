@@ -53,16 +53,20 @@ pub struct RenderArgs {
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
-    /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone, hatch
+    /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone, hatch (no
+    /// style draws strokes or hatches yet: strokes are 0, hatch is the tone)
     #[arg(long, default_value = "")]
     pub aov: String,
     /// Memory for tiles on the GPU, in MiB
-    #[arg(long, default_value_t = 512)]
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
     /// Print what it cost, for programs
     #[arg(long)]
     pub json: bool,
 }
+
+/// Frames of a path: a day at 60 frames a second is less than that.
+const MOST_FRAMES: usize = 10_000_000;
 
 /// `1280x720`.
 ///
@@ -118,6 +122,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
+    let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
+        bail!("cannot write {}: there is no folder {}", args.output.display(), folder.display());
+    }
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref())?;
     let pyramid = world::open_pyramid(&scene, &Bar::default())?;
@@ -130,6 +138,13 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         job.warm_up(&cameras[0])?;
     }
     let report = job.run(kind, &cameras)?;
+    if report.tiles_missing > 0 {
+        tracing::warn!(
+            "{} tiles had no room in --tile-memory {}: coarser ones stood in for them",
+            report.tiles_missing,
+            args.tile_memory
+        );
+    }
     if args.json {
         let report = job.report(&cameras, report);
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -156,6 +171,10 @@ impl Job<'_> {
             bail!("--fps {}: it must be a number above 0, at most 1000", self.args.fps);
         }
         let path = CameraPath::read_on_ground(path, |x, y| self.world.ground_m(x, y))?;
+        let frames = path.frame_count(self.args.fps);
+        if frames > MOST_FRAMES {
+            bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);
+        }
         // One picture of a path is its first.
         let most = if matches!(kind, OutputKind::Picture(_)) { 1 } else { usize::MAX };
         Ok(path.frames(self.args.fps).take(most).collect())
@@ -254,7 +273,13 @@ impl Job<'_> {
             light: self.world.light(),
             planes: &self.planes,
         };
-        Ok(picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?)
+        let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?;
+        // A drawing of something else than the data is no drawing; what went wrong was told as it happened.
+        if report.tiles_failed > 0 {
+            let path = self.world.terrain.pyramid().path().display();
+            bail!("{path}: {} tiles could not be read; the file is damaged", report.tiles_failed);
+        }
+        Ok(report)
     }
 
     /// The eye in the world's frame: what turns camera-relative positions into places.

@@ -62,7 +62,8 @@ impl FileError {
     }
 }
 
-fn one_line(text: &str) -> String {
+/// A text without line breaks and rows of spaces: what an error may take of foreign words.
+pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

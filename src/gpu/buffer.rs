@@ -30,6 +30,13 @@ impl GrowingBuffer {
         }
     }
 
+    /// As [`GrowingBuffer::reserve`], and no more than that: for buffers near the device's limit.
+    pub fn reserve_exactly(&mut self, gpu: &Gpu, bytes: u64) {
+        if bytes > self.buffer.size() {
+            self.buffer = create(gpu, self.label, self.usage, bytes);
+        }
+    }
+
     /// The buffer as it is now.
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer

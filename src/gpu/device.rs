@@ -114,7 +114,8 @@ impl Gpu {
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            tracing::error!("{error}");
+            // `check` hands the first of them on, in one line.
+            tracing::debug!("{error}");
             if let Ok(mut list) = sink.lock() {
                 list.push(error.to_string());
             }

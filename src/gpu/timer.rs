@@ -59,7 +59,9 @@ impl Timer {
         let start = |times: &[(f64, f64, PassTime)]| times.iter().map(|time| time.0).fold(f64::MAX, f64::min);
         let frame = (!times.is_empty())
             .then(|| PassTime { name: FRAME.to_owned(), gpu_ms: (end(&times) - start(&times)) * 1000.0 });
-        Some(frame.into_iter().chain(times.into_iter().map(|(_, _, time)| time)).collect())
+        let mut passes = Vec::from_iter(frame);
+        times.into_iter().for_each(|(_, _, time)| add(&mut passes, time));
+        Some(passes)
     }
 }
 
@@ -125,7 +127,15 @@ impl Recorder<'_> {
         let start = Instant::now();
         self.gpu.queue.submit([recorded.finish()]);
         self.gpu.wait();
-        self.times.push(PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
+        add(&mut self.times, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
+    }
+}
+
+/// A pass that runs in several batches has one time.
+fn add(times: &mut Vec<PassTime>, time: PassTime) {
+    match times.iter_mut().find(|known| known.name == time.name) {
+        Some(known) => known.gpu_ms += time.gpu_ms,
+        None => times.push(time),
     }
 }
 

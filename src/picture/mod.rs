@@ -95,8 +95,10 @@ pub struct PictureReport {
     pub parts: u64,
     /// Tiles read for it.
     pub tiles_loaded: u64,
-    /// Tiles that a coarser one stood in for.
+    /// Tiles that a coarser one stood in for, since there was no room.
     pub tiles_missing: u64,
+    /// Tiles that could not be read.
+    pub tiles_failed: u64,
     /// Bytes of targets on the GPU.
     pub target_bytes: u64,
 }
@@ -213,6 +215,7 @@ impl PictureReport {
         self.parts += other.parts;
         self.tiles_loaded += other.tiles_loaded;
         self.tiles_missing += other.tiles_missing;
+        self.tiles_failed += other.tiles_failed;
         self.target_bytes = self.target_bytes.max(other.target_bytes);
     }
 
@@ -231,7 +234,8 @@ impl PictureReport {
         self.triangles += prepared.selection.triangles();
         self.patches += prepared.selection.leaves.len() as u64;
         self.tiles_loaded += prepared.tiles.loaded;
-        self.tiles_missing += prepared.tiles.without_room + prepared.tiles.failed;
+        self.tiles_missing += prepared.tiles.without_room;
+        self.tiles_failed += prepared.tiles.failed;
         self.target_bytes = self.target_bytes.max(frame.targets().bytes());
     }
 }

@@ -28,8 +28,10 @@ pub struct Inputs<'a> {
     pub view: wgpu::BindingResource<'a>,
     /// What `shaders/shared/terrain.wgsl` declares.
     pub terrain: &'a [Named<'a>],
-    /// How many patches: without holes, then with holes.
-    pub patch_counts: [u32; 2],
+    /// How many patches the selection has without holes; those with holes follow.
+    pub solid: u32,
+    /// First patch and number of patches of this batch. The first batch clears the targets.
+    pub batch: [u32; 2],
     /// The patches and their vertices.
     pub mesh: &'a VerticesPass,
     /// [`DEPTH_FORMAT`].
@@ -57,13 +59,14 @@ impl TerrainPass {
     pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &Inputs) {
         let mut resources = vec![
             ("view", inputs.view.clone()),
-            ("patches", inputs.mesh.patches().as_entire_binding()),
+            ("patches", inputs.mesh.patches(inputs.batch)),
             ("positions", inputs.mesh.positions().as_entire_binding()),
         ];
         resources.extend(inputs.terrain.iter().cloned());
         let layout = |i| self.solid.get_bind_group_layout(i);
         let group = bind_group(gpu, "surface/terrain", &self.shader, layout, &resources);
 
+        let is_first = inputs.batch[0] == 0;
         let descriptor = wgpu::RenderPassDescriptor {
             label: Some("surface/terrain"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -71,13 +74,16 @@ impl TerrainPass {
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    load: if is_first { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load },
                     store: wgpu::StoreOp::Store,
                 },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &inputs.depth.view,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                depth_ops: Some(wgpu::Operations {
+                    load: if is_first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                    store: wgpu::StoreOp::Store,
+                }),
                 stencil_ops: None,
             }),
             ..Default::default()
@@ -86,11 +92,12 @@ impl TerrainPass {
             pass.set_bind_group(0, &group, &[]);
             pass.set_index_buffer(self.indices.buffer().slice(..), wgpu::IndexFormat::Uint16);
             let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
-            let [solid, with_holes] = inputs.patch_counts;
+            let [first, count] = inputs.batch;
+            let solid = inputs.solid.saturating_sub(first).min(count);
             pass.set_pipeline(&self.solid);
             pass.draw_indexed(0..index_count, 0, 0..solid);
             pass.set_pipeline(&self.with_holes);
-            pass.draw_indexed(0..index_count, 0, solid..solid + with_holes);
+            pass.draw_indexed(0..index_count, 0, solid..count);
         });
     }
 }

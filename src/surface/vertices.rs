@@ -1,5 +1,7 @@
 //! The vertices of the selected patches, morphed. See `shaders/surface/vertices.wgsl`.
 
+use std::num::NonZeroU64;
+
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, Named};
@@ -13,6 +15,8 @@ const VERTICES: u32 = (PATCH_QUADS + 1) * (PATCH_QUADS + 1);
 const WORKGROUP: u32 = 64;
 /// Bytes of a position.
 const POSITION_BYTES: u64 = 16;
+/// Patches of a batch come in multiples of this: 16 × 48 bytes are three times the largest alignment of offsets.
+const BATCH_STEP: u32 = 16;
 
 /// The pass, and the mesh that it makes.
 pub struct VerticesPass {
@@ -32,26 +36,43 @@ impl VerticesPass {
         }
     }
 
-    /// Reads the patches of `selection` and `terrain`; writes `positions`.
-    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, selection: &Selection, terrain: &[Named<'_>]) {
-        // A dispatch has no more groups in y than this; a selection within its error bound stays far below.
-        let most = gpu.device.limits().max_compute_workgroups_per_dimension as usize;
-        let instances: Vec<PatchInstance> =
-            selection.solid.iter().chain(&selection.with_holes).take(most).copied().collect();
+    /// Uploads the patches of a selection. They are placed and drawn in batches, which this returns: first patch and
+    /// number of patches. One is enough for pictures of usual size and error.
+    pub fn upload(&mut self, gpu: &Gpu, selection: &Selection) -> Vec<[u32; 2]> {
+        let instances: Vec<PatchInstance> = [selection.solid.as_slice(), &selection.with_holes].concat();
         self.patches.write(gpu, &instances);
-        self.positions.reserve(gpu, instances.len() as u64 * u64::from(VERTICES) * POSITION_BYTES);
-        let mut resources = vec![("patches", self.patches.binding()), ("positions", self.positions.binding())];
+        let count = instances.len() as u32;
+        let limits = gpu.device.limits();
+        let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let most =
+            (room / (u64::from(VERTICES) * POSITION_BYTES)).min(u64::from(limits.max_compute_workgroups_per_dimension));
+        // A batch's part of the patches is bound by its offset, which has to be aligned.
+        let most = (most as u32 / BATCH_STEP).max(1) * BATCH_STEP;
+        self.positions.reserve_exactly(gpu, u64::from(count.min(most)) * u64::from(VERTICES) * POSITION_BYTES);
+        // A selection of nothing still clears the targets.
+        (0..count.max(1)).step_by(most as usize).map(|first| [first, most.min(count - first)]).collect()
+    }
+
+    /// Places the vertices of a batch. Reads its patches and `terrain`; writes `positions`.
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, batch: [u32; 2], terrain: &[Named<'_>]) {
+        let mut resources = vec![("patches", self.patches(batch)), ("positions", self.positions.binding())];
         resources.extend(terrain.iter().cloned());
-        let groups = [VERTICES.div_ceil(WORKGROUP), instances.len() as u32];
+        let groups = [VERTICES.div_ceil(WORKGROUP), batch[1]];
         self.pass.run_groups(gpu, recorder, groups, &resources);
     }
 
-    /// The patches of the last run: `Patch` in `shaders/shared/patch.wgsl`.
-    pub fn patches(&self) -> &wgpu::Buffer {
-        self.patches.buffer()
+    /// The patches of a batch: `Patch` in `shaders/shared/patch.wgsl`.
+    pub fn patches(&self, batch: [u32; 2]) -> wgpu::BindingResource<'_> {
+        let size = size_of::<PatchInstance>() as u64;
+        let bytes = NonZeroU64::new(u64::from(batch[1].max(1)) * size);
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: self.patches.buffer(),
+            offset: u64::from(batch[0]) * size,
+            size: bytes,
+        })
     }
 
-    /// Their vertices, 17 × 17 each, row by row: camera-relative metres.
+    /// The vertices of the last batch, 17 × 17 for each patch, row by row: camera-relative metres.
     pub fn positions(&self) -> &wgpu::Buffer {
         self.positions.buffer()
     }

@@ -122,18 +122,11 @@ fn bounds(pyramid: &Pyramid, warp: &Warp, camera_m: DVec3, tile: TileAddress) ->
     let first = DVec2::new(f64::from(tile.x), f64::from(tile.y)) * side * scale - 1.0;
     let end = (first + side * scale + 2.0).min(last);
     let first = first.clamp(DVec2::ZERO, last);
-    let mut low = DVec2::INFINITY;
-    let mut high = DVec2::NEG_INFINITY;
-    for corner in [first, DVec2::new(end.x, first.y), DVec2::new(first.x, end.y), end] {
-        let place = warp.world_from_grid(corner);
-        low = low.min(place);
-        high = high.max(place);
-    }
-    let margin = (high - low) * 0.02;
+    let (low, high) = warp.bounds(first, end);
     // The whole range in height: the level rule knows no better.
     Bounds {
-        low_m: (low - margin).extend(f64::from(pyramid.min_m())) - camera_m,
-        high_m: (high + margin).extend(f64::from(pyramid.max_m())) - camera_m,
+        low_m: low.extend(f64::from(pyramid.min_m())) - camera_m,
+        high_m: high.extend(f64::from(pyramid.max_m())) - camera_m,
     }
 }
 
@@ -159,13 +152,24 @@ pub fn load(gpu: &Gpu, pyramid: &Pyramid, atlas: &mut Atlas, needed: &[TileAddre
                 Ok(tile) if atlas.insert(gpu, *address, &tile, frame) => loaded.loaded += 1,
                 Ok(_) => loaded.without_room += 1,
                 Err(error) => {
-                    tracing::warn!("{error}");
+                    tracing::warn!("{}", crate::file::one_line(&chain(&error)));
                     loaded.failed += 1;
                 }
             }
         }
     }
     loaded
+}
+
+/// An error with its causes.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text += &format!(": {error}");
+        cause = error.source();
+    }
+    text
 }
 
 /// The page table: for every tile of every level its slot and level, or those of the ancestor that stands in.

@@ -103,11 +103,6 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Patches without and with holes.
-    pub fn patch_counts(&self) -> [u32; 2] {
-        [self.solid.len() as u32, self.with_holes.len() as u32]
-    }
-
     /// Triangles drawn.
     pub fn triangles(&self) -> u64 {
         (self.solid.len() + self.with_holes.len()) as u64 * 2 * u64::from(PATCH_QUADS) * u64::from(PATCH_QUADS)
@@ -180,20 +175,12 @@ impl Walk<'_> {
             return None;
         }
         let end = (first + side).min(last);
-        let corners = [first, DVec2::new(end.x, first.y), DVec2::new(first.x, end.y), end];
-        let mut low = DVec2::INFINITY;
-        let mut high = DVec2::NEG_INFINITY;
-        for corner in corners {
-            let place = self.warp.world_from_grid(corner);
-            low = low.min(place);
-            high = high.max(place);
-        }
-        // The sides of a patch are a little curved in a geographic grid, and the surface overshoots its samples.
-        let margin = (high - low) * 0.02;
+        let (low, high) = self.warp.bounds(first, end);
+        // The surface overshoots its samples.
         let relief_m = f64::from(statistics.max_m - statistics.min_m);
         let camera_m = self.viewpoint.camera_m;
-        let low_m = (low - margin).extend(f64::from(statistics.min_m) - 0.15 * relief_m) - camera_m;
-        let high_m = (high + margin).extend(f64::from(statistics.max_m) + 0.15 * relief_m) - camera_m;
+        let low_m = low.extend(f64::from(statistics.min_m) - 0.15 * relief_m) - camera_m;
+        let high_m = high.extend(f64::from(statistics.max_m) + 0.15 * relief_m) - camera_m;
         Some(Bounds { low_m, high_m })
     }
 

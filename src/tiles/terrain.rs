@@ -33,6 +33,25 @@ impl Default for TerrainOptions {
 /// so the rest is for what happens between the samples where errors were measured.
 const LEVEL_SHARE: f64 = 0.5;
 
+/// Samples along a side: grid units of 32 bits reach from one end to the other.
+const MOST_SAMPLES: u32 = 1 << 18;
+
+/// Why a pyramid cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum TerrainError {
+    /// The pyramid's georeference leads nowhere.
+    #[error(transparent)]
+    Georeference(#[from] GeoreferenceError),
+    /// More samples than positions on the GPU can count.
+    #[error("{width}×{height} samples are more than hachure draws as one grid: at most {MOST_SAMPLES} along a side")]
+    TooWide {
+        /// Samples per row.
+        width: u32,
+        /// Rows.
+        height: u32,
+    },
+}
+
 /// What was prepared for a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
@@ -94,10 +113,13 @@ impl Terrain {
     /// Puts a pyramid's tables on the GPU; tiles follow with the views.
     ///
     /// # Errors
-    /// When the pyramid's georeference leads nowhere.
-    pub fn new(gpu: &Gpu, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, GeoreferenceError> {
+    /// [`TerrainError`].
+    pub fn new(gpu: &Gpu, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, TerrainError> {
         use wgpu::BufferUsages as Usage;
         let size = pyramid.levels()[0];
+        if size.width.max(size.height) > MOST_SAMPLES {
+            return Err(TerrainError::TooWide { width: size.width, height: size.height });
+        }
         let mapping = WorldMapping::new(pyramid.georeference(), size.width, size.height)?;
         let warp = Warp::fit(&mapping, size.width, size.height);
         let tiles = pyramid.levels().iter().map(|size| u64::from(size.tiles_x()) * u64::from(size.tiles_y())).sum();

@@ -83,6 +83,31 @@ impl Warp {
         self.grid_from_world.at(world_m)
     }
 
+    /// A box (least, greatest corner) around the places of the grid's rectangle from `first` to `end`, in metres. The
+    /// sides of a wide rectangle are curved: they are followed by five points each, and what lies between those adds to
+    /// the margin.
+    pub fn bounds(&self, first: DVec2, end: DVec2) -> (DVec2, DVec2) {
+        let steps = if self.degree == 1 { 1 } else { 4 };
+        let place = |i: i32, k: i32| {
+            let part = DVec2::new(f64::from(i), f64::from(k)) / f64::from(steps);
+            self.world_from_grid(first + (end - first) * part)
+        };
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for (i, k) in (0..=steps).flat_map(|k| (0..=steps).map(move |i| (i, k))) {
+            low = low.min(place(i, k));
+            high = high.max(place(i, k));
+        }
+        let mut margin = (high - low) * 0.02;
+        if steps > 1 {
+            // A parabola through the ends bulges a sixteenth as much over a quarter of its length.
+            let bulge = |a: DVec2, middle: DVec2, b: DVec2| (middle - (a + b) * 0.5).abs();
+            let across = bulge(place(0, 0), place(2, 0), place(4, 0)).max(bulge(place(0, 4), place(2, 4), place(4, 4)));
+            let down = bulge(place(0, 0), place(0, 2), place(0, 4)).max(bulge(place(4, 0), place(4, 2), place(4, 4)));
+            margin += (across + down) / 8.0;
+        }
+        (low - margin, high + margin)
+    }
+
     /// The mean distance between samples in metres, in the middle of the grid.
     pub fn spacing_m(&self) -> f64 {
         let middle = self.last_sample * 0.5;
