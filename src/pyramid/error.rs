@@ -89,6 +89,9 @@ pub enum PyramidError {
     /// The system names no folder for caches.
     #[error("no folder for baked terrain: set HACHURE_CACHE")]
     NoCacheFolder,
+    /// Nobody wants the tile any more.
+    #[error("no longer wanted")]
+    Cancelled,
     /// The heights to bake could not be had: the loader's own words, which name the file.
     #[error(transparent)]
     Load(Box<dyn std::error::Error + Send + Sync>),

@@ -50,24 +50,9 @@ fn span(tile: u32, border: u32, count: u32) -> (u32, u32) {
 }
 
 /// A rectangle of samples of one level, inside it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    /// First column.
-    pub x: u32,
-    /// First row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
+pub use crate::source::Window as Region;
 
 impl Region {
-    /// Samples in all.
-    pub fn samples(self) -> usize {
-        self.width as usize * self.height as usize
-    }
-
     /// The region with `border` more samples on every side, as far as a level of `size` goes.
     pub fn grown(self, border: u32, size: LevelSize) -> Self {
         let (x, y) = (self.x.saturating_sub(border), self.y.saturating_sub(border));

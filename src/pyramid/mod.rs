@@ -8,6 +8,7 @@ pub mod bicubic;
 pub mod fill;
 pub mod levels;
 pub mod statistics;
+pub mod store;
 
 mod bake;
 mod cache;
@@ -29,6 +30,7 @@ pub use levels::LevelSize;
 pub use open::Pyramid;
 pub use sidecar::sidecar_path;
 pub use statistics::{PatchStatistics, TileStatistics, Voids};
+pub use store::{Cancel, LoadedTile, PatchPage, TileStore};
 
 /// Samples along the side of a tile.
 pub const TILE_SAMPLES: u32 = 256;

@@ -7,7 +7,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::fill::{HeightLevels, flagged, is_void, read_filled};
 use super::levels::{LevelSize, level_sizes};
 use super::sidecar::Sidecar;
-use super::statistics::{PatchStatistics, TileStatistics, patch_counts, tile_index};
+use super::statistics::{PatchStatistics, Statistics, TileStatistics, patch_counts, tile_index};
+use super::store::{Cancel, Decode, LoadedTile, PAGE_PATCHES, PatchPage, TileStore};
 use super::stored::StoredLevels;
 use super::{PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, bicubic};
 use crate::source::georeference::Georeference;
@@ -32,8 +33,9 @@ impl Pyramid {
     /// [`PyramidError::NoSidecar`], [`PyramidError::StaleSidecar`] and [`PyramidError::CorruptSidecar`] ask for a new
     /// bake ([`PyramidError::wants_bake`]).
     pub fn open(path: &Path) -> Result<Self, PyramidError> {
-        let sidecar = Sidecar::read(path)?;
+        let mut sidecar = Sidecar::read(path)?;
         let sizes = level_sizes(sidecar.finest.width, sidecar.finest.height);
+        complete(&mut sidecar.statistics, &sizes);
         let stored = StoredLevels::open(path, path, sizes)?;
         Ok(Self { path: path.to_owned(), stored, sidecar, vertical_exaggeration: 1.0, ground: Mutex::default() })
     }
@@ -48,6 +50,7 @@ impl Pyramid {
             tile.min_m *= factor;
             tile.max_m *= factor;
             tile.error_m *= factor;
+            tile.corner_errors_m = tile.corner_errors_m.map(|error_m| error_m * factor);
         }
         for patch in sidecar.statistics.patches.iter_mut().flatten() {
             patch.min_m *= factor;
@@ -187,6 +190,72 @@ impl Pyramid {
         ground.push_front((address, tile.clone()));
         ground.truncate(GROUND_TILES);
         Some(tile)
+    }
+}
+
+impl TileStore for Pyramid {
+    fn name(&self) -> String {
+        self.path.display().to_string()
+    }
+
+    fn levels(&self) -> &[LevelSize] {
+        self.stored.sizes()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.sidecar.georeference
+    }
+
+    fn range_m(&self) -> [f32; 2] {
+        [self.min_m(), self.max_m()]
+    }
+
+    fn is_measured(&self) -> bool {
+        true
+    }
+
+    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        self.sidecar.statistics.patches.get(self.levels().len()..).unwrap_or_default()
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, _cancel: &Cancel) -> Result<Decode, PyramidError> {
+        Ok(Box::new(move || {
+            let page = (0..PAGE_PATCHES * PAGE_PATCHES).map(|i| {
+                let (x, y) = (address.x * PAGE_PATCHES + i % PAGE_PATCHES, address.y * PAGE_PATCHES + i / PAGE_PATCHES);
+                self.patch(address.level, x, y).copied().unwrap_or(PatchPage::NOTHING)
+            });
+            let patches = PatchPage::new(page.collect());
+            Ok(LoadedTile { tile: self.read_tile(address)?, statistics: *self.tile(address), patches })
+        }))
+    }
+}
+
+/// What follows from the statistics of single tiles: the errors at corners, and ranges that hold those of the children.
+fn complete(statistics: &mut Statistics, sizes: &[LevelSize]) {
+    for level in 1..sizes.len() {
+        let (finer, coarser) = statistics.tiles.split_at_mut(level);
+        for (i, child) in finer[level - 1].iter().enumerate() {
+            let (x, y) = (i as u32 % sizes[level - 1].tiles_x(), i as u32 / sizes[level - 1].tiles_x());
+            let parent = &mut coarser[0][(y / 2 * sizes[level].tiles_x() + x / 2) as usize];
+            parent.min_m = parent.min_m.min(child.min_m);
+            parent.max_m = parent.max_m.max(child.max_m);
+        }
+    }
+    for (tiles, size) in statistics.tiles.iter_mut().zip(sizes) {
+        let (tiles_x, tiles_y) = (size.tiles_x(), size.tiles_y());
+        let errors_m: Vec<f32> = tiles.iter().map(|tile| tile.error_m).collect();
+        let error_m = |x: u32, y: u32| match x < tiles_x && y < tiles_y {
+            true => errors_m[(y * tiles_x + x) as usize],
+            false => 0.0,
+        };
+        for (i, tile) in tiles.iter_mut().enumerate() {
+            let (x, y) = (i as u32 % tiles_x, i as u32 / tiles_x);
+            tile.corner_errors_m = std::array::from_fn(|corner| {
+                let (x, y) = (x + corner as u32 % 2, y + corner as u32 / 2);
+                let (west, north) = (x.wrapping_sub(1), y.wrapping_sub(1));
+                error_m(west, north).max(error_m(x, north)).max(error_m(west, y)).max(error_m(x, y))
+            });
+        }
     }
 }
 

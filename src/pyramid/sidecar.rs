@@ -169,7 +169,13 @@ fn parse(mut body: Cursor<'_>) -> Option<Sidecar> {
     let mut tiles = Vec::new();
     for size in level_sizes(finest.width, finest.height) {
         let nodes = body.nodes(size.tiles_x(), size.tiles_y())?;
-        let tile = |(min_m, max_m, error_m, voids)| TileStatistics { min_m, max_m, error_m, voids };
+        let tile = |(min_m, max_m, error_m, voids)| TileStatistics {
+            min_m,
+            max_m,
+            error_m,
+            corner_errors_m: [error_m; 4],
+            voids,
+        };
         tiles.push(nodes.into_iter().map(tile).collect());
     }
     let mut patches = Vec::new();

@@ -17,14 +17,17 @@ pub enum Voids {
 /// One tile of one level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileStatistics {
-    /// Lowest valid sample of the tile and the ring of one sample around it, in metres; NaN if all are void. The
-    /// surface between the samples may pass a little below it.
+    /// Lowest valid sample of the tile and the ring of one sample around it, and of its children, in metres; NaN if
+    /// all are void. The surface between the samples may pass a little below it.
     pub min_m: f32,
     /// Highest, likewise.
     pub max_m: f32,
     /// The largest |H(f) − h(f)| in metres over the full-resolution valid samples f in the tile's area, where H is the
     /// surface of this level as stored and h the original height; at least that of the tile's children.
     pub error_m: f32,
+    /// At the tile's corners (north-west, north-east, south-west, south-east), the largest error of the up to four
+    /// tiles that meet there: what the surface's level follows, since it has no steps between tiles.
+    pub corner_errors_m: [f32; 4],
     /// How many samples of the tile and the ring of one sample around it are void.
     pub voids: Voids,
 }

@@ -87,7 +87,13 @@ pub fn tile_statistics(served: &[f32], size: LevelSize, errors_m: &[f32]) -> Vec
                 range.add(&served[start..start + region.width as usize]);
             }
             let error_m = errors_m[tile as usize];
-            TileStatistics { min_m: range.min_m, max_m: range.max_m, error_m, voids: range.voids() }
+            TileStatistics {
+                min_m: range.min_m,
+                max_m: range.max_m,
+                error_m,
+                corner_errors_m: [error_m; 4],
+                voids: range.voids(),
+            }
         })
         .collect()
 }

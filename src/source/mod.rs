@@ -15,6 +15,7 @@ mod hillslope;
 mod looks_like;
 pub mod procedural;
 mod raster;
+pub mod reader;
 mod relief;
 mod samples;
 mod valley;
@@ -26,6 +27,7 @@ pub use error::SourceError;
 pub use geokeys::{GeoKey, GeoKeyValue, GeoKeys};
 use georeference::Georeference;
 pub use georeference::GeoreferenceError;
+pub use reader::{HeightReader, Window};
 pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.

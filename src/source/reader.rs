@@ -1,0 +1,46 @@
+//! Heights read by windows: what a bake of any size needs of a file.
+
+use super::SourceError;
+use super::georeference::Georeference;
+
+/// A rectangle of samples inside a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Window {
+    /// First column.
+    pub x: u32,
+    /// First row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Window {
+    /// Samples in all.
+    pub fn samples(self) -> usize {
+        self.width as usize * self.height as usize
+    }
+}
+
+/// A height grid that is read a window at a time, from any thread. It may be larger than memory.
+pub trait HeightReader: Send + Sync {
+    /// Samples per row, and rows: at least 2 each.
+    fn size(&self) -> [u32; 2];
+
+    /// Where the samples lie.
+    fn georeference(&self) -> &Georeference;
+
+    /// The heights in metres of a window inside the grid, row-major, NaN where there is no data.
+    ///
+    /// # Errors
+    /// A [`SourceError`] that names the file and the cause.
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError>;
+
+    /// What a window should begin and end at so that nothing is decoded twice: columns and rows of a block.
+    fn block(&self) -> [u32; 2];
+
+    /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two
+    /// readers with one identity give the same heights.
+    fn identity(&self) -> String;
+}
