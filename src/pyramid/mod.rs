@@ -6,6 +6,7 @@
 
 pub mod bicubic;
 pub mod fill;
+pub mod ground;
 pub mod levels;
 pub mod statistics;
 pub mod store;
