@@ -102,6 +102,10 @@ pub struct Prepared {
     pub selection: Selection,
     /// What the tiles did.
     pub tiles: Loaded,
+    /// What the frame thread spent on tiles and patches, in milliseconds.
+    pub prepare_ms: f64,
+    /// Whether the camera has jumped: detail is on its way.
+    pub jumped: bool,
 }
 
 /// The terrain.
@@ -287,7 +291,8 @@ impl Terrain {
     /// the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         self.frame += 1;
-        let mut now_s = self.start.elapsed().as_secs_f64();
+        let begun_s = self.start.elapsed().as_secs_f64();
+        let mut now_s = begun_s;
         let rule = LevelRule {
             camera_m: view.camera_m,
             frusta: view.frusta.clone(),
@@ -328,7 +333,8 @@ impl Terrain {
             tiles.pending += self.asked.len() as u64;
             tiles.late |= !self.asked.is_empty();
             self.tell(gpu, &rule, view.camera_m);
-            return Prepared { selection, tiles };
+            let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
+            return Prepared { selection, tiles, prepare_ms, jumped: flown.jumped_s == begun_s };
         }
     }
 
