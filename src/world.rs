@@ -103,6 +103,8 @@ impl OpenWorld {
     /// When the georeference leads nowhere.
     pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
         let name = store.name();
+        let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
+        let options = TerrainOptions { inverse_radius, ..options };
         let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })
     }

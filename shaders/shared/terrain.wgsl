@@ -70,7 +70,8 @@ struct Terrain {
     world_origin_m: vec2<f32>,
     // Grid units in a sample.
     units_per_sample: f32,
-    pad: f32,
+    // Of the earth, per metre; 0 is flat.
+    inverse_radius: f32,
 }
 
 @group(0) @binding(10) var<uniform> terrain: Terrain;

@@ -6,6 +6,7 @@
 // Near silhouettes, where the ray misses the smooth surface, the mesh's own position stays.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::terrain::{grid_from_world, surface_level, surface_near, surface_at, Surface}
+#import hachure::earth::{unbend, unbend_direction, bend_normal, Unbent}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depth: texture_depth_2d;
@@ -65,11 +66,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // The first turn is at the mesh's hit. A step beyond the reach of the expansion is tried at its end, and goes on
     // from there if that is nearer. One loop that is tested at its end: software drivers run both sides of a branch.
     loop {
-        let point = grid_from_world(ray.xy * tried_m);
-        let near = surface_near(point.g, surface_level(point.g, length(ray) * tried_m));
+        let at = unbend(ray * tried_m);
+        let step = unbend_direction(at, ray);
+        let point = grid_from_world(at.flat_m.xy);
+        let near = surface_near(point.g, surface_level(point.g, length(at.flat_m)));
         // The ray's way over the grid; the map is straight enough over a few pixels.
-        let way = point.dg_dx * ray.x + point.dg_dy * ray.y;
-        let found = cut(surface_at(near), ray.z * tried_m, ray.z, way);
+        let way = point.dg_dx * step.x + point.dg_dy * step.y;
+        let found = cut(surface_at(near), at.flat_m.z, step.z, way);
         var goes_on = false;
         if tries == 0 || abs(found.above_m) < abs(above_m) {
             along_m = tried_m;
@@ -98,5 +101,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let by_world = vec2<f32>(dot(gradient, dg_dx), dot(gradient, dg_dy));
     textureStore(position, pixel, vec4<f32>(ray * along_m, along_m));
-    textureStore(normal, pixel, vec4<f32>(normalize(vec3<f32>(-by_world, 1.0)), 1.0));
+    textureStore(normal, pixel, vec4<f32>(bend_normal(unbend(ray * along_m), by_world), 1.0));
 }

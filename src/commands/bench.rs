@@ -222,7 +222,7 @@ struct Drawn {
 impl Flight {
     fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream };
+        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let requirements = Requirements::of(&style);
         Ok(Self {
             world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?,

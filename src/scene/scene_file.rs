@@ -15,6 +15,10 @@
 //! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
 //! color = "#dfe6ea"                 # without it, the style's paper
 //!
+//! [earth]
+//! curvature = true                  # bends the map; without it, the map is flat
+//! refraction = 0.13                 # of the air; without it, 0
+//!
 //! [camera]
 //! start = "0,-2000,+300,0,-10,50"   # x,y,z,yaw,pitch,fov
 //! ```
@@ -25,6 +29,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::camera::Camera;
+use super::earth::Earth;
 use super::{Haze, Scene, Sun, World};
 
 /// Why a file is no scene. One line that names the file, the key and the cause.
@@ -71,6 +76,8 @@ struct FileToml {
     #[serde(default)]
     haze: HazeToml,
     #[serde(default)]
+    earth: EarthToml,
+    #[serde(default)]
     camera: CameraToml,
     vertical_exaggeration: Option<f64>,
 }
@@ -100,6 +107,14 @@ struct SunToml {
 struct HazeToml {
     distance_m: Option<f64>,
     color: Option<String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct EarthToml {
+    #[serde(default)]
+    curvature: bool,
+    refraction: Option<f64>,
 }
 
 #[derive(Deserialize, Default)]
@@ -149,6 +164,11 @@ impl Scene {
             None => None,
         };
         scene.haze = Haze { distance_m: file.haze.distance_m, color_srgb };
+        let refraction = file.earth.refraction.unwrap_or(0.0);
+        if !(-1.0..1.0).contains(&refraction) {
+            return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
+        }
+        scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }
