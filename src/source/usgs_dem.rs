@@ -54,7 +54,12 @@ impl Scan<'_> {
     fn real(&mut self) -> Option<f64> {
         self.skip_space();
         let rest = self.bytes.get(self.at..)?;
-        let length = rest.iter().take(24).take_while(|byte| !byte.is_ascii_whitespace()).count();
+        // A sign that does not belong to the exponent begins the next number.
+        let belongs = |at: usize| match rest[at] {
+            b'-' | b'+' => at == 0 || rest[at - 1].is_ascii_alphabetic(),
+            byte => !byte.is_ascii_whitespace(),
+        };
+        let length = (0..rest.len().min(24)).take_while(|&at| belongs(at)).count();
         self.at += length;
         number(std::str::from_utf8(&rest[..length]).ok()?).filter(|number| number.is_finite())
     }
