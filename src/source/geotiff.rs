@@ -4,8 +4,9 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use tiff_reader::{OpenOptions, TagValue, TiffError, TiffFile};
+use tiff_reader::{ByteOrder, OpenOptions, TagValue, TiffError, TiffFile};
 
+use super::flat::{Description, FlatReader};
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
 use super::place::{self, cannot_open, check_window, inconsistent};
@@ -41,11 +42,11 @@ impl GeoTiffReader {
     ///
     /// # Errors
     /// See [`super::open_reader`].
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
+    pub fn open(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
         guarded(path, || Self::open_unguarded(path))
     }
 
-    fn open_unguarded(path: &Path) -> Result<Self, SourceError> {
+    fn open_unguarded(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
         let damaged = |source| SourceError::Damaged { path: path.into(), source };
         let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
         let options = OpenOptions {
@@ -66,7 +67,14 @@ impl GeoTiffReader {
             georeference.geokeys.declare_vertical_metres();
         }
         let identity = place::identity(&[path], "");
-        Ok(Self { path: path.into(), file, layout, meaning, georeference, identity, told: Told::default() })
+        // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
+        if let Some(strides) = layout.strides {
+            let (size, is_big_endian) = ([layout.width, layout.height], file.byte_order() == ByteOrder::BigEndian);
+            let described = Description { size, strides, is_big_endian, meaning, georeference, identity };
+            return Ok(Box::new(FlatReader::new(path, None, described)?));
+        }
+        let told = Told::default();
+        Ok(Box::new(Self { path: path.into(), file, layout, meaning, georeference, identity, told }))
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {

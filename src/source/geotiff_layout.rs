@@ -6,6 +6,7 @@ use std::path::Path;
 use tiff_reader::{Ifd, TiffFile};
 
 use super::SourceError;
+use super::flat::Strides;
 use super::reader::Window;
 use super::samples::SampleType;
 
@@ -28,6 +29,8 @@ pub(super) struct Layout {
     pub sample_type: SampleType,
     /// Size of a strip or tile in samples.
     pub block: [usize; 2],
+    /// Where samples that are not compressed lie one after the other from the first strip to the last.
+    pub strides: Option<Strides>,
     /// For each of the first band's strips or tiles, by rows, whether the file leaves it out. Empty where it leaves out
     /// none.
     is_absent: Vec<bool>,
@@ -138,7 +141,22 @@ pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path) -> Result<Lay
     };
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
     let band_bytes = samples.saturating_mul(sample_bytes);
-    if block_bytes > MAX_BLOCK_BYTES {
+    let row_bytes = u64::from(width) * interleaved * sample_bytes;
+    let is_plain = ifd.compression() == 1
+        && ifd.predictor() == 1
+        && ifd.fill_order() == 1
+        && ifd.tag(TAG_TILE_OFFSETS).is_none()
+        && absent.is_empty()
+        && ifd.bits_per_sample().is_ok_and(|bits| bits.iter().all(|&bits| u64::from(bits) == 8 * sample_bytes));
+    let strip = |index: usize| offsets[0].checked_add(index as u64 * u64::from(block[1]) * row_bytes);
+    // Only the first band's strips, should each band have its own.
+    let follow = || offsets.iter().take(block_count as usize).enumerate().all(|(index, &at)| strip(index) == Some(at));
+    let strides = (is_plain && follow()).then(|| Strides {
+        offset: offsets[0],
+        row: row_bytes,
+        sample: interleaved * sample_bytes,
+    });
+    if block_bytes > MAX_BLOCK_BYTES && strides.is_none() {
         return Err(too_large());
     }
     // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
@@ -147,7 +165,7 @@ pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path) -> Result<Lay
     }
 
     let block = block.map(|size| size as usize);
-    Ok(Layout { ifd: ifd.clone(), width, height, sample_type, block, is_absent: absent })
+    Ok(Layout { ifd: ifd.clone(), width, height, sample_type, block, strides, is_absent: absent })
 }
 
 fn is_bit_packed(ifd: &Ifd) -> bool {

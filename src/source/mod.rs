@@ -124,7 +124,7 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
     }
     let said = || side_file::Said::of(path, options);
     Ok(match format {
-        Format::GeoTiff => Box::new(geotiff::GeoTiffReader::open(path)?),
+        Format::GeoTiff => geotiff::GeoTiffReader::open(path)?,
         Format::Png => Box::new(geotiff::guarded(path, || png16::open(path, &said()?))?),
         Format::Hgt => Box::new(hgt::open(path)?),
         Format::ZippedHgt => Box::new(geotiff::guarded(path, || hgt::open_zip(path))?),

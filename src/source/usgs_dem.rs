@@ -115,9 +115,9 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, SourceError> {
     let is_geographic = whole(156, 6) == Some(0);
     let mut corners = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for corner in 0..4 {
-        for axis in 0..2 {
+        for (axis, range) in corners.iter_mut().enumerate() {
             let value = real(546 + 48 * corner + 24 * axis, 24).ok_or_else(|| missing("corners"))?;
-            corners[axis] = [corners[axis][0].min(value), corners[axis][1].max(value)];
+            *range = [range[0].min(value), range[1].max(value)];
         }
     }
     let resolution = |index: usize| real(816 + 12 * index, 12);

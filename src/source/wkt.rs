@@ -155,7 +155,10 @@ fn geographic_keys(node: &Node) -> Vec<GeoKey> {
     ];
     match node.unit() {
         Some(unit) if (unit / 1f64.to_radians() - 1.0).abs() > 1e-9 => {
-            keys.extend([GeoKey::short(key::ANGULAR_UNITS, USER_DEFINED), GeoKey::double(key::ANGULAR_UNIT_SIZE, unit)])
+            keys.extend([
+                GeoKey::short(key::ANGULAR_UNITS, USER_DEFINED),
+                GeoKey::double(key::ANGULAR_UNIT_SIZE, unit),
+            ]);
         }
         _ => keys.push(GeoKey::short(key::ANGULAR_UNITS, key::DEGREE)),
     }

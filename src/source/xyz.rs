@@ -55,7 +55,8 @@ impl Grid {
         } else {
             let column = self.count % width;
             let spacing = (self.eastings[width - 1] - self.eastings[0]).abs() / (width as f64 - 1.0);
-            if !((x - self.eastings[column]).abs() <= TOLERANCE * spacing) {
+            // A single column is a grid by columns.
+            if width < 2 || (x - self.eastings[column]).abs() > TOLERANCE * spacing {
                 return false;
             }
             match column {
