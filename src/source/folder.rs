@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::format::{self, Format};
 use super::place::{cannot_open, ending};
 use super::side_file::OpenOptions;
-use super::{SourceError, ehdr, png16, side_file, tile_folder};
+use super::{SourceError, ehdr, hgt, png16, side_file, tile_folder, xyz};
 
 /// What a path is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +69,9 @@ fn is_member(path: &Path) -> bool {
     match format::of(path, &options) {
         // Photographs and textures lie beside DEMs; only the pixels tell them from terrain-RGB.
         Ok(Format::Png) => side_file::Said::of(path, &options).and_then(|said| png16::open(path, &said)).is_ok(),
+        Ok(Format::ZippedHgt) => !matches!(hgt::open_zip(path), Err(SourceError::UnknownFormat { .. })),
+        // Any table begins as points do, a camera path for one.
+        Ok(Format::Xyz) => ending(path) == "xyz" || xyz::open(path).is_ok(),
         Ok(_) => true,
         Err(_) => false,
     }

@@ -63,8 +63,10 @@ fn members_are_the_height_files() {
     write::png16(&at("d.png"), &dem);
     write::raw(&at("e.r16"), &dem, false);
     std::fs::write(at("e.r16.toml"), "spacing_m = 3").unwrap();
+    write::hgt_zip(&at("textures.zip"), "grass.jpg", &dem);
     write::hgt(&at("N46E008.hgt"), &Dem::new(1201, 1201, 0));
     std::fs::write(at("readme.txt"), "notes\n").unwrap();
+    std::fs::write(at("path.csv"), "t,x,y,z,yaw,pitch,fov\n0,1,2,3,4,5,6\n1,1,3,3,4,5,6\n2,2,2,3,4,5,6\n").unwrap();
     std::fs::write(at("a.bil.aux.xml"), "<PAMDataset/>").unwrap();
     std::fs::write(at("empty.tif"), "").unwrap();
     write::png(&at("photo.png"), [8, 8], png::ColorType::Grayscale, png::BitDepth::Eight, &[7; 64]);

@@ -26,8 +26,11 @@ pub fn one_of_each(folder: &Path) -> Vec<PathBuf> {
     let tiff = geotiff_writer::GeoTiffBuilder::new(50, 50).tile_size(16, 16).nodata("-32768").pixel_scale(3.0, 3.0);
     let tiff = tiff.origin(5.0, 7.0).compression(geotiff_writer::Compression::Deflate);
     tiff.write_2d(at("l.tif"), samples.view()).unwrap();
+    // One strip, not compressed: the samples lie there as they are.
+    let plain = geotiff_writer::GeoTiffBuilder::new(50, 50).nodata("-32768").pixel_scale(3.0, 3.0).origin(5.0, 7.0);
+    plain.compression(geotiff_writer::Compression::None).write_2d(at("n.tif"), samples.view()).unwrap();
     let mut files: Vec<PathBuf> =
-        "a.asc b.txt c.xyz d.bil e.flt f.img g.dt0 h.dem i.png j.r16 k.png l.tif".split(' ').map(at).collect();
+        "a.asc b.txt c.xyz d.bil e.flt f.img g.dt0 h.dem i.png j.r16 k.png l.tif n.tif".split(' ').map(at).collect();
     write::hgt_zip(&at("m.zip"), "N46E008.hgt", &Dem::new(1201, 1201, 1));
     files.push(at("m.zip"));
     files
