@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(keys(&with_code).unwrap().epsg, Some(2056));
         let second = r#"PROJCRS["x",BASEGEOGCRS["y",ID["EPSG",4326]],LENGTHUNIT["metre",1],ID["EPSG",32610]]"#;
         assert_eq!(keys(second).unwrap().epsg, Some(32610));
-        let compound = format!(r#"COMPD_CS["both",{},VERT_CS["h",UNIT["foot",0.3048]]]"#, with_code);
+        let compound = format!(r#"COMPD_CS["both",{with_code},VERT_CS["h",UNIT["foot",0.3048]]]"#);
         assert_eq!(keys(&compound).unwrap().epsg, Some(2056));
     }
 
