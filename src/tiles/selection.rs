@@ -213,7 +213,10 @@ impl Walk<'_> {
     fn mesh_error_m(&self, key: PatchKey) -> f64 {
         let Known::Patch { statistics, .. } = self.known(key) else { return 0.0 };
         // Halving the quads of a smooth surface quarters the error.
-        f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2()
+        let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
+        // A quad is flat and the earth is not: the sagitta of its diagonal.
+        let quad_m = self.warp.spacing_m() * f64::from(key.level).exp2();
+        error_m + 0.25 * quad_m * quad_m * self.viewpoint.bending.inverse_radius
     }
 
     fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {

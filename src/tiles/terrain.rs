@@ -334,7 +334,7 @@ impl Terrain {
             if !streams && idle < 3 && self.asked.keys().any(|tile| self.residency.can_come(*tile)) {
                 continue;
             }
-            tiles.pending += self.asked.len() as u64;
+            tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
             tiles.late |= !self.asked.is_empty();
             self.tell(gpu, &rule, view.camera_m);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
