@@ -12,24 +12,24 @@ pub mod statistics;
 pub mod store;
 
 mod bake;
+mod bytes;
 mod cache;
 mod cog;
 mod encode;
 mod error;
 mod geotags;
-mod mesh_error;
+mod link;
 mod open;
-mod overview;
+mod record;
 mod sidecar;
 mod stored;
-mod tile_error;
 
-pub use bake::{BakeOptions, BakeReport, bake};
+pub use bake::{BakeOptions, BakeReport, BakeWork, Baked, bake, bake_reader, parts_path};
 pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_key, trim};
 pub use error::PyramidError;
 pub use levels::LevelSize;
 pub use open::Pyramid;
-pub use sidecar::sidecar_path;
+pub use sidecar::{LevelSummary, sidecar_path};
 pub use statistics::{PatchStatistics, TileStatistics, Voids};
 pub use store::{Cancel, LoadedTile, PatchPage, TileStore};
 

@@ -1,6 +1,8 @@
 //! Heights read by windows: what a bake of any size needs of a file.
 
-use super::SourceError;
+use std::borrow::Borrow;
+
+use super::{HeightGrid, SourceError};
 use super::georeference::Georeference;
 
 /// A rectangle of samples inside a grid.
@@ -43,4 +45,48 @@ pub trait HeightReader: Send + Sync {
     /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two
     /// readers with one identity give the same heights.
     fn identity(&self) -> String;
+}
+
+/// A grid in memory, owned or borrowed, read by windows.
+#[derive(Clone, Debug)]
+pub struct GridReader<G> {
+    grid: G,
+    identity: String,
+}
+
+impl<G: Borrow<HeightGrid>> GridReader<G> {
+    /// Of a grid that comes from what `identity` says.
+    pub fn new(grid: G, identity: String) -> Self {
+        Self { grid, identity }
+    }
+}
+
+impl<G: Borrow<HeightGrid> + Send + Sync> HeightReader for GridReader<G> {
+    fn size(&self) -> [u32; 2] {
+        let grid = self.grid.borrow();
+        [grid.width, grid.height]
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.grid.borrow().georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        let grid = self.grid.borrow();
+        let width = grid.width as usize;
+        let mut heights_m = Vec::with_capacity(window.samples());
+        for row in window.y as usize..(window.y + window.height) as usize {
+            let start = row * width + window.x as usize;
+            heights_m.extend_from_slice(&grid.heights_m[start..start + window.width as usize]);
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        [self.grid.borrow().width, 1]
+    }
+
+    fn identity(&self) -> String {
+        self.identity.clone()
+    }
 }
