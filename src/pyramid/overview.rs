@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::levels::LevelSize;
+use super::levels::{LevelSize, Region};
 
 /// The fine samples under one coarse sample along an axis: the first of them, how many, and their shares of the
 /// coarse sample's width (sum 1).
@@ -20,22 +20,50 @@ struct Cover {
 const SLIVER: f64 = 1e-9;
 
 fn covers(fine: u32, coarse: u32) -> Vec<Cover> {
+    (0..coarse).map(|c| cover(c, fine, coarse)).collect()
+}
+
+fn cover(c: u32, fine: u32, coarse: u32) -> Cover {
     let ratio = f64::from(fine) / f64::from(coarse);
-    (0..coarse)
-        .map(|c| {
-            // One multiplication and one division each: exact where the ratio is 1 or 2.
-            let start = f64::from(c) * f64::from(fine) / f64::from(coarse);
-            let end = f64::from(c + 1) * f64::from(fine) / f64::from(coarse);
-            let first = (start + SLIVER).floor() as usize;
-            let last = ((end - SLIVER).ceil() as usize).min(fine as usize);
-            let mut shares = [0.0; 3];
-            for (k, share) in shares.iter_mut().enumerate().take(last - first) {
-                let sample = (first + k) as f64;
-                *share = ((sample + 1.0).min(end) - sample.max(start)) / ratio;
-            }
-            Cover { first, count: last - first, shares }
-        })
-        .collect()
+    // One multiplication and one division each: exact where the ratio is 1 or 2.
+    let start = f64::from(c) * f64::from(fine) / f64::from(coarse);
+    let end = f64::from(c + 1) * f64::from(fine) / f64::from(coarse);
+    let first = (start + SLIVER).floor() as usize;
+    let last = ((end - SLIVER).ceil() as usize).min(fine as usize);
+    let mut shares = [0.0; 3];
+    for (k, share) in shares.iter_mut().enumerate().take(last - first) {
+        let sample = (first + k) as f64;
+        *share = ((sample + 1.0).min(end) - sample.max(start)) / ratio;
+    }
+    Cover { first, count: last - first, shares }
+}
+
+/// The fine samples under a region of the coarse level, which is not empty.
+pub fn under(region: Region, fine: LevelSize, coarse: LevelSize) -> Region {
+    let span = |first: u32, count: u32, fine: u32, coarse: u32| {
+        let last = cover(first + count - 1, fine, coarse);
+        let first = cover(first, fine, coarse).first as u32;
+        (first, (last.first + last.count) as u32 - first)
+    };
+    let (x, width) = span(region.x, region.width, fine.width, coarse.width);
+    let (y, height) = span(region.y, region.height, fine.height, coarse.height);
+    Region { x, y, width, height }
+}
+
+/// A region of the coarse level from the fine samples that [`under`] names: the same bits as [`next_level`] gives.
+pub fn averaged(heights_m: &[f32], region: Region, fine: LevelSize, coarse: LevelSize) -> Vec<f32> {
+    let held = under(region, fine, coarse);
+    let covers = |first: u32, count: u32, origin: u32, fine: u32, coarse: u32| -> Vec<Cover> {
+        let inside = |cover: Cover| Cover { first: cover.first - origin as usize, ..cover };
+        (first..first + count).map(|c| inside(cover(c, fine, coarse))).collect()
+    };
+    let columns = covers(region.x, region.width, held.x, fine.width, coarse.width);
+    let rows = covers(region.y, region.height, held.y, fine.height, coarse.height);
+    let mut averages = Vec::with_capacity(region.samples());
+    for row in &rows {
+        averages.extend(columns.iter().map(|column| average(heights_m, held.width as usize, column, row)));
+    }
+    averages
 }
 
 /// Averages a level into the next coarser one. `heights_m` is row-major with NaN for voids, and so is the result.
@@ -82,6 +110,30 @@ mod tests {
                 }
             }
             assert!(total.iter().all(|share| (share - 1.0).abs() < 1e-6), "{fine}");
+        }
+    }
+
+    #[test]
+    fn a_region_is_a_part_of_the_level() {
+        for (fine, coarse) in [((601, 487), (301, 244)), ((500, 300), (501, 301)), ((64, 64), (32, 32))] {
+            let fine = LevelSize { width: fine.0, height: fine.1 };
+            let coarse = LevelSize { width: coarse.0, height: coarse.1 };
+            let height = |i: usize| if i % 7 == 3 { f32::NAN } else { (i * 2_654_435_761 % 1000) as f32 };
+            let heights_m: Vec<f32> = (0..fine.samples()).map(height).collect();
+            let whole = next_level(&heights_m, fine, coarse);
+            for region in [coarse.region(), Region { x: 5, y: 9, width: 20, height: 17 }] {
+                let held = under(region, fine, coarse);
+                let cut = |size: LevelSize, region: Region, level: &[f32]| -> Vec<f32> {
+                    let row = |y: u32| (y * size.width + region.x) as usize;
+                    let rows = (region.y..region.y + region.height)
+                        .flat_map(|y| level[row(y)..row(y) + region.width as usize].iter().copied());
+                    rows.collect()
+                };
+                let part = averaged(&cut(fine, held, &heights_m), region, fine, coarse);
+                let expected = cut(coarse, region, &whole);
+                let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+                assert!(part.len() == expected.len() && part.iter().zip(&expected).all(same));
+            }
         }
     }
 

@@ -42,7 +42,25 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     // Bit 0 marks an overview, bit 2 a mask; a cloud-optimised file has both behind the full resolution.
     let full = file.ifds().iter().find(|ifd| subfile_type(ifd) & 0b101 == 0);
     let ifd = full.or(file.ifds().first()).ok_or_else(|| inconsistent("it holds no picture"))?;
+    let layout = check_image(ifd, file_bytes, path)?;
+    let (width, height) = (layout.width, layout.height);
+    if u64::from(width) * u64::from(height) > MAX_SAMPLES {
+        return Err(SourceError::TooLarge { path: path.into(), width, height });
+    }
+    Ok(layout)
+}
 
+/// Whether the picture is an overview: a smaller copy of another one, and no mask.
+pub(super) fn is_overview(ifd: &Ifd) -> bool {
+    ifd.tag(TAG_SUBFILE_TYPE).and_then(|tag| tag.value.as_u32()).unwrap_or(0) & 0b101 == 1
+}
+
+/// Checks everything about one picture that can be known without decoding.
+///
+/// # Errors
+/// As [`check`].
+pub(super) fn check_image<'a>(ifd: &'a Ifd, file_bytes: u64, path: &Path) -> Result<Layout<'a>, SourceError> {
+    let inconsistent = |what: &str| SourceError::Inconsistent { path: path.into(), what: what.to_owned() };
     let (width, height) = (ifd.width(), ifd.height());
     if width == 0 || height == 0 {
         return Err(inconsistent("its width or height is missing or zero"));
@@ -112,7 +130,7 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     };
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
     let band_bytes = samples.saturating_mul(sample_bytes);
-    if samples > MAX_SAMPLES || block_bytes > MAX_BLOCK_BYTES {
+    if block_bytes > MAX_BLOCK_BYTES {
         return Err(too_large());
     }
     // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
