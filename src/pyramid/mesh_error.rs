@@ -81,7 +81,7 @@ fn finest_patches(served: &[f32], finest: LevelSize) -> Vec<PatchStatistics> {
 const LANES: usize = 8;
 
 /// The weights of the four samples along an axis at the quarter steps; their f32 values are exact.
-struct Steps {
+pub(super) struct Steps {
     /// By step.
     down: [[f32; 4]; STEPS + 1],
     /// By sample, then by lane.
@@ -91,7 +91,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
         let step = |lane: usize| if lane <= STEPS { lane } else { 0 };
         Self {
@@ -103,7 +103,7 @@ impl Steps {
 }
 
 /// The largest difference in metres between the bicubic surface in a cell and the cell's two triangles.
-fn cell_error_m(served: &[f32], finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
+pub(super) fn cell_error_m(served: &[f32], finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
     let origin = served[row as usize * finest.width as usize + column as usize];
     // Differences from the first corner, so that f32 is enough.
     let four: [[f32; 4]; 4] = std::array::from_fn(|k| {

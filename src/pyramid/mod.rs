@@ -5,6 +5,7 @@
 //! samples, `fill` gives voids a height so that the surface can be evaluated beside them.
 
 pub mod bicubic;
+pub mod derive;
 pub mod fill;
 pub mod levels;
 pub mod statistics;
