@@ -16,7 +16,6 @@ mod cache;
 mod cog;
 mod cog_levels;
 mod cog_store;
-mod derive;
 mod encode;
 mod error;
 mod geotags;

@@ -58,7 +58,7 @@ impl Transport {
         };
         // Trying again is our own business: it must stop when the bytes are no longer wanted.
         let once = RetryConfig { max_retries: 0, ..RetryConfig::default() };
-        let seconds = |time: Duration| format!("{} milliseconds", time.as_millis());
+        let seconds = |time: Duration| format!("{}ms", time.as_millis());
         let timeout = settings.request_timeout;
         match &address.place {
             Place::File(path) => match File::open(path) {
@@ -173,8 +173,8 @@ fn read_exact_at(file: &File, mut bytes: &mut [u8], mut offset: u64) -> io::Resu
 fn runtime() -> Result<&'static Runtime, &'static str> {
     static RUNTIME: OnceLock<Result<Runtime, String>> = OnceLock::new();
     let build = || {
-        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).thread_name("remote").enable_all();
-        runtime.build().map_err(|error| format!("no threads for the network: {error}"))
+        let mut runtime = tokio::runtime::Builder::new_multi_thread();
+        runtime.worker_threads(2).thread_name("remote").enable_all().build().map_err(|error| format!("no threads for the network: {error}"))
     };
     RUNTIME.get_or_init(build).as_ref().map_err(String::as_str)
 }
