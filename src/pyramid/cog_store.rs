@@ -160,6 +160,9 @@ impl TileStore for CogStore {
         if tile_index(self.levels.sizes(), address).is_none() {
             return Err(PyramidError::NoSuchTile { path: self.file.name().into(), address });
         }
+        if cancel.is_cancelled() {
+            return Err(PyramidError::Cancelled);
+        }
         let ranges = self.ranges(address, self.has_voids.load(Ordering::Relaxed));
         let held = self.file.hold(&ranges, &|| cancel.is_cancelled())?;
         Ok(Box::new(move || {

@@ -92,7 +92,7 @@ pub enum PyramidError {
     #[error("no folder for baked terrain: set HACHURE_CACHE")]
     NoCacheFolder,
     /// The file has too few overviews to fly over it as it is.
-    #[error("{}: {cause}; bake it first: hachure bake {} -o OUT.tif", path.display(), path.display())]
+    #[error("{}: {cause}; bake it first, where it lies: hachure bake FILE -o OUT.tif", path.display())]
     NoOverviews {
         /// The file or its address.
         path: PathBuf,

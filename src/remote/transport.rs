@@ -234,6 +234,7 @@ fn why(error: object_store::Error, address: &Address) -> NoAnswer {
             RemoteError::Unusable { name, cause }
         }
         Error::Generic { .. } => match status(&said) {
+            Some(416) => RemoteError::Unusable { name, cause: "is empty, or shorter than it was".into() },
             Some(status @ 400..500) if !matches!(status, 408 | 425 | 429) => {
                 RemoteError::Unusable { name, cause: format!("the server answers {status}") }
             }
