@@ -6,10 +6,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::pyramid::fill::is_void;
-use crate::pyramid::{
-    LevelSize, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, TileAddress, Voids, sidecar_path,
-};
+use crate::pyramid::{LevelSize, LevelSummary, Pyramid, TILE_SAMPLES, sidecar_path};
 use crate::source::georeference::Georeference;
 use crate::source::{GeoreferenceError, HeightGrid, WorldMapping};
 
@@ -66,6 +63,8 @@ pub struct Level {
     pub tiles: u64,
     /// How far its worst tile is from the heights that were baked.
     pub largest_error_m: f32,
+    /// Of its tiles in the GeoTIFF, for each of its samples.
+    pub bits_per_sample: f64,
 }
 
 impl Heights {
@@ -80,11 +79,10 @@ impl Heights {
         Self::new(&grid.georeference, size, [min_m, max_m], void_samples)
     }
 
-    /// Of the finest level of a pyramid. Reads the tiles in which some samples are void, and only those.
-    pub fn of_pyramid(pyramid: &Pyramid) -> anyhow::Result<Self> {
+    /// Of the finest level of a pyramid.
+    pub fn of_pyramid(pyramid: &Pyramid) -> Result<Self, GeoreferenceError> {
         let range_m = [pyramid.min_m(), pyramid.max_m()];
-        let voids = void_samples(pyramid)?;
-        Ok(Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, voids)?)
+        Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples())
     }
 
     fn new(
@@ -141,7 +139,7 @@ impl Levels {
     /// Of an open pyramid.
     pub fn of(pyramid: &Pyramid) -> anyhow::Result<Self> {
         let levels: Vec<Level> =
-            (0..).zip(pyramid.levels()).map(|(level, size)| of_level(pyramid, level, *size)).collect();
+            pyramid.levels().iter().zip(pyramid.summaries()).map(|(size, summary)| of_level(*size, summary)).collect();
         let patches = (0..pyramid.patch_levels()).map(|j| pyramid.patch_counts(j));
         let bytes = |path: &std::path::Path| std::fs::metadata(path).map(|metadata| metadata.len());
         let tif_bytes = bytes(pyramid.path())?;
@@ -175,51 +173,25 @@ impl Levels {
             self.patches,
         );
         for (number, level) in self.levels.iter().enumerate() {
-            let Level { width, height, tiles, largest_error_m } = level;
+            let Level { width, height, tiles, largest_error_m, bits_per_sample } = level;
             let plural = if *tiles == 1 { "" } else { "s" };
             // Writing to a String cannot fail.
             let _ = writeln!(
                 lines,
-                "level {number:<3} {width} × {height}, {tiles} tile{plural}, largest error {largest_error_m} m"
+                "level {number:<3} {width} × {height}, {tiles} tile{plural}, {bits_per_sample:.2} bits per sample, \
+                 largest error {largest_error_m} m"
             );
         }
         lines
     }
 }
 
-fn of_level(pyramid: &Pyramid, level: u32, size: LevelSize) -> Level {
-    let addresses = tiles_of(level, size);
-    let largest_error_m = addresses.map(|tile| pyramid.tile(tile).error_m).fold(0.0, f32::max);
-    let tiles = u64::from(size.tiles_x()) * u64::from(size.tiles_y());
-    Level { width: size.width, height: size.height, tiles, largest_error_m }
-}
-
-fn tiles_of(level: u32, size: LevelSize) -> impl Iterator<Item = TileAddress> {
-    (0..size.tiles_y()).flat_map(move |y| (0..size.tiles_x()).map(move |x| TileAddress { level, x, y }))
-}
-
-/// How many samples of the finest level are void.
-fn void_samples(pyramid: &Pyramid) -> Result<u64, PyramidError> {
-    let size = pyramid.levels()[0];
-    let tiles: Vec<TileAddress> = tiles_of(0, size).collect();
-    let count = |tile: &TileAddress| {
-        let (columns, rows) = (
-            TILE_SAMPLES.min(size.width - tile.x * TILE_SAMPLES),
-            TILE_SAMPLES.min(size.height - tile.y * TILE_SAMPLES),
-        );
-        match pyramid.tile(*tile).voids {
-            Voids::None => Ok(0),
-            Voids::All => Ok(u64::from(columns) * u64::from(rows)),
-            // Of the tile or of the ring around it.
-            Voids::Some => {
-                let samples = pyramid.read_tile(*tile)?.samples;
-                let own = |row: u32| {
-                    let first = ((row + TILE_BORDER) * TILE_STRIDE + TILE_BORDER) as usize;
-                    samples[first..first + columns as usize].iter().filter(|&&sample| is_void(sample)).count() as u64
-                };
-                Ok((0..rows).map(own).sum())
-            }
-        }
-    };
-    tiles.par_iter().map(count).sum()
+fn of_level(size: LevelSize, summary: &LevelSummary) -> Level {
+    Level {
+        width: size.width,
+        height: size.height,
+        tiles: size.tiles(),
+        largest_error_m: summary.largest_error_m,
+        bits_per_sample: summary.bytes as f64 * 8.0 / (f64::from(size.width) * f64::from(size.height)),
+    }
 }

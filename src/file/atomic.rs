@@ -30,6 +30,12 @@ impl AtomicFile {
         self.writer.as_mut().expect("the writer is there until commit, which takes self")
     }
 
+    /// Flushes the bytes to the disk, where they stay under the partial name: for files that get their names together.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.writer().flush()?;
+        self.writer().get_ref().sync_all()
+    }
+
     /// Flushes the bytes to the disk and gives the file its final name.
     pub fn commit(mut self) -> io::Result<()> {
         let writer = self.writer.take().expect("the writer is there until commit, which takes self");

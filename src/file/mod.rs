@@ -5,6 +5,7 @@ pub mod atomic;
 pub mod exr;
 pub mod pattern;
 pub mod png;
+pub mod random_access;
 pub mod video;
 
 use std::path::{Path, PathBuf};

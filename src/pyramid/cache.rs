@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use super::bytes::fnv;
+use super::link::has_sidecar;
 use super::sidecar::{self, sidecar_path};
 use super::{BakeOptions, Pyramid, PyramidError, bake};
 use crate::source::{HeightGrid, Progress};
@@ -36,7 +38,7 @@ pub fn open_or_bake<E>(
 where
     E: Into<Box<dyn std::error::Error + Send + Sync>>,
 {
-    if sidecar_path(path).exists() {
+    if has_sidecar(path) {
         match Pyramid::open(path) {
             Err(error) if error.wants_bake() => tracing::warn!("{error}; baking anew"),
             opened => return opened,
@@ -105,7 +107,7 @@ fn file_name(key: &str, name: &str) -> String {
     let stem: String =
         stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(40).collect();
     let versioned = format!("{}\n{key}", sidecar::VERSION);
-    format!("{stem}.{:016x}.tif", sidecar::fnv(versioned.as_bytes()))
+    format!("{stem}.{:016x}.tif", fnv(versioned.as_bytes()))
 }
 
 /// The time of change of a cached pyramid is that of its last use. It is only a hint for [`trim`].

@@ -14,11 +14,10 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
 use geotiff_writer::PhotometricInterpretation;
-use rayon::prelude::*;
 use tiff_reader::{ByteOrder, Tag, TagValue};
 use tiff_writer::{ImageBuilder, encoder};
 
-use super::encode::{Codec, cut_tile};
+use super::encode::Codec;
 use super::levels::LevelSize;
 use super::{PyramidError, TILE_SAMPLES, geotags};
 use crate::source::georeference::Georeference;
@@ -26,9 +25,6 @@ use crate::source::georeference::Georeference;
 const TILE_OFFSETS: u16 = 324;
 const TILE_BYTE_COUNTS: u16 = 325;
 const ENDIAN: ByteOrder = ByteOrder::LittleEndian;
-
-/// Tiles compressed between two writes: enough to keep all cores busy, few enough to bound the memory.
-const BATCH_TILES: u32 = 64;
 
 /// Where a tile's bytes lie in the file.
 #[derive(Clone, Copy)]
@@ -49,82 +45,79 @@ fn structural_note() -> Vec<u8> {
     format!("GDAL_STRUCTURAL_METADATA_SIZE={:06} bytes\n{note}", note.len()).into_bytes()
 }
 
-/// Writes the levels (finest first, row-major, NaN for voids) as a COG to `sink`, which stands at its start.
-/// `written` hears the share of samples written so far.
-pub fn write<W: Write + Seek>(
-    sink: &mut W,
-    path: &Path,
-    sizes: &[LevelSize],
-    levels_m: &[impl AsRef<[f32]> + Sync],
-    georeference: &Georeference,
-    codec: Codec,
-    written: &dyn Fn(f32),
-) -> Result<(), PyramidError> {
-    let samples: usize = sizes.iter().map(|size| size.samples()).sum();
-    // Even incompressible tiles stay below this.
-    let is_bigtiff = samples as u64 * 5 > u64::from(u32::MAX) - (1 << 28);
-    write_as(sink, path, sizes, levels_m, georeference, codec, is_bigtiff, written)
+/// A COG on its way: the room for the directories is left free, tiles are appended, the directories come last.
+pub struct CogWriter<'a, W: Write + Seek> {
+    sink: &'a mut W,
+    path: &'a Path,
+    images: Vec<ImageBuilder>,
+    blocks: Vec<Vec<Block>>,
+    is_bigtiff: bool,
+    first_directory: u64,
+    offset: u64,
 }
 
-#[expect(clippy::too_many_arguments, reason = "it is the rest of `write`, apart so that a test may ask for BigTIFF")]
-fn write_as<W: Write + Seek>(
-    sink: &mut W,
-    path: &Path,
-    sizes: &[LevelSize],
-    levels_m: &[impl AsRef<[f32]> + Sync],
-    georeference: &Georeference,
-    codec: Codec,
-    is_bigtiff: bool,
-    written: &dyn Fn(f32),
-) -> Result<(), PyramidError> {
-    let samples: usize = sizes.iter().map(|size| size.samples()).sum();
-    let images: Vec<ImageBuilder> = sizes
-        .iter()
-        .enumerate()
-        .map(|(level, &size)| image(level, size, georeference, codec))
-        .collect::<Result<_, _>>()
-        .map_err(PyramidError::encode(path))?;
-
-    let note = structural_note();
-    let mut offset = encoder::header_len(is_bigtiff) + note.len() as u64;
-    offset += offset % 2;
-    let first_directory = offset;
-    let empty = |size: &LevelSize| vec![Block { offset: 0, bytes: 0 }; (size.tiles_x() * size.tiles_y()) as usize];
-    let mut blocks: Vec<Vec<Block>> = sizes.iter().map(empty).collect();
-    for (image, blocks) in images.iter().zip(&blocks) {
-        let tags = tags(image, blocks, is_bigtiff).map_err(PyramidError::encode(path))?;
-        let bytes = encoder::estimate_ifd_size(ENDIAN, is_bigtiff, &tags).map_err(PyramidError::encode(path))?;
-        offset += bytes + bytes % 2;
+impl<'a, W: Write + Seek> CogWriter<'a, W> {
+    /// Begins a COG of levels of these sizes (finest first) in `sink`, which stands at its start. `path` is for
+    /// messages.
+    pub fn begin(
+        sink: &'a mut W,
+        path: &'a Path,
+        sizes: &[LevelSize],
+        georeference: &Georeference,
+        codec: Codec,
+    ) -> Result<Self, PyramidError> {
+        let samples: u64 = sizes.iter().map(|size| u64::from(size.width) * u64::from(size.height)).sum();
+        // Even incompressible tiles stay below this.
+        let is_bigtiff = samples * 5 > u64::from(u32::MAX) - (1 << 28);
+        Self::begin_as(sink, path, sizes, georeference, codec, is_bigtiff)
     }
 
-    let disk = || PyramidError::io(path, "writing the GeoTIFF");
-    sink.seek(SeekFrom::Start(0)).map_err(disk())?;
-    encoder::write_header(sink, ENDIAN, is_bigtiff).map_err(PyramidError::encode(path))?;
-    sink.write_all(&note).map_err(disk())?;
-    sink.seek(SeekFrom::Start(offset)).map_err(disk())?;
-    let mut done = 0;
-    for (level, size) in sizes.iter().enumerate().rev() {
-        let tiles = size.tiles_x() * size.tiles_y();
-        for first in (0..tiles).step_by(BATCH_TILES as usize) {
-            let encoded: Vec<Vec<u8>> = (first..(first + BATCH_TILES).min(tiles))
-                .into_par_iter()
-                .map(|tile| {
-                    let heights_m =
-                        cut_tile(levels_m[level].as_ref(), *size, tile % size.tiles_x(), tile / size.tiles_x());
-                    codec.encode(&heights_m, tile as usize)
-                })
-                .collect::<Result<_, _>>()
-                .map_err(PyramidError::encode(path))?;
-            for (tile, bytes) in (first as usize..).zip(encoded) {
-                blocks[level][tile] = write_block(sink, &mut offset, &bytes).map_err(disk())?;
-            }
-            let share = size.samples() as f32 * (first + BATCH_TILES).min(tiles) as f32 / tiles as f32;
-            written((done as f32 + share) / samples as f32);
+    fn begin_as(
+        sink: &'a mut W,
+        path: &'a Path,
+        sizes: &[LevelSize],
+        georeference: &Georeference,
+        codec: Codec,
+        is_bigtiff: bool,
+    ) -> Result<Self, PyramidError> {
+        let images: Vec<ImageBuilder> = sizes
+            .iter()
+            .enumerate()
+            .map(|(level, &size)| image(level, size, georeference, codec))
+            .collect::<Result<_, _>>()
+            .map_err(PyramidError::encode(path))?;
+        let note = structural_note();
+        let mut offset = encoder::header_len(is_bigtiff) + note.len() as u64;
+        offset += offset % 2;
+        let first_directory = offset;
+        let empty = |size: &LevelSize| vec![Block { offset: 0, bytes: 0 }; size.tiles() as usize];
+        let blocks: Vec<Vec<Block>> = sizes.iter().map(empty).collect();
+        for (image, blocks) in images.iter().zip(&blocks) {
+            let tags = tags(image, blocks, is_bigtiff).map_err(PyramidError::encode(path))?;
+            let bytes = encoder::estimate_ifd_size(ENDIAN, is_bigtiff, &tags).map_err(PyramidError::encode(path))?;
+            offset += bytes + bytes % 2;
         }
-        done += size.samples();
+        let disk = || PyramidError::io(path, "writing the GeoTIFF");
+        sink.seek(SeekFrom::Start(0)).map_err(disk())?;
+        encoder::write_header(sink, ENDIAN, is_bigtiff).map_err(PyramidError::encode(path))?;
+        sink.write_all(&note).map_err(disk())?;
+        sink.seek(SeekFrom::Start(offset)).map_err(disk())?;
+        Ok(Self { sink, path, images, blocks, is_bigtiff, first_directory, offset })
     }
 
-    write_directories(sink, first_directory, &images, &blocks, is_bigtiff).map_err(PyramidError::encode(path))
+    /// Appends the bytes of a tile: the coarsest level first, each level row by row, as the structural note promises.
+    pub fn put(&mut self, level: usize, tile: usize, bytes: &[u8]) -> Result<(), PyramidError> {
+        let block = write_block(self.sink, &mut self.offset, bytes);
+        self.blocks[level][tile] = block.map_err(PyramidError::io(self.path, "writing the GeoTIFF"))?;
+        Ok(())
+    }
+
+    /// Writes the directories.
+    pub fn finish(self) -> Result<(), PyramidError> {
+        let Self { sink, path, images, blocks, is_bigtiff, first_directory, .. } = self;
+        write_directories(sink, first_directory, &images, &blocks, is_bigtiff).map_err(PyramidError::encode(path))?;
+        sink.flush().map_err(PyramidError::io(path, "writing the GeoTIFF"))
+    }
 }
 
 /// Writes one tile between its size and the repetition of its last four bytes, which the structural note promises.
@@ -205,6 +198,7 @@ fn tags(image: &ImageBuilder, blocks: &[Block], is_bigtiff: bool) -> tiff_writer
 
 #[cfg(test)]
 mod tests {
+    use super::super::encode::padded_tile;
     use super::super::levels::level_sizes;
     use super::*;
     use crate::source::georeference::Crs;
@@ -223,7 +217,16 @@ mod tests {
             let mut sink = std::io::Cursor::new(Vec::new());
             let path = Path::new("memory");
             let codec = Codec::Lossless;
-            write_as(&mut sink, path, &sizes, &levels_m, &georeference, codec, is_bigtiff, &|_| {}).unwrap();
+            let mut writer = CogWriter::begin_as(&mut sink, path, &sizes, &georeference, codec, is_bigtiff).unwrap();
+            for (level, size) in sizes.iter().enumerate().rev() {
+                let (field, all) = (&levels_m[level], size.region());
+                for tile in 0..size.tiles_x() * size.tiles_y() {
+                    let region = size.tile_region(tile % size.tiles_x(), tile / size.tiles_x(), 0);
+                    let heights_m = padded_tile(field, all, region);
+                    writer.put(level, tile as usize, &codec.encode(&heights_m, tile as usize).unwrap()).unwrap();
+                }
+            }
+            writer.finish().unwrap();
             let file = tiff_reader::TiffFile::from_bytes(sink.into_inner()).unwrap();
             assert_eq!((file.is_bigtiff(), file.ifd_count()), (is_bigtiff, sizes.len()));
             for (level, heights_m) in levels_m.iter().enumerate() {

@@ -8,9 +8,11 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use super::bake::field::Field;
+use super::bake::overview;
 use super::fill::{HeightLevels, RADIUS};
 use super::levels::{LevelSize, Region, level_sizes};
-use super::{PyramidError, TILE_SAMPLES, overview};
+use super::{PyramidError, TILE_SAMPLES, TileAddress};
 use crate::source::cog::{Pictures, is_unread};
 
 /// Levels of no more samples than this are averaged once and kept: 16 MiB.
@@ -98,6 +100,13 @@ impl CogLevels {
         &self.pictures
     }
 
+    /// Where the bytes of a tile lie, if the level is a picture in tiles of our size.
+    pub fn stored(&self, address: TileAddress) -> Option<Range<u64>> {
+        let Origin::Picture(picture) = self.origins.get(address.level as usize)? else { return None };
+        let is_ours = self.pictures.pictures()[*picture].block == [TILE_SAMPLES; 2];
+        is_ours.then(|| self.pictures.stored(*picture, address.x * TILE_SAMPLES, address.y * TILE_SAMPLES))?
+    }
+
     /// The bytes from which a region of a level is made, as far as they are not known already.
     pub fn ranges(&self, level: usize, region: Region) -> Vec<Range<u64>> {
         match &self.origins[level] {
@@ -106,7 +115,7 @@ impl CogLevels {
             Origin::Averaged { of, .. } => {
                 let size = self.sizes[level];
                 let region = if size.samples() <= KEPT_SAMPLES { size.region() } else { region };
-                let under = overview::under(region, self.size(*of), size);
+                let under = overview::cover_region(region, self.size(*of), size);
                 match *of {
                     Finer::Picture(picture) => self.pictures.ranges(picture, under),
                     Finer::Level(finer) => self.ranges(finer, under),
@@ -142,12 +151,13 @@ impl CogLevels {
 
     fn averaged(&self, of: Finer, size: LevelSize, region: Region) -> Result<Vec<f32>, PyramidError> {
         let fine = self.size(of);
-        let under = overview::under(region, fine, size);
+        let under = overview::cover_region(region, fine, size);
         let heights_m = match of {
             Finer::Picture(picture) => self.picture(picture, under)?,
             Finer::Level(level) => self.read(level, under)?,
         };
-        Ok(overview::averaged(&heights_m, region, fine, size))
+        let field = Field { region: under, heights_m };
+        Ok(overview::next_level(&field, fine, size, region).heights_m)
     }
 
     fn picture(&self, picture: usize, region: Region) -> Result<Vec<f32>, PyramidError> {

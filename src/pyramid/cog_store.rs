@@ -1,6 +1,7 @@
-//! Tiles of a COG that somebody else made, on this machine or another, as it is.
+//! Tiles of a COG as it is: of one that somebody else made, on this machine or another, and of a baked pyramid on
+//! another.
 //!
-//! Nothing was measured beforehand, so the statistics of tiles are estimated from their samples (`derive`). What was
+//! Where nothing was measured beforehand, the statistics of tiles are estimated from their samples (`derive`). What was
 //! fetched is decoded; where that fails, the bytes are thrown away, in memory and on disk, so that who asks again gets
 //! them anew.
 //!
@@ -19,6 +20,8 @@ use tiff_reader::source::TiffSource;
 use super::cog_levels::CogLevels;
 use super::derive::{coarse_patches, derive};
 use super::fill::{HeightLevels, RADIUS};
+use super::measured::Measured;
+use super::record::{Record, checksum};
 use super::served::serve;
 use super::statistics::{PatchStatistics, tile_index};
 use super::store::{Cancel, Decode, LoadedTile, TileStore};
@@ -56,26 +59,42 @@ pub struct CogStore {
     coarse: Vec<Vec<PatchStatistics>>,
     /// Whether a tile with voids was met. From then on the levels that fill them are fetched with each tile.
     has_voids: AtomicBool,
+    measured: Option<Measured>,
 }
 
 impl CogStore {
-    /// Opens a file whose header is read twice where it comes over a network, for it has no checksum. About
-    /// `decoded_bytes` of decoded blocks are kept.
+    /// Opens a file, with its sidecar if it has one. The header is read twice where it comes over a network, for it has
+    /// no checksum. About `decoded_bytes` of decoded blocks are kept.
     ///
     /// # Errors
     /// If it is no GeoTIFF of heights, or [`PyramidError::NoOverviews`].
-    pub fn open(file: Arc<RemoteFile>, decoded_bytes: usize) -> Result<Self, PyramidError> {
+    pub fn open(
+        file: Arc<RemoteFile>,
+        sidecar: Option<Arc<RemoteFile>>,
+        decoded_bytes: usize,
+    ) -> Result<Self, PyramidError> {
         file.read_twice(true);
-        let opened = Self::open_carefully(&file, decoded_bytes);
+        let opened = Self::open_carefully(&file, sidecar, decoded_bytes);
         file.read_twice(false);
         opened
     }
 
-    fn open_carefully(file: &Arc<RemoteFile>, decoded_bytes: usize) -> Result<Self, PyramidError> {
+    fn open_carefully(
+        file: &Arc<RemoteFile>,
+        sidecar: Option<Arc<RemoteFile>>,
+        decoded_bytes: usize,
+    ) -> Result<Self, PyramidError> {
         let name = PathBuf::from(file.name());
         let pictures = Pictures::open(Arc::new(Bytes(file.clone())), &name, decoded_bytes)?;
         let declared = pictures.declared_range_m();
         let levels = CogLevels::new(pictures, name.clone())?;
+        if let Some(sidecar) = sidecar {
+            match Measured::open(sidecar, file, levels.sizes()) {
+                Ok(measured) => return Ok(Self::of_measured(file.clone(), levels, measured)),
+                Err(error) if error.wants_bake() => tracing::warn!("{error}; errors are estimated"),
+                Err(error) => return Err(error),
+            }
+        }
         let last = levels.sizes().len() - 1;
         let size = levels.sizes()[last];
         let heights_m = levels.read(last, size.region())?;
@@ -89,7 +108,20 @@ impl CogStore {
         let range_m = declared.map_or([min_m, max_m], |[low, high]| [low.min(min_m), high.max(max_m)]);
         let coarse = coarse_patches(levels.sizes(), &top);
         let has_voids = AtomicBool::new(top.statistics.voids != Voids::None);
-        Ok(Self { file: file.clone(), levels, range_m, fallback_m, coarse, has_voids })
+        Ok(Self { file: file.clone(), levels, range_m, fallback_m, coarse, has_voids, measured: None })
+    }
+
+    fn of_measured(file: Arc<RemoteFile>, levels: CogLevels, measured: Measured) -> Self {
+        let [min_m, max_m] = measured.range_m();
+        Self {
+            file,
+            levels,
+            range_m: [min_m, max_m],
+            fallback_m: min_m,
+            coarse: measured.coarse_patches().to_vec(),
+            has_voids: AtomicBool::new(measured.has_voids()),
+            measured: Some(measured),
+        }
     }
 
     /// What went over the wire so far.
@@ -110,24 +142,47 @@ impl CogStore {
         ranges
     }
 
-    fn decode(&self, address: TileAddress, fetched: &[Range<u64>]) -> Result<LoadedTile, PyramidError> {
-        let served = serve(&self.levels, address, self.fallback_m);
+    fn decode(
+        &self,
+        address: TileAddress,
+        record: Option<Record>,
+        fetched: &[Range<u64>],
+    ) -> Result<LoadedTile, PyramidError> {
+        let served = self.verify(address, record.as_ref()).and_then(|()| serve(&self.levels, address, self.fallback_m));
         match served {
             Ok(tile) => {
-                let loaded = derive(self.levels.sizes(), address, tile);
+                let loaded = match record {
+                    Some(Record { statistics, patches, .. }) => LoadedTile { tile, statistics, patches },
+                    None => derive(self.levels.sizes(), address, tile),
+                };
                 if loaded.statistics.voids != Voids::None {
                     self.has_voids.store(true, Ordering::Relaxed);
                 }
                 Ok(loaded)
             }
             Err(error) => {
-                if matches!(error, PyramidError::Decode { .. }) {
+                if matches!(error, PyramidError::Decode { .. } | PyramidError::Mismatch { .. }) {
                     let also = self.ranges(address, true);
                     fetched.iter().chain(&also).for_each(|range| self.file.invalidate(range.clone()));
                 }
                 Err(error)
             }
         }
+    }
+}
+
+impl CogStore {
+    /// Holds the bytes of a tile against the checksum that was made when it was baked.
+    fn verify(&self, address: TileAddress, record: Option<&Record>) -> Result<(), PyramidError> {
+        let Some(sum) = record.and_then(|record| record.checksum) else { return Ok(()) };
+        let Some(stored) = self.levels.stored(address) else { return Ok(()) };
+        let bytes = self.file.read(stored.start, (stored.end - stored.start) as usize, &never)?;
+        if checksum(&bytes) == sum {
+            return Ok(());
+        }
+        let TileAddress { level, x, y } = address;
+        let cause = format!("the checksum of tile {level} {x} {y} is wrong");
+        Err(PyramidError::Mismatch { path: self.file.name().into(), cause })
     }
 }
 
@@ -149,7 +204,7 @@ impl TileStore for CogStore {
     }
 
     fn is_measured(&self) -> bool {
-        false
+        self.measured.is_some()
     }
 
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
@@ -164,9 +219,11 @@ impl TileStore for CogStore {
             return Err(PyramidError::Cancelled);
         }
         let ranges = self.ranges(address, self.has_voids.load(Ordering::Relaxed));
-        let held = self.file.hold(&ranges, &|| cancel.is_cancelled())?;
+        let cancelled = || cancel.is_cancelled();
+        let record = self.measured.as_ref().map(|measured| measured.record(address, &cancelled)).transpose()?;
+        let held = self.file.hold(&ranges, &cancelled)?;
         Ok(Box::new(move || {
-            let decoded = self.decode(address, &ranges);
+            let decoded = self.decode(address, record, &ranges);
             drop(held);
             decoded
         }))

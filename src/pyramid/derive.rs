@@ -18,18 +18,17 @@
 //! what is too small lies beside voids; what is too large (3.5 times) in the procedural world, whose finest level is
 //! smooth.
 //!
-//! A mesh patch of stride 2^L is held against the bicubic surface of its own tile, as [`super::mesh_error`] does for
+//! A mesh patch of stride 2^L is held against the bicubic surface of its own tile, as [`super::bake::mesh_error`] does for
 //! stride 1, and gets its share of the tile's estimate by its own r. At level 0, where nothing is lost, everything
 //! equals what a bake measures.
 
-use std::borrow::Cow;
-
-use super::fill::{LevelsInMemory, is_void, read_filled};
+use super::bake::field::{Field, Fields};
+use super::bake::mesh_error::{Steps, cell_error_m};
+use super::fill::{is_void, read_filled};
 use super::levels::{LevelSize, coordinate};
-use super::mesh_error::{Steps, cell_error_m};
-use super::statistics::{PatchStatistics, Range, TileStatistics, patch_counts, patch_levels, raise_to_children};
+use super::statistics::{PatchStatistics, Range, TileStatistics, patch_counts, patch_levels};
 use super::store::{LoadedTile, PAGE_PATCHES, PatchPage};
-use super::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, bicubic};
+use super::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress};
 
 /// K of tiles.
 const TILE_FACTOR: f64 = 2.4;
@@ -184,9 +183,9 @@ fn averages(tile: &Tile, origin_m: f32) -> Vec<f32> {
         return averages_m;
     }
     let sizes = [LevelSize { width: HALF as u32, height: HALF as u32 }];
-    let heights_m = [Cow::Borrowed(&*averages_m)];
-    let levels = LevelsInMemory { sizes: &sizes, heights_m: &heights_m };
     let lowest_m = averages_m.iter().copied().fold(f32::NAN, f32::min);
+    let field = Field { region: sizes[0].region(), heights_m: averages_m };
+    let levels = Fields { sizes: &sizes, fields: &[&field] };
     // Levels in memory are always read.
     read_filled(&levels, 0, sizes[0].region(), lowest_m).unwrap_or_default()
 }
@@ -263,6 +262,10 @@ fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<
 /// For every cell of the tile, by the place of its first sample, the distance of its two triangles from the surface.
 fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32> {
     let steps = Steps::new();
+    let served = Field {
+        region: LevelSize { width: TILE_STRIDE, height: TILE_STRIDE }.region(),
+        heights_m: tile.samples.clone(),
+    };
     let square = LevelSize { width: TILE_STRIDE, height: TILE_STRIDE };
     let end = |index: u32, count: u32| (count - index * TILE_SAMPLES + TILE_BORDER).min(TILE_STRIDE - 1);
     let (right, bottom) = (end(address.x, size.width), end(address.y, size.height));
@@ -272,7 +275,7 @@ fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32>
             let corner = (row * TILE_STRIDE + column) as usize;
             let corners = [corner, corner + 1, corner + TILE_STRIDE as usize, corner + TILE_STRIDE as usize + 1];
             if corners.iter().all(|&corner| !is_void(tile.samples[corner])) {
-                errors_m[corner] = cell_error_m(&tile.samples, square, column, row, &steps);
+                errors_m[corner] = cell_error_m(&served, square, column, row, &steps);
             }
         }
     }
@@ -299,7 +302,11 @@ pub fn coarse_patches(levels: &[LevelSize], top: &LoadedTile) -> Vec<Vec<PatchSt
             *error_m = wide_error_m(&top.tile, finest, size, j, place) + lost_m;
         }
         let child_errors_m: Vec<f32> = children.iter().map(|child| child.mesh_error_m).collect();
-        raise_to_children(&mut errors_m, count, &child_errors_m, child_count);
+        for (i, child_m) in (0..).zip(child_errors_m) {
+            let (x, y) = (i % child_count.0 / 2, i / child_count.0 / 2);
+            let parent_m = &mut errors_m[(y * count.0 + x) as usize];
+            *parent_m = parent_m.max(child_m);
+        }
         let mut patches: Vec<PatchStatistics> = Vec::with_capacity(errors_m.len());
         for (i, mesh_error_m) in errors_m.into_iter().enumerate() {
             let (x, y) = (i as u32 % count.0, i as u32 / count.0);

@@ -7,7 +7,7 @@ use tiff_writer::ImageBuilder;
 use tiff_writer::compress::{BlockEncodingOptions, compress, compress_block};
 
 use super::TILE_SAMPLES;
-use super::levels::{LevelSize, Region};
+use super::levels::Region;
 
 type BoxError = Box<dyn std::error::Error + Send + Sync>;
 
@@ -65,17 +65,16 @@ impl Codec {
     }
 }
 
-/// Cuts tile (`x`, `y`) out of a level: 256 × 256 samples, the last ones repeated beyond the level's extent (which
-/// compresses better than a constant).
-pub fn cut_tile(heights_m: &[f32], size: LevelSize, x: u32, y: u32) -> Vec<f32> {
-    let Region { x, y, width, height } = size.tile_region(x, y, 0);
+/// Cuts the tile of a level that holds the samples of `region` out of the heights of `all` (row-major): 256 × 256
+/// samples, the last ones repeated beyond the level's extent (which compresses better than a constant).
+pub fn padded_tile(heights_m: &[f32], all: Region, region: Region) -> Vec<f32> {
     let side = TILE_SAMPLES as usize;
     let mut tile = Vec::with_capacity(side * side);
-    for row in y..y + height {
-        let start = row as usize * size.width as usize + x as usize;
-        tile.extend_from_slice(&heights_m[start..start + width as usize]);
+    for row in region.y - all.y..region.y - all.y + region.height {
+        let start = row as usize * all.width as usize + (region.x - all.x) as usize;
+        tile.extend_from_slice(&heights_m[start..start + region.width as usize]);
         let last = tile[tile.len() - 1];
-        tile.resize(tile.len() + side - width as usize, last);
+        tile.resize(tile.len() + side - region.width as usize, last);
     }
     let last_row = tile.len() - side;
     while tile.len() < side * side {

@@ -114,6 +114,17 @@ pub enum PyramidError {
     /// Nobody wants the tile any more.
     #[error("no longer wanted")]
     Cancelled,
+    /// The bake was told to stop.
+    #[error("stopped")]
+    Stopped,
+    /// The work folder of a bake holds something else.
+    #[error("{}: {cause}", path.display())]
+    Parts {
+        /// The folder.
+        path: PathBuf,
+        /// What it holds.
+        cause: String,
+    },
     /// The heights to bake could not be had: the loader's own words, which name the file.
     #[error(transparent)]
     Load(Box<dyn std::error::Error + Send + Sync>),

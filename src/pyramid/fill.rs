@@ -21,30 +21,6 @@ pub trait HeightLevels: Sync {
     fn read(&self, level: usize, region: Region) -> Result<Vec<f32>, PyramidError>;
 }
 
-/// Levels in memory.
-pub struct LevelsInMemory<'a> {
-    /// The sizes, finest first.
-    pub sizes: &'a [LevelSize],
-    /// For each level its heights, row-major, NaN for voids.
-    pub heights_m: &'a [std::borrow::Cow<'a, [f32]>],
-}
-
-impl HeightLevels for LevelsInMemory<'_> {
-    fn sizes(&self) -> &[LevelSize] {
-        self.sizes
-    }
-
-    fn read(&self, level: usize, region: Region) -> Result<Vec<f32>, PyramidError> {
-        let (level, width) = (&self.heights_m[level], self.sizes[level].width as usize);
-        let mut heights_m = Vec::with_capacity(region.samples());
-        for row in region.y..region.y + region.height {
-            let start = row as usize * width + region.x as usize;
-            heights_m.extend_from_slice(&level[start..start + region.width as usize]);
-        }
-        Ok(heights_m)
-    }
-}
-
 /// The void flag of a served height: its lowest mantissa bit.
 pub fn is_void(served: f32) -> bool {
     served.to_bits() & 1 == 1
@@ -160,16 +136,7 @@ impl Parent {
         fallback_m: f32,
     ) -> Result<Self, PyramidError> {
         let (fine, coarse) = (levels.sizes()[level], levels.sizes()[level + 1]);
-        let (left, _) = coarse_cell(region.x, fine.width, coarse.width);
-        let (right, _) = coarse_cell(region.x + region.width - 1, fine.width, coarse.width);
-        let (top, _) = coarse_cell(region.y, fine.height, coarse.height);
-        let (bottom, _) = coarse_cell(region.y + region.height - 1, fine.height, coarse.height);
-        let region = Region {
-            x: left,
-            y: top,
-            width: (right + 2).min(coarse.width) - left,
-            height: (bottom + 2).min(coarse.height) - top,
-        };
+        let region = parent_region(region, fine, coarse);
         let heights_m = read_filled(levels, level + 1, region, fallback_m)?;
         Ok(Self { fine, coarse, region, heights_m })
     }
@@ -185,6 +152,20 @@ impl Parent {
         let above = at(x, y) * (1.0 - right) + at(x + 1, y) * right;
         let below = at(x, y + 1) * (1.0 - right) + at(x + 1, y + 1) * right;
         above * (1.0 - down) + below * down
+    }
+}
+
+/// The samples of the coarser level that the filling of a region may take.
+pub(super) fn parent_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Region {
+    let (left, _) = coarse_cell(region.x, fine.width, coarse.width);
+    let (right, _) = coarse_cell(region.x + region.width - 1, fine.width, coarse.width);
+    let (top, _) = coarse_cell(region.y, fine.height, coarse.height);
+    let (bottom, _) = coarse_cell(region.y + region.height - 1, fine.height, coarse.height);
+    Region {
+        x: left,
+        y: top,
+        width: (right + 2).min(coarse.width) - left,
+        height: (bottom + 2).min(coarse.height) - top,
     }
 }
 

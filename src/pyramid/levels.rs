@@ -26,6 +26,11 @@ impl LevelSize {
         self.height.div_ceil(TILE_SAMPLES)
     }
 
+    /// Tiles in all.
+    pub fn tiles(self) -> u64 {
+        u64::from(self.tiles_x()) * u64::from(self.tiles_y())
+    }
+
     /// Samples in all.
     pub fn samples(self) -> usize {
         self.width as usize * self.height as usize

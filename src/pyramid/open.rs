@@ -2,15 +2,18 @@
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::fill::{HeightLevels, flagged, is_void, read_filled};
-use super::levels::{LevelSize, level_sizes};
-use super::sidecar::Sidecar;
-use super::statistics::{PatchStatistics, Statistics, TileStatistics, patch_counts, tile_index};
+use super::levels::LevelSize;
+use super::link::open_sidecar;
+use super::record::{self, RECORD_BYTES, Record};
+use super::sidecar::{LevelSummary, Sidecar, sidecar_path};
+use super::statistics::{PatchStatistics, Statistics, TileStatistics, patch_counts, patch_levels, tile_index};
 use super::store::{Cancel, Decode, LoadedTile, PAGE_PATCHES, PatchPage, TileStore};
 use super::stored::StoredLevels;
 use super::{PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, bicubic};
+use crate::file::random_access::RandomAccess;
 use crate::source::georeference::Georeference;
 
 /// Level-0 tiles kept for ground queries.
@@ -21,9 +24,12 @@ pub struct Pyramid {
     path: PathBuf,
     stored: StoredLevels,
     sidecar: Sidecar,
+    records: RandomAccess,
     vertical_exaggeration: f32,
     /// Most recently used first.
     ground: Mutex<VecDeque<(TileAddress, Arc<Tile>)>>,
+    /// Of all tiles, for tests and tools.
+    all: OnceLock<Statistics>,
 }
 
 impl Pyramid {
@@ -33,11 +39,17 @@ impl Pyramid {
     /// [`PyramidError::NoSidecar`], [`PyramidError::StaleSidecar`] and [`PyramidError::CorruptSidecar`] ask for a new
     /// bake ([`PyramidError::wants_bake`]).
     pub fn open(path: &Path) -> Result<Self, PyramidError> {
-        let mut sidecar = Sidecar::read(path)?;
-        let sizes = level_sizes(sidecar.finest.width, sidecar.finest.height);
-        complete(&mut sidecar.statistics, &sizes);
-        let stored = StoredLevels::open(path, path, sizes)?;
-        Ok(Self { path: path.to_owned(), stored, sidecar, vertical_exaggeration: 1.0, ground: Mutex::default() })
+        let (sidecar, records) = open_sidecar(path)?;
+        let stored = StoredLevels::open(path, path, sidecar.sizes.clone())?;
+        Ok(Self {
+            path: path.to_owned(),
+            stored,
+            sidecar,
+            records,
+            vertical_exaggeration: 1.0,
+            ground: Mutex::default(),
+            all: OnceLock::new(),
+        })
     }
 
     /// The same land with every height, and every error of a height, times `factor`, which is above 0.
@@ -46,19 +58,15 @@ impl Pyramid {
         let sidecar = &mut self.sidecar;
         sidecar.min_m *= factor;
         sidecar.max_m *= factor;
-        for tile in sidecar.statistics.tiles.iter_mut().flatten() {
-            tile.min_m *= factor;
-            tile.max_m *= factor;
-            tile.error_m *= factor;
-            tile.corner_errors_m = tile.corner_errors_m.map(|error_m| error_m * factor);
+        for level in &mut sidecar.levels {
+            level.largest_error_m *= factor;
         }
-        for patch in sidecar.statistics.patches.iter_mut().flatten() {
-            patch.min_m *= factor;
-            patch.max_m *= factor;
-            patch.mesh_error_m *= factor;
+        for patch in sidecar.coarse_patches.iter_mut().flatten() {
+            exaggerate_patch(patch, factor);
         }
         self.vertical_exaggeration *= factor;
         self.ground = Mutex::default();
+        self.all = OnceLock::new();
         self
     }
 
@@ -92,28 +100,108 @@ impl Pyramid {
         self.sidecar.max_m
     }
 
-    /// What is known of a tile.
+    /// Samples of level 0 without a height.
+    pub fn void_samples(&self) -> u64 {
+        self.sidecar.void_samples
+    }
+
+    /// What is known of each level, finest first.
+    pub fn summaries(&self) -> &[LevelSummary] {
+        &self.sidecar.levels
+    }
+
+    /// Reads what the sidecar says of a tile.
+    fn record(&self, address: TileAddress) -> Result<Record, PyramidError> {
+        let range = self.sidecar.record_range(address);
+        let range = range.ok_or_else(|| PyramidError::NoSuchTile { path: self.path.clone(), address })?;
+        let path = sidecar_path(&self.path);
+        let bytes = self.records.read(range.start, RECORD_BYTES);
+        let bytes = bytes.map_err(PyramidError::io(&path, "reading the tile statistics"))?;
+        let record = self.sidecar.parse_record(address, &bytes);
+        let TileAddress { level, x, y } = address;
+        let cause = || format!("the checksum of the record of tile {level} {x} {y} is wrong");
+        let mut record = record.ok_or_else(|| PyramidError::CorruptSidecar { path, cause: cause() })?;
+        if self.vertical_exaggeration != 1.0 {
+            let factor = self.vertical_exaggeration;
+            let tile = &mut record.statistics;
+            tile.min_m *= factor;
+            tile.max_m *= factor;
+            tile.error_m *= factor;
+            tile.corner_errors_m = tile.corner_errors_m.map(|error_m| error_m * factor);
+            record.patches.patches_mut().iter_mut().for_each(|patch| exaggerate_patch(patch, factor));
+        }
+        Ok(record)
+    }
+
+    /// The statistics of all tiles and patches, for tests and tools: reads the whole sidecar on first use. What cannot
+    /// be read has no data.
+    fn all(&self) -> &Statistics {
+        self.all.get_or_init(|| {
+            let finest = self.sidecar.finest();
+            let no_data = TileStatistics {
+                min_m: f32::NAN,
+                max_m: f32::NAN,
+                error_m: 0.0,
+                corner_errors_m: [0.0; 4],
+                voids: super::Voids::All,
+            };
+            let counts = |j| patch_counts(finest, j);
+            let empty = |j| vec![PatchPage::NOTHING; counts(j).0 as usize * counts(j).1 as usize];
+            let mut patches: Vec<Vec<PatchStatistics>> = (0..patch_levels(finest)).map(empty).collect();
+            let mut tiles = Vec::new();
+            for (level, size) in (0..).zip(self.levels()) {
+                let mut here = Vec::new();
+                for (y, x) in (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| (y, x))) {
+                    let record = match self.record(TileAddress { level, x, y }) {
+                        Ok(record) => record,
+                        Err(error) => {
+                            tracing::warn!("{error}");
+                            here.push(no_data);
+                            continue;
+                        }
+                    };
+                    here.push(record.statistics);
+                    let Some(patches) = patches.get_mut(level as usize) else { continue };
+                    let (count_x, count_y) = counts(level);
+                    for (i, patch) in (0..).zip(record.patches.patches()) {
+                        let (x, y) = (x * PAGE_PATCHES + i % PAGE_PATCHES, y * PAGE_PATCHES + i / PAGE_PATCHES);
+                        if x < count_x && y < count_y {
+                            patches[y as usize * count_x as usize + x as usize] = *patch;
+                        }
+                    }
+                }
+                tiles.push(here);
+            }
+            for (patches, coarse) in patches.iter_mut().skip(tiles.len()).zip(&self.sidecar.coarse_patches) {
+                patches.clone_from(coarse);
+            }
+            Statistics { tiles, patches }
+        })
+    }
+
+    /// What is known of a tile. For tests and tools: the first call reads the whole sidecar.
     ///
     /// # Panics
     /// If there is no such tile: see [`Pyramid::levels`] and [`LevelSize::tiles_x`].
     pub fn tile(&self, address: TileAddress) -> &TileStatistics {
         let index = tile_index(self.levels(), address).expect("the caller asks for tiles of this pyramid only");
-        &self.sidecar.statistics.tiles[address.level as usize][index]
+        &self.all().tiles[address.level as usize][index]
     }
 
     /// How many strides of mesh patches there are: patches of stride 2^j exist for j below this.
     pub fn patch_levels(&self) -> u32 {
-        self.sidecar.statistics.patches.len() as u32
+        patch_levels(self.sidecar.finest())
     }
 
     /// How many patches of stride 2^`j` there are in x and y.
     pub fn patch_counts(&self, j: u32) -> (u32, u32) {
-        patch_counts(self.sidecar.finest, j)
+        patch_counts(self.sidecar.finest(), j)
     }
 
-    /// What is known of the patch (`x`, `y`) of stride 2^`j`; none if it does not exist.
+    /// What is known of the patch (`x`, `y`) of stride 2^`j`; none if it does not exist. For tests and tools: the first
+    /// call reads the whole sidecar.
     pub fn patch(&self, j: u32, x: u32, y: u32) -> Option<&PatchStatistics> {
-        let patches = self.sidecar.statistics.patches.get(j as usize)?;
+        let patches = self.all().patches.get(j as usize)?;
         let (count_x, count_y) = self.patch_counts(j);
         (x < count_x && y < count_y).then(|| &patches[y as usize * count_x as usize + x as usize])
     }
@@ -215,48 +303,32 @@ impl TileStore for Pyramid {
     }
 
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
-        self.sidecar.statistics.patches.get(self.levels().len()..).unwrap_or_default()
+        &self.sidecar.coarse_patches
     }
 
-    fn fetch(self: Arc<Self>, address: TileAddress, _cancel: &Cancel) -> Result<Decode, PyramidError> {
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        let record = self.record(address)?;
+        if cancel.is_cancelled() {
+            return Err(PyramidError::Cancelled);
+        }
+        // The bytes are read again when they are decoded, from memory then; here they are waited for and verified.
+        let bytes = self.stored.tile_bytes(address)?;
+        if record.checksum.is_some_and(|sum| sum != record::checksum(&bytes)) {
+            let TileAddress { level, x, y } = address;
+            let cause = format!("the checksum of tile {level} {x} {y} is wrong: the file is damaged");
+            return Err(PyramidError::Mismatch { path: self.path.clone(), cause });
+        }
         Ok(Box::new(move || {
-            let page = (0..PAGE_PATCHES * PAGE_PATCHES).map(|i| {
-                let (x, y) = (address.x * PAGE_PATCHES + i % PAGE_PATCHES, address.y * PAGE_PATCHES + i / PAGE_PATCHES);
-                self.patch(address.level, x, y).copied().unwrap_or(PatchPage::NOTHING)
-            });
-            let patches = PatchPage::new(page.collect());
-            Ok(LoadedTile { tile: self.read_tile(address)?, statistics: *self.tile(address), patches })
+            let Record { statistics, patches, .. } = record;
+            Ok(LoadedTile { tile: self.read_tile(address)?, statistics, patches })
         }))
     }
 }
 
-/// What follows from the statistics of single tiles: the errors at corners, and ranges that hold those of the children.
-fn complete(statistics: &mut Statistics, sizes: &[LevelSize]) {
-    for level in 1..sizes.len() {
-        let (finer, coarser) = statistics.tiles.split_at_mut(level);
-        for (i, child) in finer[level - 1].iter().enumerate() {
-            let (x, y) = (i as u32 % sizes[level - 1].tiles_x(), i as u32 / sizes[level - 1].tiles_x());
-            let parent = &mut coarser[0][(y / 2 * sizes[level].tiles_x() + x / 2) as usize];
-            parent.min_m = parent.min_m.min(child.min_m);
-            parent.max_m = parent.max_m.max(child.max_m);
-        }
-    }
-    for (tiles, size) in statistics.tiles.iter_mut().zip(sizes) {
-        let (tiles_x, tiles_y) = (size.tiles_x(), size.tiles_y());
-        let errors_m: Vec<f32> = tiles.iter().map(|tile| tile.error_m).collect();
-        let error_m = |x: u32, y: u32| match x < tiles_x && y < tiles_y {
-            true => errors_m[(y * tiles_x + x) as usize],
-            false => 0.0,
-        };
-        for (i, tile) in tiles.iter_mut().enumerate() {
-            let (x, y) = (i as u32 % tiles_x, i as u32 / tiles_x);
-            tile.corner_errors_m = std::array::from_fn(|corner| {
-                let (x, y) = (x + corner as u32 % 2, y + corner as u32 / 2);
-                let (west, north) = (x.wrapping_sub(1), y.wrapping_sub(1));
-                error_m(west, north).max(error_m(x, north)).max(error_m(west, y)).max(error_m(x, y))
-            });
-        }
-    }
+fn exaggerate_patch(patch: &mut PatchStatistics, factor: f32) {
+    patch.min_m *= factor;
+    patch.max_m *= factor;
+    patch.mesh_error_m *= factor;
 }
 
 /// The sample at offset `offset` of a tile's row or column, borders included, replicated beyond the level.

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::PyramidError;
 use super::cache::cache_folder;
 use super::cog_store::CogStore;
 use super::store::TileStore;
-use super::PyramidError;
-use crate::remote::{RemoteError, RemoteFile, Settings};
+use crate::remote::{RemoteError, RemoteFile, Settings, beside};
 
 /// Decoded blocks kept, shared by all threads: 48 tiles of 512 × 512 f32.
 const DECODED_BYTES: usize = 48 << 20;
@@ -16,7 +16,7 @@ const DECODED_BYTES: usize = 48 << 20;
 const REMOTE_FOLDER: &str = "remote";
 
 /// Opens the COG at `url`: `http://`, `https://`, or `s3://bucket/key` with what the `AWS_*` variables say. Blocks of it
-/// are kept in the cache folder.
+/// are kept in the cache folder. If it is a baked pyramid with its sidecar beside it, its errors are the measured ones.
 ///
 /// # Errors
 /// [`PyramidError::Remote`] if it cannot be had, [`PyramidError::NoOverviews`] if it must be baked first, or why it is no
@@ -32,8 +32,13 @@ pub fn open_remote(url: &str) -> Result<Arc<dyn TileStore>, PyramidError> {
 /// # Errors
 /// As [`open_remote`].
 pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> Result<Arc<CogStore>, PyramidError> {
-    let file = RemoteFile::open(url, settings)?;
-    CogStore::open(file, decoded_bytes).map(Arc::new)
+    let file = RemoteFile::open(url, settings.clone())?;
+    let sidecar = match RemoteFile::open(&beside(url, ".tiles"), settings) {
+        Ok(sidecar) => Some(sidecar),
+        Err(error) if error.is_absent() => None,
+        Err(error) => return Err(error.into()),
+    };
+    CogStore::open(file, sidecar, decoded_bytes).map(Arc::new)
 }
 
 /// Opens the GeoTIFF at `path` to fly over it as it is, with estimated errors. None if it is not fit for that (no COG, no
@@ -51,7 +56,7 @@ pub fn open_local_cog(path: &Path) -> Result<Option<Arc<dyn TileStore>>, Pyramid
     let Some(location) = path.to_str().filter(|location| !location.contains("://")) else { return Ok(None) };
     let opened = RemoteFile::open(location, Settings::default())
         .map_err(PyramidError::from)
-        .and_then(|file| CogStore::open(file, DECODED_BYTES));
+        .and_then(|file| CogStore::open(file, None, DECODED_BYTES));
     match opened {
         Ok(store) => Ok(Some(Arc::new(store))),
         Err(error @ (PyramidError::Remote(RemoteError::Io { .. }) | PyramidError::Unread { .. })) => Err(error),

@@ -18,9 +18,7 @@ pub fn serve<L: HeightLevels + ?Sized>(
     for row in 0..TILE_STRIDE {
         let row = (inside(address.y, row, size.height) - region.y) * region.width;
         let row = &served[row as usize..(row + region.width) as usize];
-        samples.extend(
-            (0..TILE_STRIDE).map(|column| row[(inside(address.x, column, size.width) - region.x) as usize]),
-        );
+        samples.extend((0..TILE_STRIDE).map(|column| row[(inside(address.x, column, size.width) - region.x) as usize]));
     }
     Ok(Tile { samples })
 }

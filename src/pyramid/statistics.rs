@@ -81,6 +81,7 @@ pub fn tile_index(sizes: &[LevelSize], address: TileAddress) -> Option<usize> {
 /// Lowest and highest height and the voids of some samples, as they gather.
 #[derive(Clone, Copy)]
 pub(super) struct Range {
+    /// NaN if there is no height yet.
     pub min_m: f32,
     pub max_m: f32,
     valid: bool,
@@ -104,6 +105,15 @@ impl Range {
         }
     }
 
+    /// Adds a range whose heights may be off by `doubt_m`.
+    pub fn join(&mut self, other: Self, doubt_m: f64) {
+        self.void |= other.void;
+        self.valid |= other.valid;
+        let (low, high) = (f64::from(other.min_m) - doubt_m, f64::from(other.max_m) + doubt_m);
+        self.min_m = self.min_m.min(-rounded_up(-low));
+        self.max_m = self.max_m.max(rounded_up(high));
+    }
+
     pub fn voids(self) -> Voids {
         match (self.valid, self.void) {
             (true, true) => Voids::Some,
@@ -123,19 +133,4 @@ impl Voids {
 pub(super) fn rounded_up(value: f64) -> f32 {
     let rounded = value as f32;
     if f64::from(rounded) < value { rounded.next_up() } else { rounded }
-}
-
-/// Raises the values of a grid of nodes to those of the children (2x, 2y) … (2x + 1, 2y + 1) under them.
-pub(super) fn raise_to_children(
-    parents: &mut [f32],
-    (parents_x, _): (u32, u32),
-    children: &[f32],
-    (children_x, children_y): (u32, u32),
-) {
-    for y in 0..children_y {
-        for x in 0..children_x {
-            let parent = &mut parents[(y as usize / 2) * parents_x as usize + x as usize / 2];
-            *parent = parent.max(children[y as usize * children_x as usize + x as usize]);
-        }
-    }
 }

@@ -2,21 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
-use tiff_reader::{OpenOptions, TiffFile};
+use tiff_reader::{OpenOptions, TagValue, TiffFile};
 
 use super::fill::HeightLevels;
 use super::levels::{LevelSize, Region};
-use super::{PyramidError, TILE_SAMPLES};
+use super::statistics::tile_index;
+use super::{PyramidError, TILE_SAMPLES, TileAddress};
+use crate::file::random_access::RandomAccess;
 
 /// Decoded TIFF tiles kept, shared by all threads: 192 of 256 KiB.
 const CACHE_BYTES: usize = 48 * 1024 * 1024;
+
+/// No tile is longer, however it is packed.
+const LARGEST_TILE_BYTES: u64 = 1 << 20;
 
 /// An open GeoTIFF whose images are the levels.
 pub struct StoredLevels {
     path: PathBuf,
     file: TiffFile,
+    bytes: RandomAccess,
     sizes: Vec<LevelSize>,
 }
+
+const TILE_OFFSETS: u16 = 324;
+const TILE_BYTE_COUNTS: u16 = 325;
 
 impl StoredLevels {
     /// Opens the GeoTIFF at `path` and checks that its images are `sizes`, in tiles of 256 × 256 f32. `name` stands in
@@ -38,7 +47,26 @@ impl StoredLevels {
                 return Err(mismatch(format!("level {level} is not {} × {} f32 in tiles", size.width, size.height)));
             }
         }
-        Ok(Self { path: name.to_owned(), file, sizes })
+        let bytes = RandomAccess::open(path).map_err(PyramidError::io(name, "opening"))?;
+        Ok(Self { path: name.to_owned(), file, bytes, sizes })
+    }
+
+    /// Reads the bytes of a tile as they are stored.
+    pub fn tile_bytes(&self, address: TileAddress) -> Result<Vec<u8>, PyramidError> {
+        let missing = || PyramidError::NoSuchTile { path: self.path.clone(), address };
+        let index = tile_index(&self.sizes, address).ok_or_else(missing)?;
+        let image = self.file.ifd(address.level as usize).map_err(PyramidError::decode(&self.path))?;
+        let number = |code: u16| match &image.tag(code)?.value {
+            TagValue::Long(values) => values.get(index).map(|&value| u64::from(value)),
+            TagValue::Long8(values) => values.get(index).copied(),
+            _ => None,
+        };
+        let (offset, count) = number(TILE_OFFSETS).zip(number(TILE_BYTE_COUNTS)).ok_or_else(missing)?;
+        if count > LARGEST_TILE_BYTES {
+            let cause = format!("a tile of {count} bytes: the file is damaged");
+            return Err(PyramidError::Mismatch { path: self.path.clone(), cause });
+        }
+        self.bytes.read(offset, count as usize).map_err(PyramidError::io(&self.path, "reading a tile"))
     }
 }
 

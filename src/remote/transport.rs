@@ -26,11 +26,7 @@ pub enum Transport {
     /// A file on this machine.
     File(File),
     /// A server.
-    Store {
-        store: Arc<dyn ObjectStore>,
-        path: Path,
-        timeout: Duration,
-    },
+    Store { store: Arc<dyn ObjectStore>, path: Path, timeout: Duration },
 }
 
 /// Bytes, and which file they are of.
@@ -126,9 +122,8 @@ impl Transport {
     /// The bytes of `range`, which is not empty; fewer where the file ends before.
     pub fn get(&self, range: Range<u64>, address: &Address, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
-            Self::File(file) => read(file, range).map_err(|source| {
-                NoAnswer::Never(RemoteError::Io { name: address.name.clone(), source })
-            }),
+            Self::File(file) => read(file, range)
+                .map_err(|source| NoAnswer::Never(RemoteError::Io { name: address.name.clone(), source })),
             Self::Store { store, path, timeout } => {
                 let runtime = runtime().map_err(|cause| {
                     NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause: cause.to_owned() })
@@ -174,7 +169,12 @@ fn runtime() -> Result<&'static Runtime, &'static str> {
     static RUNTIME: OnceLock<Result<Runtime, String>> = OnceLock::new();
     let build = || {
         let mut runtime = tokio::runtime::Builder::new_multi_thread();
-        runtime.worker_threads(2).thread_name("remote").enable_all().build().map_err(|error| format!("no threads for the network: {error}"))
+        runtime
+            .worker_threads(2)
+            .thread_name("remote")
+            .enable_all()
+            .build()
+            .map_err(|error| format!("no threads for the network: {error}"))
     };
     RUNTIME.get_or_init(build).as_ref().map_err(String::as_str)
 }

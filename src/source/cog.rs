@@ -11,9 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tiff_reader::source::SharedSource;
 use tiff_reader::{Ifd, OpenOptions, TiffError, TiffFile};
 
+use super::georeference::{self, Georeference};
 use super::geotiff::{decode_error, geo_tags, meaning, panic_text};
 use super::geotiff_layout::{check_image, is_overview};
-use super::georeference::{self, Georeference};
 use super::samples::{Meaning, Tally};
 use super::{SourceError, Window, WorldMapping};
 
@@ -123,6 +123,12 @@ impl Pictures {
             offset.saturating_sub(FRAME_BYTES)..offset.saturating_add(count).saturating_add(FRAME_BYTES)
         });
         framed.collect()
+    }
+
+    /// Where the bytes of the block lie that holds a sample, without a frame; none if the file leaves it out.
+    pub fn stored(&self, picture: usize, x: u32, y: u32) -> Option<Range<u64>> {
+        let (_, (offset, count)) = self.pictures[picture].blocks_in(Window { x, y, width: 1, height: 1 }).next()?;
+        (offset != 0 && count != 0).then(|| offset..offset.saturating_add(count))
     }
 
     /// The heights in metres of a window inside a picture, row-major, NaN where there is no data.

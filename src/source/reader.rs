@@ -1,7 +1,7 @@
 //! Heights read by windows: what a bake of any size needs of a file.
 
-use super::SourceError;
 use super::georeference::Georeference;
+use super::{HeightGrid, SourceError};
 
 /// A rectangle of samples inside a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,4 +43,51 @@ pub trait HeightReader: Send + Sync {
     /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two
     /// readers with one identity give the same heights.
     fn identity(&self) -> String;
+}
+
+/// A grid in memory, read by windows.
+#[derive(Clone, Copy, Debug)]
+pub struct GridReader<'a> {
+    grid: &'a HeightGrid,
+    identity: Option<&'a str>,
+}
+
+impl<'a> GridReader<'a> {
+    /// Of a grid that nobody else knows.
+    pub fn new(grid: &'a HeightGrid) -> Self {
+        Self { grid, identity: None }
+    }
+
+    /// Of a grid that comes from what `identity` says.
+    pub fn with_identity(grid: &'a HeightGrid, identity: &'a str) -> Self {
+        Self { grid, identity: Some(identity) }
+    }
+}
+
+impl HeightReader for GridReader<'_> {
+    fn size(&self) -> [u32; 2] {
+        [self.grid.width, self.grid.height]
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.grid.georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        let width = self.grid.width as usize;
+        let mut heights_m = Vec::with_capacity(window.samples());
+        for row in window.y as usize..(window.y + window.height) as usize {
+            let start = row * width + window.x as usize;
+            heights_m.extend_from_slice(&self.grid.heights_m[start..start + window.width as usize]);
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        [self.grid.width, 1]
+    }
+
+    fn identity(&self) -> String {
+        self.identity.unwrap_or("heights in memory").to_owned()
+    }
 }

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder};
-use hachure::pyramid::{self, BakeOptions, TileAddress};
+use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
 use hachure::remote::{self, BLOCK_BYTES};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{HeightGrid, Silent};
@@ -50,6 +51,22 @@ fn grid(voids: bool) -> HeightGrid {
     HeightGrid { width: WIDTH, height: HEIGHT, heights_m: heights_m.collect(), georeference }
 }
 
+/// The baked pyramids, which are also served without their sidecars, as foreign COGs.
+const BAKED: [&str; 3] = ["deflate.tif", "lerc.tif", "voids.tif"];
+
+fn all(store: Arc<dyn TileStore>) -> Truth {
+    let mut truth = Vec::new();
+    for (level, size) in (0..).zip(store.levels()) {
+        for y in 0..size.tiles_y() {
+            for x in 0..size.tiles_x() {
+                let address = TileAddress { level, x, y };
+                truth.push((address, fingerprint(&store.clone().load(address).unwrap())));
+            }
+        }
+    }
+    truth
+}
+
 impl World {
     /// Writes all files into `folder`.
     pub fn make(folder: &Path) -> Self {
@@ -84,21 +101,20 @@ impl World {
         for name in ["deflate.tif", "lerc.tif", "voids.tif", "plain.tif", "large.tif"] {
             server.put(name, self.bytes(name));
         }
+        for name in BAKED {
+            server.put(&format!("baked/{name}"), self.bytes(name));
+            server.put(&format!("baked/{name}.tiles"), self.bytes(&format!("{name}.tiles")));
+        }
+    }
+
+    /// All tiles of a baked pyramid, as its own reader has them.
+    pub fn baked_truth(&self, name: &str) -> Truth {
+        all(Arc::new(Pyramid::open(&self.folder.join(name)).unwrap()))
     }
 
     /// All tiles as they come from the file itself.
     pub fn truth(&self, name: &str) -> Truth {
-        let store = pyramid::open_local_cog(&self.folder.join(name)).unwrap().unwrap();
-        let mut truth = Vec::new();
-        for (level, size) in (0..).zip(store.levels()) {
-            for y in 0..size.tiles_y() {
-                for x in 0..size.tiles_x() {
-                    let address = TileAddress { level, x, y };
-                    truth.push((address, fingerprint(&store.clone().load(address).unwrap())));
-                }
-            }
-        }
-        truth
+        all(pyramid::open_local_cog(&self.folder.join(name)).unwrap().unwrap())
     }
 
     /// Holds every block in the cache against the file.

@@ -1,0 +1,127 @@
+//! Errors that wait for coarser levels.
+//!
+//! A void far from all data takes its filling from coarser levels, up to the coarsest. Where a valid sample of full
+//! resolution is so alone that the surface of a level there depends on such a filling, a chunk cannot measure the
+//! error: it puts the sample off. When all levels are written they are read as any reader would, and the error is
+//! measured then. Such samples are few: an island has to be smaller than half a coarse sample, and farther than four
+//! from the next.
+
+use super::plan::{Plan, Round};
+use crate::pyramid::bicubic;
+use crate::pyramid::fill::{HeightLevels, read_filled};
+use crate::pyramid::levels::{LevelSize, Region, coordinate};
+use crate::pyramid::statistics::rounded_up;
+use crate::pyramid::{PyramidError, TILE_SAMPLES};
+
+/// A sample that was put off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deferred {
+    /// The level whose error it belongs to.
+    pub level: u32,
+    /// In the first round, its column in level 0; later, that of its quad among the vertices of the round's base.
+    pub x: u32,
+    /// Its row, likewise.
+    pub y: u32,
+    /// In the first round, its height in metres; later NaN.
+    pub height_m: f32,
+}
+
+impl Deferred {
+    /// What tells them apart, in the order of the levels.
+    pub fn key(&self) -> (u32, u32, u32) {
+        (self.level, self.y, self.x)
+    }
+}
+
+/// The levels as they are served when all are there.
+pub struct Served<'a> {
+    /// Of the finished GeoTIFF.
+    pub levels: &'a dyn HeightLevels,
+    /// For voids far from everything on the coarsest level, in metres.
+    pub fallback_m: f32,
+}
+
+impl Served<'_> {
+    /// The surface of a level at a sample of full resolution, in metres, and the tile that it belongs to.
+    fn surface_m(&self, level: usize, finest: LevelSize, x: u32, y: u32) -> Result<(f64, (u32, u32)), PyramidError> {
+        let size = self.levels.sizes()[level];
+        let axis = |f: u32, finest: u32, size: u32| {
+            let c = coordinate(f.into(), finest, size);
+            let (cell, fraction) = bicubic::cell(c, size);
+            (cell, fraction, (c + 0.5) as u32 / TILE_SAMPLES)
+        };
+        let (cell_x, fx, tile_x) = axis(x, finest.width, size.width);
+        let (cell_y, fy, tile_y) = axis(y, finest.height, size.height);
+        let around =
+            Region { x: cell_x, y: cell_y, width: 2.min(size.width), height: 2.min(size.height) }.grown(1, size);
+        let served = read_filled(self.levels, level, around, self.fallback_m)?;
+        let samples: [[f32; 4]; 4] = std::array::from_fn(|k| {
+            let row = bicubic::neighbour(cell_y, k as u32, size.height) - around.y;
+            std::array::from_fn(|i| {
+                let column = bicubic::neighbour(cell_x, i as u32, size.width) - around.x;
+                served[(row * around.width + column) as usize]
+            })
+        });
+        Ok((bicubic::height_and_gradient(&samples, fx, fy).0, (tile_x, tile_y)))
+    }
+
+    /// Raises the errors of tiles (by level, row-major) by what was put off. What rests on an error that grows here is
+    /// measured again: the levels of the next round, over the same place.
+    pub fn raise(&self, plan: &Plan, deferred: &[Deferred], errors_m: &mut [Vec<f32>]) -> Result<(), PyramidError> {
+        let rounds = plan.rounds();
+        let mut by_level: Vec<Vec<Deferred>> = vec![Vec::new(); plan.sizes.len()];
+        for put_off in deferred {
+            by_level[put_off.level as usize].push(*put_off);
+        }
+        for level in 0..plan.sizes.len() {
+            let mut here = std::mem::take(&mut by_level[level]);
+            here.sort_by_key(Deferred::key);
+            here.dedup_by_key(|put_off| put_off.key());
+            let Some(round) = rounds.iter().find(|round| level <= round.top) else { continue };
+            for put_off in &here {
+                self.raise_one(plan, *round, put_off, errors_m)?;
+            }
+            let Some(next) = rounds.get(round.number as usize + 1).filter(|_| level == round.top) else { continue };
+            let shift = if round.number == 0 { next.base } else { next.base - round.base };
+            for put_off in here {
+                let (x, y) = (put_off.x >> shift, put_off.y >> shift);
+                for (level, above) in by_level.iter_mut().enumerate().take(next.top + 1).skip(next.base + 1) {
+                    above.push(Deferred { level: level as u32, x, y, height_m: f32::NAN });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn raise_one(
+        &self,
+        plan: &Plan,
+        round: Round,
+        put_off: &Deferred,
+        errors_m: &mut [Vec<f32>],
+    ) -> Result<(), PyramidError> {
+        let (finest, level) = (plan.sizes[0], put_off.level as usize);
+        let tile = |level: usize, (x, y): (u32, u32)| (y * plan.sizes[level].tiles_x() + x) as usize;
+        if round.number == 0 {
+            let (surface_m, place) = self.surface_m(level, finest, put_off.x, put_off.y)?;
+            let worst = &mut errors_m[level][tile(level, place)];
+            *worst = worst.max(rounded_up((surface_m - f64::from(put_off.height_m)).abs()));
+            return Ok(());
+        }
+        let step = 1_u64 << round.base;
+        let span = |at: u32, samples: u32| {
+            let first = u64::from(at) * step;
+            first as u32..(first + step + 1).min(samples.into()) as u32
+        };
+        for y in span(put_off.y, finest.height) {
+            for x in span(put_off.x, finest.width) {
+                let (under_m, under) = self.surface_m(round.base, finest, x, y)?;
+                let (surface_m, place) = self.surface_m(level, finest, x, y)?;
+                let under_error_m = f64::from(errors_m[round.base][tile(round.base, under)]);
+                let worst = &mut errors_m[level][tile(level, place)];
+                *worst = worst.max(rounded_up((surface_m - under_m).abs() + under_error_m));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,121 @@
+//! The work folder `OUT.tif.parts`: one file for each chunk that is done, so that a bake that stops goes on where it
+//! was, and several machines bake one pyramid.
+//!
+//! `bake.txt` says which bake the parts belong to; every part says it too. Names are unique by chunk and files appear
+//! by renaming, so nothing is locked.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::part::{Part, PartName};
+use super::plan::Chunk;
+use crate::file::atomic;
+use crate::pyramid::PyramidError;
+
+const ABOUT: &str = "bake.txt";
+const FIRST_LINE: &str = "hachure: parts of a bake; removed when it is done";
+
+/// A work folder.
+pub struct Folder {
+    path: PathBuf,
+}
+
+/// `OUT.tif.parts` for `OUT.tif`.
+pub fn parts_path(out: &Path) -> PathBuf {
+    let mut path = out.as_os_str().to_owned();
+    path.push(".parts");
+    path.into()
+}
+
+impl Folder {
+    /// Makes the folder, or goes on with the one that is there: where `keep`, with its parts, which then must be of this
+    /// bake; else without.
+    ///
+    /// # Errors
+    /// If the folder is none of hachure's, or holds the parts of another output or, where they shall be kept, of
+    /// another bake.
+    pub fn open(out: &Path, bake: u64, identity: &str, keep: bool) -> Result<Self, PyramidError> {
+        let folder = Self { path: parts_path(out) };
+        let refused = |cause: &str| PyramidError::Parts { path: folder.path.clone(), cause: cause.into() };
+        let name = out.file_name().unwrap_or_default().to_string_lossy();
+        let text = format!("{FIRST_LINE}\n{bake:016x}\n{name}\n{identity}\n");
+        if folder.path.symlink_metadata().is_ok() {
+            let Ok(found) = fs::read_to_string(folder.path.join(ABOUT)) else {
+                let empty = fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.next().is_none());
+                return if empty { folder.describe(&text) } else { Err(refused("is no work folder of a bake")) };
+            };
+            let lines: Vec<&str> = found.lines().collect();
+            if lines.first() != Some(&FIRST_LINE) || lines.get(2) != Some(&&*name) {
+                return Err(refused("holds the parts of another pyramid"));
+            }
+            let same = lines.get(1) == Some(&&*format!("{bake:016x}"));
+            match (keep, same) {
+                (true, true) => return Ok(folder),
+                (true, false) => {
+                    return Err(refused(
+                        "holds the parts of another bake (of other inputs or options, or by another version)",
+                    ));
+                }
+                (false, _) => folder.empty()?,
+            }
+        }
+        folder.describe(&text)
+    }
+
+    fn describe(self, text: &str) -> Result<Self, PyramidError> {
+        fs::create_dir_all(&self.path).map_err(PyramidError::io(&self.path, "creating"))?;
+        let about = self.path.join(ABOUT);
+        match atomic::write(&about, text.as_bytes()) {
+            // Another machine may have been faster.
+            Err(_) if fs::read_to_string(&about).is_ok_and(|found| found == text) => Ok(self),
+            written => written.map(|()| self).map_err(PyramidError::io(&about, "writing")),
+        }
+    }
+
+    /// The folder.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn file(&self, round: u32, Chunk { x, y }: Chunk) -> PathBuf {
+        self.path.join(format!("round{}-y{y:04}-x{x:04}.part", round + 1))
+    }
+
+    /// A part that is there and whole.
+    pub fn part(&self, name: PartName) -> Option<Part> {
+        let path = self.file(name.round, name.chunk);
+        let part = Part::open(&path, name);
+        if part.is_none() && path.exists() {
+            tracing::warn!("{}: is damaged; it is baked again", path.display());
+        }
+        part
+    }
+
+    /// Keeps a part.
+    pub fn write(&self, name: PartName, bytes: &[u8]) -> Result<Part, PyramidError> {
+        Part::write(bytes, &self.file(name.round, name.chunk))
+    }
+
+    /// Removes all that a bake puts there, whole or partial.
+    fn empty(&self) -> Result<(), PyramidError> {
+        let entries = fs::read_dir(&self.path).map_err(PyramidError::io(&self.path, "emptying"))?;
+        for entry in entries.flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.ends_with(".part") || name == ABOUT {
+                fs::remove_file(entry.path()).map_err(PyramidError::io(&self.path, "emptying"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the folder with all parts; what is not a bake's stays.
+    pub fn remove(self) {
+        if self
+            .empty()
+            .and_then(|()| fs::remove_dir(&self.path).map_err(PyramidError::io(&self.path, "removing")))
+            .is_err()
+        {
+            tracing::warn!("{}: could not be removed", self.path.display());
+        }
+    }
+}
