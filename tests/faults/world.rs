@@ -54,7 +54,7 @@ fn grid(voids: bool) -> HeightGrid {
 /// The baked pyramids, which are also served without their sidecars, as foreign COGs.
 const BAKED: [&str; 3] = ["deflate.tif", "lerc.tif", "voids.tif"];
 
-fn all(store: Arc<dyn TileStore>) -> Truth {
+pub fn all(store: Arc<dyn TileStore>) -> Truth {
     let mut truth = Vec::new();
     for (level, size) in (0..).zip(store.levels()) {
         for y in 0..size.tiles_y() {
@@ -90,6 +90,10 @@ impl World {
         let large = builder.compression(Compression::Deflate);
         large.write_2d(folder.join("large.tif"), Array2::<f32>::zeros((40, 9000)).view()).unwrap();
         Self { folder: folder.to_owned() }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
     }
 
     pub fn bytes(&self, name: &str) -> Vec<u8> {
