@@ -101,7 +101,12 @@ impl OpenWorld {
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
+    pub fn on_gpu(
+        gpu: &Gpu,
+        scene: Scene,
+        store: Arc<dyn TileStore>,
+        options: TerrainOptions,
+    ) -> Result<Self, WorldError> {
         let name = store.name();
         let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
         let options = TerrainOptions { inverse_radius, ..options };

@@ -107,7 +107,8 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
     let mut planted_px = 0.0_f64;
     // A slow path: steps of a hundredth of a pixel would show jitter.
     for step in 0..12 {
-        let (x_m, y_m, yaw) = (137.25 * f64::from(step), 80_000.0 + 93.5 * f64::from(step), 5.0 + 0.01 * f64::from(step));
+        let (x_m, y_m, yaw) =
+            (137.25 * f64::from(step), 80_000.0 + 93.5 * f64::from(step), 5.0 + 0.01 * f64::from(step));
         let view = |east_m: f64| format!("{:.6},{y_m},9000,{yaw},-8,55", x_m + east_m);
         let mut at = |east_m: f64| {
             let pose = world.pose(&view(east_m));
@@ -159,7 +160,8 @@ fn the_earth_bends_away() {
 
 #[test]
 fn relief_on_a_bent_earth_keeps_its_error() {
-    let Some(mut world) = World::new(grid_of(701, 645, 200.0, |x, y| 10.0 * common::rough_height_m(x / 10.0, y / 10.0)), 1.0)
+    let Some(mut world) =
+        World::new(grid_of(701, 645, 200.0, |x, y| 10.0 * common::rough_height_m(x / 10.0, y / 10.0)), 1.0)
     else {
         return;
     };

@@ -134,7 +134,8 @@ fn failures_are_tried_again_and_stood_in_for() {
     let mut frame = None;
     let start = Instant::now();
     let mut shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
-    while start.elapsed() < Duration::from_secs(20) && (shot.report.tiles_failed == 0 || shot.report.tiles_pending > 0) {
+    while start.elapsed() < Duration::from_secs(20) && (shot.report.tiles_failed == 0 || shot.report.tiles_pending > 0)
+    {
         shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
         assert_eq!(pinholes(&shot), 0);
     }
@@ -225,7 +226,14 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
     let mut checked = 0;
     for i in 0..60 {
         let [u, v, w] = [0, 1, 2].map(|k| random(i, k));
-        let view = format!("{},{},+{},{},{},50", 26000.0 * (u - 0.5), 24000.0 * (v - 0.5), 2000.0 * w * w + 2.0, 360.0 * u, -60.0 * v);
+        let view = format!(
+            "{},{},+{},{},{},50",
+            26000.0 * (u - 0.5),
+            24000.0 * (v - 0.5),
+            2000.0 * w * w + 2.0,
+            360.0 * u,
+            -60.0 * v
+        );
         let pose = world.pose(&view);
         let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
         let rule = |error_px| LevelRule {
@@ -248,7 +256,9 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
                 let Some(height_m) = world.terrain.height_m(place) else { continue };
                 let from_eye: DVec3 = place.extend(height_m) - pose.position_m;
                 let clip = [pose.right, pose.up, pose.forward].map(|axis| axis.dot(from_eye));
-                let seen = clip[2] > 0.0 && clip[0].abs() / clip[2] < 80.0 / view.focal_px() && clip[1].abs() / clip[2] < 45.0 / view.focal_px();
+                let seen = clip[2] > 0.0
+                    && clip[0].abs() / clip[2] < 80.0 / view.focal_px()
+                    && clip[1].abs() / clip[2] < 45.0 / view.focal_px();
                 if !seen {
                     continue;
                 }

@@ -136,7 +136,11 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, flights: &mut [Flight]) -
     for flight in flights.iter_mut() {
         flight.warm_up(gpu, args.size, &first)?;
     }
-    if args.real_time { fly_by_the_clock(gpu, path, args, flights, &bar) } else { fly_by_frames(gpu, path, args, flights, &bar) }
+    if args.real_time {
+        fly_by_the_clock(gpu, path, args, flights, &bar)
+    } else {
+        fly_by_frames(gpu, path, args, flights, &bar)
+    }
 }
 
 /// Every style draws the same frames, in turns.
@@ -222,7 +226,8 @@ struct Drawn {
 impl Flight {
     fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
+        let options =
+            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let requirements = Requirements::of(&style);
         Ok(Self {
             world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?,

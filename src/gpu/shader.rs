@@ -15,8 +15,7 @@ macro_rules! shader {
 }
 
 /// What other shaders import, in the order in which they import each other.
-const MODULES: &[(&str, &str)] =
-    &[
+const MODULES: &[(&str, &str)] = &[
     shader!("shared/view"),
     shader!("shared/terrain"),
     shader!("shared/earth"),

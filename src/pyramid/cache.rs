@@ -90,7 +90,7 @@ where
 }
 
 /// The folder of cached pyramids.
-fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
+pub(super) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
     if let Some(folder) = named {
         return Ok(folder.to_owned());
     }

@@ -138,7 +138,7 @@ pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, SourceErr
     })
 }
 
-fn geo_tags(layout: &Layout) -> GeoTags {
+pub(super) fn geo_tags(layout: &Layout) -> GeoTags {
     let value = |tag| layout.ifd.tag(tag).map(|tag| &tag.value);
     let numbers = |tag| value(tag).and_then(TagValue::as_f64_vec).unwrap_or_default();
     let directory = value(TAG_GEO_DIRECTORY).and_then(TagValue::as_u16_slice).unwrap_or_default();
@@ -151,7 +151,7 @@ fn geo_tags(layout: &Layout) -> GeoTags {
     }
 }
 
-fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meaning {
+pub(super) fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meaning {
     let text = |tag| layout.ifd.tag(tag).and_then(|tag| tag.value.as_str());
     let no_data = text(TAG_GDAL_NODATA).and_then(|text| {
         let no_data = parse_no_data(text);
@@ -171,7 +171,7 @@ fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meaning {
     }
 }
 
-fn decode_error(source: TiffError, path: &Path) -> SourceError {
+pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
     match source {
         TiffError::UnsupportedCompression(code) => {
             SourceError::Unsupported { path: path.into(), what: format!("compression {code}") }
@@ -183,7 +183,7 @@ fn decode_error(source: TiffError, path: &Path) -> SourceError {
     }
 }
 
-fn panic_text(panic: &(dyn Any + Send)) -> &str {
+pub(super) fn panic_text(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a word")
 }

@@ -68,7 +68,20 @@ pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path) -> Result<Lay
     // Bit 0 marks an overview, bit 2 a mask; a cloud-optimised file has both behind the full resolution.
     let full = file.ifds().iter().find(|ifd| subfile_type(ifd) & 0b101 == 0);
     let ifd = full.or(file.ifds().first()).ok_or_else(|| inconsistent("it holds no picture"))?;
+    check_image(ifd, file_bytes, path)
+}
 
+/// Whether the picture is an overview: a smaller copy of another one, and no mask.
+pub(super) fn is_overview(ifd: &Ifd) -> bool {
+    ifd.tag(TAG_SUBFILE_TYPE).and_then(|tag| tag.value.as_u32()).unwrap_or(0) & 0b101 == 1
+}
+
+/// Checks everything about one picture that can be known without decoding.
+///
+/// # Errors
+/// As [`check`].
+pub(super) fn check_image(ifd: &Ifd, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
+    let inconsistent = |what: &str| SourceError::Inconsistent { path: path.into(), what: what.to_owned() };
     let (width, height) = (ifd.width(), ifd.height());
     if width == 0 || height == 0 {
         return Err(inconsistent("its width or height is missing or zero"));

@@ -8,6 +8,7 @@
 //! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory.
 
 mod ascii_grid;
+pub(crate) mod cog;
 mod crs_catalogue;
 mod dted;
 mod ehdr;

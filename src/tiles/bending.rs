@@ -100,7 +100,8 @@ mod tests {
 
     #[test]
     fn there_and_back() {
-        for flat in [DVec3::new(1.0, -2.0, 3.0), DVec3::new(-3e5, 4e5, 2500.0), DVec3::new(5e6, 1e6, -1000.0), DVec3::Z] {
+        for flat in [DVec3::new(1.0, -2.0, 3.0), DVec3::new(-3e5, 4e5, 2500.0), DVec3::new(5e6, 1e6, -1000.0), DVec3::Z]
+        {
             let back = EARTH.unbend(EARTH.bend(flat));
             assert!((back - flat).length() < 1e-6 * flat.length().max(1.0), "{flat} {back}");
         }
@@ -116,7 +117,8 @@ mod tests {
             assert!(place.cmpge(bent.low_m - 1e-6).all() && place.cmple(bent.high_m + 1e-6).all(), "{place} {bent:?}");
         }
         // From 1500 m, land of 0 to 1000 m height ends at 251 km (138 + 113).
-        let slab = |y_m: f64| Bounds { low_m: DVec3::new(-1.0, y_m, -1500.0), high_m: DVec3::new(1.0, y_m + 1.0, -500.0) };
+        let slab =
+            |y_m: f64| Bounds { low_m: DVec3::new(-1.0, y_m, -1500.0), high_m: DVec3::new(1.0, y_m + 1.0, -500.0) };
         assert!(EARTH.bend_bounds(&slab(250e3)).is_some());
         assert!(EARTH.bend_bounds(&slab(252.5e3)).is_none());
     }
