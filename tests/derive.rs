@@ -61,7 +61,10 @@ fn compare(name: &str, grid: &HeightGrid) -> Comparison {
 }
 
 fn same_at_level_0(derived: &LoadedTile, measured: &LoadedTile) {
-    assert_eq!(derived.patches, measured.patches);
+    for (derived, measured) in derived.patches.patches().iter().zip(measured.patches.patches()) {
+        // By their text, for NaN is not itself.
+        assert_eq!(format!("{derived:?}"), format!("{measured:?}"));
+    }
     assert_eq!(derived.statistics.min_m.to_bits(), measured.statistics.min_m.to_bits());
     assert_eq!(derived.statistics.max_m.to_bits(), measured.statistics.max_m.to_bits());
     assert_eq!(derived.statistics.voids, measured.statistics.voids);
