@@ -5,6 +5,7 @@
 //! samples, `fill` gives voids a height so that the surface can be evaluated beside them.
 
 pub mod bicubic;
+pub mod continent_store;
 pub mod derive;
 pub mod fill;
 pub mod levels;
@@ -26,6 +27,7 @@ mod tile_error;
 
 pub use bake::{BakeOptions, BakeReport, bake};
 pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_key, trim};
+pub use continent_store::ContinentStore;
 pub use error::PyramidError;
 pub use levels::LevelSize;
 pub use open::Pyramid;

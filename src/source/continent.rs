@@ -72,6 +72,7 @@ impl Continent {
     /// If `base_m` has not [`BASE_SAMPLES`]² heights.
     pub fn new(seed: u32, base_m: Vec<f32>, exemplar: Exemplar) -> Self {
         assert_eq!(base_m.len(), (BASE_SAMPLES * BASE_SAMPLES) as usize);
+        let base_m = deepened(&base_m, BASE_SAMPLES as usize);
         let relief_m = relief_m(&base_m, BASE_SAMPLES as usize);
         // Mountains stand on the land, not half in it.
         let base_m = base_m.iter().zip(&relief_m).map(|(base_m, relief_m)| base_m + LIFT * relief_m).collect();
@@ -81,6 +82,21 @@ impl Continent {
     /// The heights of the base.
     pub fn base_m(&self) -> &[f32] {
         &self.base_m
+    }
+
+    /// Bounds of the heights in metres over `size` samples of level 0 from (`offset`, `offset`) on, most likely.
+    pub fn range_m(&self, offset: u32, size: u32) -> [f32; 2] {
+        let (first, last) = ((offset >> BASE_LEVEL) as usize, ((offset + size - 1) >> BASE_LEVEL) as usize);
+        let width = BASE_SAMPLES as usize;
+        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        for row in first.saturating_sub(1)..=(last + 1).min(width - 1) {
+            for at in row * width + first.saturating_sub(1)..=row * width + (last + 1).min(width - 1) {
+                // Pieces of relief are lopsided: summits stand out more than valleys.
+                low = low.min(self.base_m[at] - 2.5 * self.relief_m[at]);
+                high = high.max(self.base_m[at] + 3.5 * self.relief_m[at]);
+            }
+        }
+        [low, high]
     }
 
     /// The heights in metres of a window of a level up to [`BASE_LEVEL`], row by row. The level's lattice has
@@ -121,6 +137,20 @@ const LIFT: f32 = 1.1;
 /// Base samples to each side that say how rough the land is: 7.7 km.
 const AROUND: usize = 3;
 
+/// The base with its valleys and ranges drawn out: what differs from the mean of 18 km around, times [`DEEPEN`].
+fn deepened(base_m: &[f32], size: usize) -> Vec<f32> {
+    let mean = |line: &dyn Fn(usize) -> f32, at: usize| {
+        (at.saturating_sub(AROUND)..=(at + AROUND).min(size - 1)).map(line).sum::<f32>()
+            / ((at + AROUND).min(size - 1) - at.saturating_sub(AROUND) + 1) as f32
+    };
+    let across: Vec<f32> = (0..size * size).map(|i| mean(&|x| base_m[i / size * size + x], i % size)).collect();
+    let around = (0..size * size).map(|i| mean(&|y| across[y * size + i % size], i / size));
+    base_m.iter().zip(around).map(|(base_m, mean_m)| base_m + (DEEPEN - 1.0) * (base_m - mean_m)).collect()
+}
+
+/// How much deeper valleys become.
+const DEEPEN: f32 = 2.3;
+
 /// How strong the relief of the pieces is at every sample of the base: a part of the base's own relief around it, and
 /// little in the valleys of the base, so that these are open and lead through the ranges.
 fn relief_m(base_m: &[f32], size: usize) -> Vec<f32> {
@@ -135,9 +165,9 @@ fn relief_m(base_m: &[f32], size: usize) -> Vec<f32> {
                     (low, high) = (low.min(height), high.max(height));
                 }
             }
-            let above = ((base_m[i] - low) / (high - low).max(1.0) / 0.42).clamp(0.0, 1.0);
-            let open = 0.12 + 0.88 * above * above * (3.0 - 2.0 * above);
-            (3.0 + 0.36 * (high - low)).min(360.0) * open
+            let above = ((base_m[i] - low) / (high - low).max(1.0) / 0.6).clamp(0.0, 1.0);
+            let open = 0.06 + 0.94 * above * above * (3.0 - 2.0 * above);
+            (3.0 + 0.24 * (high - low)).min(330.0) * open
         })
         .collect();
     // Smoothed once, for a valley's side is no wall.
@@ -147,7 +177,7 @@ fn relief_m(base_m: &[f32], size: usize) -> Vec<f32> {
             let (x, y) = (i % size, i / size);
             let (west, north) = (x.saturating_sub(1), y.saturating_sub(1));
             let cross = at(west, y) + at(x + 1, y) + at(x, north) + at(x, y + 1);
-            0.4 * at(x, y) + 0.15 * cross
+            0.6 * at(x, y) + 0.1 * cross
         })
         .collect()
 }

@@ -4,6 +4,7 @@
 //! GeoTIFF. Whatever the file declares (no-data mark, scale and offset, vertical unit) is applied on the way, so that
 //! what comes out is metres, or NaN.
 
+pub mod continent;
 mod crs_catalogue;
 mod erosion;
 mod error;
