@@ -27,7 +27,9 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
     vec![
         crate::surface::view::ViewUniform::shared(),
         crate::tiles::terrain::TerrainUniform::shared(),
-        crate::tiles::residency::LevelInfo::shared(),
+        crate::tiles::tables::LevelInfo::shared(),
+        crate::tiles::tables::TileRow::shared(),
+        crate::tiles::tables::TileRecord::shared(),
         crate::tiles::selection::PatchInstance::shared(),
         crate::lines::lsa::LsaUniform::shared(),
         crate::lines::threshold::ThresholdUniform::shared(),
@@ -129,7 +131,7 @@ impl Frame {
                 let plain = PlainLight {
                     to_sun,
                     camera_z_m: view.pose.position_m.z as f32,
-                    range_m: [terrain.pyramid().min_m(), terrain.pyramid().max_m()],
+                    range_m: terrain.range_m(),
                 };
                 let pass = passes.plain.as_mut().expect("the frame was made for this style");
                 pass.run(gpu, recorder, size_px, plain, view_resource(), position, normal, tone);

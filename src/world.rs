@@ -1,12 +1,13 @@
 //! An open world: a scene file, a DEM, a baked pyramid, or nothing for the embedded world, ready to be drawn.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec2;
 
 use crate::frame::Light;
 use crate::gpu::Gpu;
-use crate::pyramid::{self, Pyramid, PyramidError};
+use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{Scene, World};
@@ -71,7 +72,7 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
 ///
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
-pub fn open_pyramid(scene: &Scene, progress: &dyn Progress) -> Result<Pyramid, WorldError> {
+pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let pyramid = match &scene.world {
         World::File(path) => pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?,
         World::Url(url) => return Err(WorldError::Remote { url: url.clone() }),
@@ -81,7 +82,8 @@ pub fn open_pyramid(scene: &Scene, progress: &dyn Progress) -> Result<Pyramid, W
             pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?
         }
     };
-    Ok(if scene.vertical_exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(scene.vertical_exaggeration) })
+    let exaggeration = scene.vertical_exaggeration;
+    Ok(Arc::new(if exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(exaggeration) }))
 }
 
 impl OpenWorld {
@@ -91,17 +93,17 @@ impl OpenWorld {
     /// When the scene or its DEM do not hold.
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> Result<Self, WorldError> {
         let scene = scene_of(world)?;
-        let pyramid = open_pyramid(&scene, &Silent)?;
-        Self::on_gpu(gpu, scene, pyramid, options)
+        let store = open_store(&scene, &Silent)?;
+        Self::on_gpu(gpu, scene, store, options)
     }
 
-    /// Puts an open pyramid on the GPU.
+    /// Draws an open store of tiles.
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(gpu: &Gpu, scene: Scene, pyramid: Pyramid, options: TerrainOptions) -> Result<Self, WorldError> {
-        let name = pyramid.path().display().to_string();
-        let terrain = Terrain::new(gpu, pyramid, options).map_err(|source| WorldError::Terrain { name, source })?;
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
+        let name = store.name();
+        let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })
     }
 
@@ -117,7 +119,7 @@ impl OpenWorld {
 
     /// Height of the ground in metres; in holes and outside, the lowest height.
     pub fn ground_m(&self, east_m: f64, north_m: f64) -> f64 {
-        self.terrain.height_m(DVec2::new(east_m, north_m)).unwrap_or_else(|| f64::from(self.terrain.pyramid().min_m()))
+        self.terrain.height_m(DVec2::new(east_m, north_m)).unwrap_or_else(|| f64::from(self.terrain.range_m()[0]))
     }
 
     /// A camera as an eye: heights above ground become heights.
@@ -150,8 +152,7 @@ impl OpenWorld {
             return start;
         }
         let [_, north_m] = self.extent_m();
-        let pyramid = self.terrain.pyramid();
-        let (low_m, high_m) = (f64::from(pyramid.min_m()), f64::from(pyramid.max_m()));
+        let [low_m, high_m] = self.terrain.range_m().map(f64::from);
         // Over flat land from higher up: a panorama of it would be one line.
         let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
         let y_m = -0.42 * north_m;

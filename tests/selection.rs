@@ -4,16 +4,17 @@
 mod common;
 
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{baked, grid_of, random, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::pyramid::{PATCH_QUADS, Pyramid};
+use hachure::pyramid::{LevelSize, PATCH_QUADS, Pyramid, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::source::{HeightGrid, WorldMapping};
 use hachure::surface::view::{Part, Pose, View};
-use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, UNITS_LOG2, Viewpoint, select};
+use hachure::tiles::patches::AllPatches;
+use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, Viewpoint, select, units_log2};
 use hachure::tiles::warp::Warp;
 use proptest::prelude::*;
 
@@ -24,7 +25,8 @@ const STEPS: i64 = 4096;
 
 struct Land {
     grid: HeightGrid,
-    pyramid: Pyramid,
+    pyramid: Arc<Pyramid>,
+    patches: AllPatches,
     warp: Warp,
     _folder: tempfile::TempDir,
 }
@@ -36,7 +38,10 @@ fn land() -> &'static Land {
         let (folder, pyramid) = baked(&grid);
         let mapping = WorldMapping::new(&grid.georeference, grid.width, grid.height).unwrap();
         let warp = Warp::fit(&mapping, grid.width, grid.height);
-        Land { grid, pyramid, warp, _folder: folder }
+        let pyramid = Arc::new(pyramid);
+        let store: Arc<dyn TileStore> = pyramid.clone();
+        let patches = AllPatches::read(&store).unwrap();
+        Land { grid, pyramid, patches, warp, _folder: folder }
     })
 }
 
@@ -95,7 +100,7 @@ fn choose(east: f64, north: f64, above_m: f64, yaw_deg: f64, pitch_deg: f64, fov
         nearest_m: (0.5 * ground_m.map_or(0.0, |_| above_m)).max(0.02),
     };
     let anchor = land.warp.anchor(place_m);
-    let selection = select(&land.pyramid, &land.warp, anchor, &viewpoint);
+    let selection = select(&land.patches, &land.warp, anchor, &viewpoint);
     Chosen { view, viewpoint, anchor, selection }
 }
 
@@ -300,6 +305,7 @@ fn coarser_leaves_than_allowed_are_noticed() {
     println!("{} leaves, {:.3} times what is allowed", chosen.selection.leaves.len(), worst_ratio(&chosen));
     chosen.viewpoint.error_px = 0.5;
     assert!(worst_ratio(&chosen) > 1.0);
-    assert_eq!(UNITS_LOG2, 12);
+    assert_eq!(units_log2(LevelSize { width: 1 << 18, height: 2 }), 12);
+    assert_eq!(units_log2(LevelSize { width: (1 << 18) + 1, height: 2 }), 11);
     assert!(chosen.anchor.is_finite());
 }

@@ -14,9 +14,33 @@ struct Level {
     fraction: vec2<f32>,
     cell: vec2<i32>,
     size: vec2<i32>,
-    first_page: u32,
-    tiles_x: u32,
-    first_corner: u32,
+    // Its rows of tiles in `tile_rows`: the first, which row of the level that is, and how many.
+    first_row: i32,
+    top: i32,
+    row_count: i32,
+    pad: i32,
+}
+
+// A row of the tiles that the view needs.
+struct TileRow {
+    left: i32,
+    count: i32,
+    // In `tiles`.
+    first_tile: i32,
+    pad: i32,
+}
+
+struct TileRecord {
+    // At the corners north-west, north-east, south-west, south-east: the largest height error of the up to four tiles
+    // that meet there, in metres.
+    errors_m: vec4<f32>,
+    // At the same corners, in 8 bits each: by how much of a level the surface has to stay above this tile's, because
+    // tiles around it have not come.
+    blocked: u32,
+    // In the atlas; NO_SLOT for a tile that is not there.
+    slot: u32,
+    // 1 where nothing finer exists.
+    is_finest: u32,
     pad: u32,
 }
 
@@ -44,21 +68,21 @@ struct Terrain {
     focal_px: f32,
     // Where the expansion of grid_from_world lies: the place in the terrain's extent that is nearest to the camera.
     world_origin_m: vec2<f32>,
-    pad: vec2<f32>,
+    // Grid units in a sample.
+    units_per_sample: f32,
+    pad: f32,
 }
 
 @group(0) @binding(10) var<uniform> terrain: Terrain;
 @group(0) @binding(11) var<storage, read> levels: array<Level>;
-// Slot in the atlas in the low 24 bits, the level of that slot's tile in the high 8: a coarser one stands in.
-@group(0) @binding(12) var<storage, read> pages: array<u32>;
-// For each level, the largest height error of the up to four tiles around each corner of its tiles, in metres.
-@group(0) @binding(13) var<storage, read> corner_errors_m: array<f32>;
+@group(0) @binding(12) var<storage, read> tile_rows: array<TileRow>;
+@group(0) @binding(13) var<storage, read> tiles: array<TileRecord>;
 @group(0) @binding(14) var heights: texture_2d_array<f32>;
 
 const TILE_SAMPLES: i32 = 256;
 const TILE_SHIFT: vec2<u32> = vec2<u32>(8u, 8u);
 const TILE_BORDER: i32 = 2;
-const UNITS_PER_SAMPLE: f32 = 4096.0;
+const NO_SLOT: u32 = 0xffffffffu;
 
 fn first_term_of_row(row: i32) -> i32 {
     return row * (terrain.degree + 1) - (row * (row - 1)) / 2;
@@ -107,22 +131,86 @@ fn grid_from_world(xy_m: vec2<f32>) -> GridPoint {
     return GridPoint(sum, sum_x * terrain.world_unit, sum_y * terrain.world_unit);
 }
 
-// Continuous bound of the height error of a level at a place, in metres.
-fn level_error_m(level: i32, g: vec2<f32>) -> f32 {
-    let info = levels[level];
-    let tiles = vec2<i32>(i32(info.tiles_x), (info.size.y + TILE_SAMPLES - 1) / TILE_SAMPLES);
-    let sample = g * info.scale + info.fraction + vec2<f32>(info.cell);
-    let place = clamp(sample / f32(TILE_SAMPLES), vec2<f32>(0.0), vec2<f32>(tiles));
-    let corner = min(vec2<i32>(place), tiles - 1);
-    let f = place - vec2<f32>(corner);
-    let first = i32(info.first_corner) + corner.y * (tiles.x + 1) + corner.x;
-    let below = mix(corner_errors_m[first], corner_errors_m[first + 1], f.x);
-    let above = mix(corner_errors_m[first + tiles.x + 1], corner_errors_m[first + tiles.x + 2], f.x);
-    return mix(below, above, f.y);
+// Where a grid coordinate lies on a level: the cell, the tile that holds the cell, and the place within the cell.
+struct LevelPlace {
+    cell: vec2<i32>,
+    tile: vec2<i32>,
+    f: vec2<f32>,
 }
 
-// The continuous level at a place, seen from `distance_m`.
+fn place_on_level(level: i32, g: vec2<f32>) -> LevelPlace {
+    let info = levels[level];
+    let c = g * info.scale + info.fraction;
+    let whole = floor(c);
+    let cell = vec2<i32>(whole) + info.cell;
+    let inside = clamp(cell, vec2<i32>(0), max(info.size - 2, vec2<i32>(0)));
+    // At the border of a coarse level the outer half sample continues its last cell.
+    let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(-0.5), vec2<f32>(1.5));
+    return LevelPlace(inside, inside >> TILE_SHIFT, f);
+}
+
+// The index of a tile in `tiles`, or -1 if the view does not need it.
+fn find_tile(level: i32, tile: vec2<i32>) -> i32 {
+    let info = levels[level];
+    let y = tile.y - info.top;
+    if y < 0 || y >= info.row_count {
+        return -1;
+    }
+    let row = tile_rows[info.first_row + y];
+    let x = tile.x - row.left;
+    return select(-1, row.first_tile + x, x >= 0 && x < row.count);
+}
+
+// A number that stands at the corners of a tile, at a place in the tile.
+fn between_corners(corners: vec4<f32>, place: LevelPlace) -> f32 {
+    let in_tile = vec2<f32>(place.cell & vec2<i32>(TILE_SAMPLES - 1)) + place.f;
+    let t = clamp(in_tile / f32(TILE_SAMPLES), vec2<f32>(0.0), vec2<f32>(1.0));
+    return mix(mix(corners.x, corners.y, t.x), mix(corners.z, corners.w, t.x), t.y);
+}
+
+// Continuous bound of the height error of a level at a place, in metres.
+fn level_error_m(level: i32, g: vec2<f32>) -> f32 {
+    let place = place_on_level(level, g);
+    let tile = find_tile(level, place.tile);
+    if tile < 0 {
+        // Nobody needs it, so its parent is good enough.
+        return 0.0;
+    }
+    return between_corners(tiles[tile].errors_m, place);
+}
+
+// The finest continuous level at a place, from `level` up, for which there are tiles. A tile is used only where its
+// parents are free, so the first that can be used decides.
+fn level_there(wanted: f32, g: vec2<f32>) -> f32 {
+    let coarsest = terrain.level_count - 1;
+    var level = clamp(i32(wanted), 0, coarsest);
+    var there = f32(coarsest);
+    while level < coarsest {
+        let place = place_on_level(level, g);
+        let tile = find_tile(level, place.tile);
+        if tile >= 0 {
+            let record = tiles[tile];
+            if record.blocked == 0u {
+                there = f32(level);
+                break;
+            }
+            let blocked = between_corners(unpack4x8unorm(record.blocked), place);
+            if record.slot != NO_SLOT && blocked < 1.0 {
+                there = f32(level) + blocked;
+                break;
+            }
+        }
+        level += 1;
+    }
+    return max(wanted, there);
+}
+
+// The continuous level at a place, seen from `distance_m`, as far as its tiles are there.
 fn level_at(g: vec2<f32>, distance_m: f32) -> f32 {
+    return level_there(level_wanted(g, distance_m), g);
+}
+
+fn level_wanted(g: vec2<f32>, distance_m: f32) -> f32 {
     let pixel_m = distance_m / terrain.focal_px;
     let allowed_m = terrain.level_error_px * pixel_m;
     let coarsest = terrain.level_count - 1;
@@ -153,6 +241,8 @@ struct Cell {
     slot: i32,
     level: i32,
     f: vec2<f32>,
+    // Whether nothing finer exists here.
+    is_finest: bool,
 }
 
 // The cell of a level, or of the coarser one that stands in for it, that holds a grid coordinate.
@@ -160,22 +250,20 @@ fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
     var level = wanted_level;
     var found: Cell;
     loop {
-        let info = levels[level];
-        let c = g * info.scale + info.fraction;
-        let whole = floor(c);
-        let cell = vec2<i32>(whole) + info.cell;
-        let inside = clamp(cell, vec2<i32>(0), max(info.size - 2, vec2<i32>(0)));
-        let tile = inside >> TILE_SHIFT;
-        let page = pages[info.first_page + u32(tile.y) * info.tiles_x + u32(tile.x)];
-        let resident = i32(page >> 24u);
-        if resident == level || level == terrain.level_count - 1 {
-            // At the border of a coarse level the outer half sample continues its last cell.
-            let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(-0.5), vec2<f32>(1.5));
-            found = Cell((inside & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER, i32(page & 0xffffffu), level, f);
+        let place = place_on_level(level, g);
+        let tile = find_tile(level, place.tile);
+        var record = TileRecord(vec4<f32>(0.0), 0u, NO_SLOT, 0u, 0u);
+        if tile >= 0 {
+            record = tiles[tile];
+        }
+        if record.slot != NO_SLOT || level >= terrain.level_count - 1 {
+            // Before the very first tile has come there is no height at all; the mesh is empty then.
+            let slot = select(i32(record.slot), 0, record.slot == NO_SLOT);
+            let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
+            found = Cell(texel, slot, level, place.f, record.is_finest == 1u);
             break;
         }
-        // A stand-in is coarser; where even the coarsest is missing, this still comes to an end.
-        level = max(resident, level + 1);
+        level += 1;
     }
     return found;
 }
@@ -314,7 +402,7 @@ fn reaches(near: Near, offset: vec2<f32>) -> bool {
 // levels have a sample in every pixel or two, and bilinear is within the error that chose them.
 fn vertex_height_m(g: vec2<f32>, level: f32) -> f32 {
     let cell = find_cell(i32(level), g);
-    if cell.level == 0 {
+    if cell.is_finest {
         let wx = cubic_weights(cell.f.x);
         let reference = textureLoad(heights, cell.texel, cell.slot, 0).r;
         let along = vec4<f32>(

@@ -8,7 +8,7 @@
 // A pass of its own, since a software rasteriser shades vertices on one core, and since later passes want the
 // triangles as drawn.
 #import hachure::mesh::{Patch, QUADS, VERTICES}
-#import hachure::terrain::{terrain, world_from_grid, level_at, vertex_height_m, UNITS_PER_SAMPLE}
+#import hachure::terrain::{terrain, world_from_grid, level_at, vertex_height_m}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 // VERTICES for each patch, row by row; relative to the camera, in metres.
@@ -38,7 +38,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let on_level = ij >> shift;
     let a = vec2<f32>(grid_units(quads, on_level << shift));
     let b = vec2<f32>(grid_units(quads, (on_level & vec2<i32>(-2)) << shift));
-    let g = (a + (b - a) * morph) / UNITS_PER_SAMPLE;
+    let g = (a + (b - a) * morph) / terrain.units_per_sample;
 
     let xy_m = world_from_grid(g);
     // The height is not known yet: the nearest that the terrain can be is, for both patches at an edge.

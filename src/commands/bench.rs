@@ -27,7 +27,7 @@ use crate::scene::path::CameraPath;
 use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
-use crate::tiles::terrain::{Prepared, TerrainOptions};
+use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
 use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
@@ -87,7 +87,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", args.output.display()))?;
     // Baked once, where it is not yet; then each style opens its own.
     let scene = world::scene_of(args.world.as_deref())?;
-    drop(world::open_pyramid(&scene, &Bar::default())?);
+    drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
     let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
@@ -120,7 +120,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 }
 
 fn world_size(world: &OpenWorld) -> WorldSize {
-    let finest = world.terrain.pyramid().levels()[0];
+    let finest = world.terrain.store().levels()[0];
     WorldSize { samples: Some(u64::from(finest.width) * u64::from(finest.height)), extent_m: world.extent_m() }
 }
 
@@ -140,7 +140,7 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, flights: &mut [Flight]) -
         for _ in 0..WARM_UP_FRAMES {
             flight.draw(gpu, args.size, &first)?;
         }
-        flight.evicted_before = flight.world.terrain.atlas_state().1;
+        flight.before = flight.world.terrain.tile_counts();
     }
     for frame in 0..frames {
         bar.report("flying", frame as f32 / frames as f32);
@@ -167,7 +167,7 @@ struct Flight {
     world: OpenWorld,
     frame: Frame,
     previous: Option<Pose>,
-    evicted_before: u64,
+    before: TileCounts,
     failed_tiles: u64,
     records: Vec<FrameRecord>,
 }
@@ -182,15 +182,16 @@ struct Drawn {
 
 impl Flight {
     fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
-        let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
+        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
+        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream };
         let requirements = Requirements::of(&style);
         Ok(Self {
-            world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_pyramid(scene, &Silent)?, options)?,
+            world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?,
             frame: Frame::new(gpu, requirements, args.size)?,
             style,
             requirements,
             previous: None,
-            evicted_before: 0,
+            before: TileCounts::default(),
             failed_tiles: 0,
             records: Vec::new(),
         })
@@ -226,8 +227,7 @@ impl Flight {
             triangles: Some(selection.triangles()),
             strokes: None,
             tiles_loaded: Some(tiles.loaded),
-            // Coarser tiles stood in for some that the view wanted.
-            late: Some(tiles.without_room + tiles.failed > 0),
+            late: Some(tiles.late),
         }
     }
 
@@ -237,14 +237,15 @@ impl Flight {
             let names = self.requirements.passes().into_iter();
             run.passes = names.map(|name| Pass { name: name.to_owned(), gpu_ms: None }).collect();
         }
-        let (_, evicted, tile_bytes) = self.world.terrain.atlas_state();
+        let counts = self.world.terrain.tile_counts();
         run.memory = Memory {
             gpu_bytes: Some(self.world.terrain.gpu_bytes() + self.frame.targets().bytes()),
-            tile_cache_bytes: Some(tile_bytes),
+            tile_cache_bytes: Some(counts.gpu_bytes + counts.cache_bytes),
             rss_bytes: memory::rss_bytes(),
         };
         run.tiles.loaded = Some(self.records.iter().filter_map(|record| record.tiles_loaded).sum());
-        run.tiles.evicted = Some(evicted - self.evicted_before);
+        run.tiles.evicted = Some(counts.evicted - self.before.evicted);
+        run.tiles.cancelled = Some(counts.cancelled - self.before.cancelled);
         run.tiles.failed = Some(self.failed_tiles);
         run
     }

@@ -9,7 +9,7 @@ use super::render::parse_size;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 use crate::style::Style;
-use crate::tiles::terrain::TerrainOptions;
+use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::window::{FlightOptions, FlightWorld, Windowing};
 use crate::world::{self, OpenWorld};
 
@@ -56,11 +56,12 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
     // As early: a DEM that is seen for the first time takes a while to bake.
     let scene = world::scene_of(args.world.as_deref())?;
-    let pyramid = world::open_pyramid(&scene, &super::progress::Bar::default())?;
+    let store = world::open_store(&scene, &super::progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
-        let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
-        let world = OpenWorld::on_gpu(gpu, scene, pyramid, options)?;
+        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
+        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream };
+        let world = OpenWorld::on_gpu(gpu, scene, store, options)?;
         let start = args.camera.unwrap_or_else(|| world.default_camera());
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         Ok(FlightWorld {

@@ -21,7 +21,7 @@ use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
-use crate::tiles::terrain::TerrainOptions;
+use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
@@ -128,10 +128,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref())?;
-    let pyramid = world::open_pyramid(&scene, &Bar::default())?;
+    let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
-    let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20 };
-    let world = OpenWorld::on_gpu(&gpu, scene, pyramid, options)?;
+    let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20, loading: Loading::Wait };
+    let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None };
     let cameras = job.cameras(&kind)?;
     if args.json {
@@ -276,7 +276,7 @@ impl Job<'_> {
         let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?;
         // A drawing of something else than the data is no drawing; what went wrong was told as it happened.
         if report.tiles_failed > 0 {
-            let path = self.world.terrain.pyramid().path().display();
+            let path = self.world.terrain.store().name();
             bail!("{path}: {} tiles could not be read; the file is damaged", report.tiles_failed);
         }
         Ok(report)

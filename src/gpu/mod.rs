@@ -8,5 +8,6 @@ pub mod shader;
 pub mod shared;
 pub mod target;
 pub mod timer;
+pub mod upload_ring;
 
 pub use device::{Gpu, GpuError};

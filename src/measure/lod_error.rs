@@ -49,9 +49,10 @@ pub fn largest_px(
     // By tiles, so that each is read once.
     drawn.sort_by_key(Drawn::tile);
     let focal_px = view.focal_px();
+    let ground = terrain.ground();
     let errors_px = drawn.par_chunk_by(|a, b| a.tile() == b.tile()).flat_map_iter(|drawn| {
         drawn.iter().filter_map(|drawn| {
-            let true_m = terrain.pyramid().height_m(drawn.grid.x, drawn.grid.y)?;
+            let true_m = ground.height_m(drawn.grid.x, drawn.grid.y)?;
             Some((drawn.z_m - true_m).abs() * focal_px / drawn.distance_m)
         })
     });

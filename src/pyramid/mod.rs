@@ -8,6 +8,7 @@ pub mod bicubic;
 pub mod continent_store;
 pub mod derive;
 pub mod fill;
+pub mod ground;
 pub mod levels;
 pub mod statistics;
 pub mod store;

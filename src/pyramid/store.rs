@@ -110,6 +110,11 @@ pub trait TileStore: Send + Sync {
             .is_some_and(|size| address.x < size.tiles_x() && address.y < size.tiles_y())
     }
 
+    /// How many threads may fetch at a time: a disk is kept busy by two.
+    fn parallel_fetches(&self) -> usize {
+        2
+    }
+
     /// Reads what a tile is made of; what is returned makes it.
     ///
     /// # Errors

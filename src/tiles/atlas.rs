@@ -1,32 +1,40 @@
 //! Tiles of heights on the GPU: one texture array whose layers are slots, and who is in which.
 
-use std::collections::HashMap;
+use std::cell::Cell;
+
+use rustc_hash::FxHashMap;
 
 use crate::gpu::Gpu;
-use crate::pyramid::{TILE_SAMPLES, Tile, TileAddress};
+use crate::gpu::upload_ring::UploadRing;
+use crate::pyramid::{LoadedTile, PatchPage, TILE_STRIDE, TileAddress, TileStatistics};
 
-/// Samples on each side of a tile that belong to its neighbours: what the bicubic kernel reaches for.
-pub const TILE_BORDER: u32 = 2;
-const SIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;
 /// Heights in metres; the lowest bit of a sample says whether it is void.
 pub const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 /// Bytes of one slot.
-pub const SLOT_BYTES: u64 = SIDE as u64 * SIDE as u64 * 4;
+pub const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
+
+/// A tile on the GPU, and what is known of it.
+pub struct Resident {
+    /// Its layer.
+    pub slot: u32,
+    /// Of the tile.
+    pub statistics: TileStatistics,
+    /// Of the patches that come with it.
+    pub patches: PatchPage,
+    /// When it came, in seconds of the terrain's clock.
+    pub arrived_s: f64,
+    last_wanted: Cell<u64>,
+}
 
 /// The slots.
 pub struct Atlas {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
+    ring: UploadRing,
     slots: u32,
-    used: HashMap<TileAddress, Slot>,
+    used: FxHashMap<TileAddress, Resident>,
     free: Vec<u32>,
     evicted: u64,
-}
-
-#[derive(Clone, Copy)]
-struct Slot {
-    index: u32,
-    last_wanted: u64,
 }
 
 impl Atlas {
@@ -40,8 +48,7 @@ impl Atlas {
             .max(1) as u32;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("tile atlas"),
-            // A texture of one layer would not be an array.
-            size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: slots },
+            size: wgpu::Extent3d { width: TILE_STRIDE, height: TILE_STRIDE, depth_or_array_layers: slots },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -50,10 +57,12 @@ impl Atlas {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            // A texture of one layer would not be an array.
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
-        Self { texture, view, slots, used: HashMap::new(), free: (0..slots).rev().collect(), evicted: 0 }
+        let (ring, used) = (UploadRing::default(), FxHashMap::default());
+        Self { texture, view, ring, slots, used, free: (0..slots).rev().collect(), evicted: 0 }
     }
 
     /// For bindings.
@@ -66,33 +75,75 @@ impl Atlas {
         self.slots
     }
 
-    /// The slot of a tile that is there.
-    pub fn slot(&self, tile: TileAddress) -> Option<u32> {
-        self.used.get(&tile).map(|slot| slot.index)
+    /// A tile that is there.
+    pub fn get(&self, tile: TileAddress) -> Option<&Resident> {
+        self.used.get(&tile)
     }
 
-    /// Tells that a tile is wanted in frame `frame`; whether it is there.
-    pub fn want(&mut self, tile: TileAddress, frame: u64) -> bool {
-        self.used.get_mut(&tile).map(|slot| slot.last_wanted = frame).is_some()
+    /// A tile that is there; it counts as wanted in frame `frame`.
+    pub fn want(&self, tile: TileAddress, frame: u64) -> Option<&Resident> {
+        let resident = self.used.get(&tile)?;
+        resident.last_wanted.set(resident.last_wanted.get().max(frame));
+        Some(resident)
     }
 
-    /// Puts a tile into a free slot, or in the place of the one that has not been wanted for longest. False when every
-    /// slot holds a tile that frame `frame` wants.
-    pub fn insert(&mut self, gpu: &Gpu, address: TileAddress, tile: &Tile, frame: u64) -> bool {
-        let Some(index) = self.free.pop().or_else(|| self.evict(frame)) else { return false };
-        self.used.insert(address, Slot { index, last_wanted: frame });
-        gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture: &self.texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x: 0, y: 0, z: index },
-                aspect: wgpu::TextureAspect::All,
-            },
-            bytemuck::cast_slice(&tile.samples),
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(SIDE * 4), rows_per_image: Some(SIDE) },
-            wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
-        );
-        true
+    /// Sends tiles to the GPU, the first ones first: into free slots, or in the place of those that have not been wanted
+    /// for longest, but never of one that is wanted in frame `frame`. Returns those that went; the others have to be
+    /// offered again: there was no room, or the frame's budget of bytes is used up.
+    pub fn insert(
+        &mut self,
+        gpu: &Gpu,
+        tiles: &[(TileAddress, &LoadedTile)],
+        frame: u64,
+        now_s: f64,
+    ) -> Vec<TileAddress> {
+        if tiles.is_empty() || !self.ring.is_ready(gpu) {
+            return Vec::new();
+        }
+        let mut oldest = self.by_age(frame);
+        let mut placed = Vec::new();
+        for (address, tile) in tiles {
+            let Some(slot) = self.free.pop().or_else(|| self.evict(&mut oldest)) else { break };
+            placed.push((*address, slot, *tile));
+        }
+        let layers: Vec<_> = placed.iter().map(|(_, slot, tile)| (*slot, tile.tile.samples.as_slice())).collect();
+        let sent = self.ring.send(gpu, &self.texture, TILE_STRIDE, &layers);
+        self.free.extend(placed[sent..].iter().map(|(_, slot, _)| *slot));
+        placed.truncate(sent);
+        placed
+            .into_iter()
+            .map(|(address, slot, tile)| {
+                let LoadedTile { statistics, patches, .. } = tile;
+                let resident = Resident {
+                    slot,
+                    statistics: *statistics,
+                    patches: patches.clone(),
+                    arrived_s: now_s,
+                    last_wanted: Cell::new(frame),
+                };
+                self.used.insert(address, resident);
+                address
+            })
+            .collect()
+    }
+
+    /// Tiles that could go, the one that was wanted last first.
+    fn by_age(&self, frame: u64) -> Vec<(u64, TileAddress)> {
+        if !self.free.is_empty() && self.free.len() >= 64 {
+            return Vec::new();
+        }
+        let age = |(address, resident): (&TileAddress, &Resident)| (resident.last_wanted.get(), *address);
+        let mut oldest: Vec<_> = self.used.iter().map(age).filter(|(wanted, _)| *wanted < frame).collect();
+        // The address breaks ties, so that runs are alike.
+        oldest.sort_unstable_by(|a, b| b.cmp(a));
+        oldest
+    }
+
+    fn evict(&mut self, oldest: &mut Vec<(u64, TileAddress)>) -> Option<u32> {
+        let (_, address) = oldest.pop()?;
+        let resident = self.used.remove(&address)?;
+        self.evicted += 1;
+        Some(resident.slot)
     }
 
     /// Tiles there.
@@ -110,18 +161,8 @@ impl Atlas {
         self.evicted
     }
 
-    /// Bytes on the GPU.
+    /// Bytes on the GPU, staging memory included.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.slots) * SLOT_BYTES
-    }
-
-    fn evict(&mut self, frame: u64) -> Option<u32> {
-        let (&address, &slot) = self.used.iter().min_by_key(|(address, slot)| (slot.last_wanted, **address))?;
-        if slot.last_wanted == frame {
-            return None;
-        }
-        self.used.remove(&address);
-        self.evicted += 1;
-        Some(slot.index)
+        u64::from(self.slots) * SLOT_BYTES + self.ring.bytes()
     }
 }

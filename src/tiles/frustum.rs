@@ -22,6 +22,7 @@ impl Bounds {
 #[derive(Clone, Debug)]
 pub struct Frustum {
     normals: [DVec3; 4],
+    forward: DVec3,
 }
 
 impl Frustum {
@@ -33,7 +34,29 @@ impl Frustum {
             let normal = corner_rays[i].cross(corner_rays[(i + 1) % 4]).normalize_or_zero();
             if normal.dot(middle) < 0.0 { -normal } else { normal }
         };
-        Self { normals: [side(0), side(1), side(2), side(3)] }
+        Self { normals: [side(0), side(1), side(2), side(3)], forward: middle.normalize_or_zero() }
+    }
+
+    /// Its axis, unit.
+    pub fn forward(&self) -> DVec3 {
+        self.forward
+    }
+
+    /// The same, wider by an angle in radians on every side; at most a half space for each.
+    pub fn widened(&self, angle_rad: f64) -> Self {
+        let (sin, cos) = angle_rad.sin_cos();
+        let normals = self.normals.map(|normal| {
+            let outward = (self.forward - normal * normal.dot(self.forward)).normalize_or_zero();
+            let turned = normal * cos + outward * sin;
+            if turned.dot(self.forward) < normal.dot(self.forward) { self.forward } else { turned }
+        });
+        Self { normals, forward: self.forward }
+    }
+
+    /// The angle between the axis and the middle of a box, in radians; 0 inside the box.
+    pub fn aside(&self, bounds: &Bounds) -> f64 {
+        let middle = (bounds.low_m + bounds.high_m) * 0.5;
+        if bounds.distance_m() == 0.0 { 0.0 } else { middle.angle_between(self.forward) }
     }
 
     /// Whether any of the box may be in view: never false for one that is.

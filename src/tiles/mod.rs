@@ -1,9 +1,15 @@
 //! Pyramid → GPU: which tiles of heights are there, which patches are drawn, and the one surface that both describe.
 
 pub mod atlas;
+pub mod blocked;
+pub mod cache;
 pub mod frustum;
+pub mod loader;
+pub mod needed;
+pub mod patches;
 pub mod residency;
 pub mod selection;
+pub mod tables;
 pub mod terrain;
 pub mod warp;
 

@@ -1,164 +1,285 @@
-//! Which tiles a view needs, and the table that tells the GPU where they are.
+//! Which tiles are on the GPU, which are on their way, and in which order: the scheduler.
 //!
-//! A tile is needed where the surface's level (`level_at` in `shaders/shared/terrain.wgsl`) may reach down to it: the
-//! footprint of a pixel is finer than its parent's samples, or its parent's measured error would be seen. Parents are
-//! always needed too, so a tile that is not there has an ancestor that stands in.
+//! Three groups, after Cesium: *urgent* tiles are needed by the view and missing; *normal* ones will be when the camera
+//! has moved on as it moves now; *preload* ones lie just outside of the view. Within a group the tile whose parent's
+//! stand-in shows the largest error comes first, more so in the middle of the view. The queue is made anew for every
+//! frame, so what is no longer wanted is never read. A tile that cannot be read is tried again, later and later, while
+//! its parent stands in.
 
-use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, DVec3};
-use rayon::prelude::*;
+use std::sync::Arc;
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
-use super::frustum::{Bounds, Frustum};
+use super::blocked::Blocked;
+use super::cache::TileCache;
+use super::loader::Loader;
+use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::warp::Warp;
 use crate::gpu::Gpu;
-use crate::pyramid::statistics::Voids;
-use crate::pyramid::{Pyramid, PyramidError, TILE_SAMPLES, TileAddress};
+use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
-/// How the surface chooses its level; shared with the shader.
-#[derive(Clone, Debug)]
-pub struct LevelRule {
-    /// In the world.
-    pub camera_m: DVec3,
-    /// What is in view.
-    pub frusta: Vec<Frustum>,
-    /// Pixels per radian.
-    pub focal_px: f64,
-    /// Height error that the level may add.
-    pub error_px: f64,
-    /// Added to log2(footprint / spacing).
-    pub bias: f64,
-}
+/// How far ahead tiles are asked for, in seconds.
+const AHEAD_S: f64 = 1.0;
+/// How far outside of the view, in radians.
+const ASIDE_RAD: f64 = 0.35;
+/// The pause after a failure; it doubles with each, up to the longest.
+const FIRST_PAUSE_S: f64 = 0.2;
+const LONGEST_PAUSE_S: f64 = 30.0;
+/// After so many failures a tile counts as not readable. It is tried again nevertheless.
+const MOST_TRIES: u32 = 3;
 
-/// What loading for a frame did.
+/// What became of the tiles of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Loaded {
     /// Tiles that the view needs.
     pub wanted: u64,
-    /// Tiles read for it.
+    /// Tiles that came to the GPU for this frame.
     pub loaded: u64,
+    /// Tiles that are on their way: coarser ones stand in.
+    pub pending: u64,
     /// Tiles for which there was no room: coarser ones stand in.
     pub without_room: u64,
-    /// Tiles that could not be read: coarser ones stand in.
+    /// Tiles that cannot be read: coarser ones stand in.
     pub failed: u64,
+    /// Some of the surface is coarser than its error allows; while detail fades in, too.
+    pub late: bool,
 }
 
-/// A level as the shader reads it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct LevelInfo {
-    scale: [f32; 2],
-    fraction: [f32; 2],
-    cell: [i32; 2],
-    size: [i32; 2],
-    first_page: u32,
-    tiles_x: u32,
-    first_corner: u32,
-    pad: u32,
+/// A camera on its way.
+#[derive(Clone, Debug)]
+pub struct Movement {
+    /// The rule of the view that is drawn.
+    pub rule: LevelRule,
+    /// Metres per second.
+    pub velocity_m: DVec3,
+    /// Tiles that the mesh wants, and how urgently.
+    pub asked: FxHashMap<TileAddress, f64>,
 }
 
-crate::gpu::shared::describe!(LevelInfo as "Level" in "surface/resolve": scale, fraction, cell, size, first_page, tiles_x, first_corner, pad);
-
-/// The tiles that `rule` needs, coarse levels first.
-pub fn needed(pyramid: &Pyramid, warp: &Warp, rule: &LevelRule) -> Vec<TileAddress> {
-    let mut needed = Vec::new();
-    let top = pyramid.levels().len() as u32 - 1;
-    let size = pyramid.levels()[top as usize];
-    let mut wave: Vec<_> =
-        (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| TileAddress { level: top, x, y })).collect();
-    while !wave.is_empty() {
-        needed.extend_from_slice(&wave);
-        wave = wave
-            .into_iter()
-            .filter(|tile| reaches_below(pyramid, warp, rule, *tile))
-            .flat_map(|tile| children(pyramid, tile))
-            .collect();
-    }
-    needed
+struct Failure {
+    tries: u32,
+    next_s: f64,
 }
 
-/// Whether the surface somewhere in the tile is finer than the tile's level.
-fn reaches_below(pyramid: &Pyramid, warp: &Warp, rule: &LevelRule, tile: TileAddress) -> bool {
-    if tile.level == 0 || pyramid.tile(tile).voids == Voids::All {
-        return false;
-    }
-    let bounds = bounds(pyramid, warp, rule.camera_m, tile);
-    if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {
-        return false;
-    }
-    // As the vertex shader does: in height, only the whole terrain's range is known.
-    let flat = DVec2::ZERO.clamp(bounds.low_m.truncate(), bounds.high_m.truncate());
-    let dz_m = 0_f64.clamp(f64::from(pyramid.min_m()) - rule.camera_m.z, f64::from(pyramid.max_m()) - rule.camera_m.z);
-    let pixel_m = flat.extend(dz_m).length() / rule.focal_px;
-    let wanted = (pixel_m / warp.spacing_m()).log2() + rule.bias;
-    wanted < f64::from(tile.level) || f64::from(error_around_m(pyramid, tile)) > rule.error_px * pixel_m
+/// The tiles.
+pub struct Residency {
+    store: Arc<dyn TileStore>,
+    loader: Loader,
+    cache: TileCache,
+    places: TilePlaces,
+    failures: FxHashMap<TileAddress, Failure>,
+    /// On the GPU.
+    pub atlas: Atlas,
+    /// Where the surface has to wait.
+    pub blocked: Blocked,
+    /// What the view of this frame needs, coarse levels first.
+    pub needed: Vec<Needed>,
 }
 
-/// The largest error of a tile and its eight neighbours: the shader's continuous bound reaches that far.
-fn error_around_m(pyramid: &Pyramid, tile: TileAddress) -> f32 {
-    let mut error_m = 0.0_f32;
-    for dy in -1..=1 {
-        for dx in -1..=1 {
-            let (Some(x), Some(y)) = (tile.x.checked_add_signed(dx), tile.y.checked_add_signed(dy)) else { continue };
-            error_m = error_m.max(tile_error_m(pyramid, TileAddress { x, y, ..tile }));
+impl Residency {
+    /// Nothing is loaded yet. `memory_bytes` for the GPU and as much for the CPU.
+    pub fn new(gpu: &Gpu, store: Arc<dyn TileStore>, memory_bytes: u64) -> Self {
+        let tiles = store.levels().iter().map(|size| u64::from(size.tiles_x()) * u64::from(size.tiles_y())).sum();
+        Self {
+            loader: Loader::new(Arc::clone(&store)),
+            cache: TileCache::new(memory_bytes),
+            places: TilePlaces::default(),
+            failures: FxHashMap::default(),
+            atlas: Atlas::new(gpu, tiles, memory_bytes),
+            blocked: Blocked::default(),
+            needed: Vec::new(),
+            store,
         }
     }
-    error_m
-}
 
-/// The error of a tile; 0 where there is none.
-fn tile_error_m(pyramid: &Pyramid, tile: TileAddress) -> f32 {
-    let size = pyramid.levels()[tile.level as usize];
-    if tile.x < size.tiles_x() && tile.y < size.tiles_y() { pyramid.tile(tile).error_m } else { 0.0 }
-}
-
-fn bounds(pyramid: &Pyramid, warp: &Warp, camera_m: DVec3, tile: TileAddress) -> Bounds {
-    let finest = pyramid.levels()[0];
-    let size = pyramid.levels()[tile.level as usize];
-    let scale =
-        DVec2::new(f64::from(finest.width) / f64::from(size.width), f64::from(finest.height) / f64::from(size.height));
-    let last = DVec2::new(f64::from(finest.width - 1), f64::from(finest.height - 1));
-    let side = f64::from(TILE_SAMPLES);
-    let first = DVec2::new(f64::from(tile.x), f64::from(tile.y)) * side * scale - 1.0;
-    let end = (first + side * scale + 2.0).min(last);
-    let first = first.clamp(DVec2::ZERO, last);
-    let (low, high) = warp.bounds(first, end);
-    // The whole range in height: the level rule knows no better.
-    Bounds {
-        low_m: low.extend(f64::from(pyramid.min_m())) - camera_m,
-        high_m: high.extend(f64::from(pyramid.max_m())) - camera_m,
+    /// A tile that is in memory.
+    pub fn in_memory(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
+        self.cache.peek(address)
     }
-}
 
-/// The tiles of the next finer level whose samples lie in a tile. In odd sizes a child may reach over two parents; it
-/// belongs to both.
-fn children(pyramid: &Pyramid, tile: TileAddress) -> impl Iterator<Item = TileAddress> + use<> {
-    let fine = pyramid.levels()[tile.level as usize - 1];
-    let (last_x, last_y) = (fine.tiles_x() - 1, fine.tiles_y() - 1);
-    let range = |t: u32, last: u32| (2 * t).min(last)..=(2 * t + 1).min(last);
-    range(tile.y, last_y)
-        .flat_map(move |y| range(tile.x, last_x).map(move |x| TileAddress { level: tile.level - 1, x, y }))
-}
+    /// Whether a tile is not here but may still come.
+    pub fn can_come(&self, address: TileAddress) -> bool {
+        let given_up = || self.failures.get(&address).is_some_and(|failure| failure.tries >= MOST_TRIES);
+        self.atlas.get(address).is_none() && !given_up() && self.needed.len() < self.atlas.slots() as usize
+    }
 
-/// Reads the needed tiles that are not in the atlas, on all cores, and puts them there.
-pub fn load(gpu: &Gpu, pyramid: &Pyramid, atlas: &mut Atlas, needed: &[TileAddress], frame: u64) -> Loaded {
-    let missing: Vec<_> = needed.iter().copied().filter(|tile| !atlas.want(*tile, frame)).collect();
-    let mut loaded = Loaded { wanted: needed.len() as u64, ..Loaded::default() };
-    // In parts, so that a long list does not stand in memory twice.
-    for part in missing.chunks(64) {
-        let tiles: Vec<Result<_, PyramidError>> = part.par_iter().map(|tile| pyramid.read_tile(*tile)).collect();
-        for (address, tile) in part.iter().zip(tiles) {
+    /// Whether a tile is being brought, or will be tried again soon.
+    pub fn is_busy(&self, now_s: f64) -> bool {
+        let soon = |failure: &Failure| failure.tries < MOST_TRIES && failure.next_s > now_s - 1.0;
+        self.loader.pending() > 0 || self.failures.values().any(soon)
+    }
+
+    /// Waits for the loading threads: for files, which take the time they need.
+    pub fn wait(&self) {
+        self.loader.wait(std::time::Duration::from_millis(100));
+    }
+
+    /// Bytes of decoded tiles in memory.
+    pub fn cache_bytes(&self) -> u64 {
+        self.cache.bytes()
+    }
+
+    /// Tiles that were given up before they were there, since the start.
+    pub fn cancelled(&self) -> u64 {
+        self.loader.cancelled()
+    }
+
+    /// Goes on by a frame: takes what has come, sends what a frame may send to the GPU, asks for what is missing. Never
+    /// waits. `fade_step_s` is the time since the last frame; none fades nothing and looks at no other view than this.
+    pub fn update(
+        &mut self,
+        gpu: &Gpu,
+        warp: &Warp,
+        movement: &Movement,
+        frame: u64,
+        now_s: f64,
+        fade_step_s: Option<f64>,
+    ) -> Loaded {
+        self.take_finished(frame, now_s);
+        let land = Land { store: &*self.store, warp };
+        let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
+        let places = &mut self.places;
+        self.needed = needed(&land, places, known, &movement.rule);
+        let mut urgent = self.needed.clone();
+        urgent.extend(movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }));
+        let mut soon = Vec::new();
+        if fade_step_s.is_some() {
+            let rule = &movement.rule;
+            let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
+            if movement.velocity_m != DVec3::ZERO {
+                let camera_m = rule.camera_m + movement.velocity_m * AHEAD_S;
+                let ahead = LevelRule { camera_m, ..rule.clone() };
+                soon.extend(in_order(needed(&land, places, known, &ahead)));
+            }
+            soon.extend(in_order(needed(&land, places, known, &LevelRule { frusta: wider(), ..rule.clone() })));
+        }
+
+        let mut loaded = Loaded { wanted: urgent.len() as u64, ..Loaded::default() };
+        let mut urgent = in_order(urgent);
+        let mut met = FxHashSet::default();
+        urgent.retain(|tile| met.insert(tile.address));
+        let slots = self.atlas.slots() as usize;
+        loaded.without_room = urgent.len().saturating_sub(slots) as u64;
+        urgent.truncate(slots);
+        soon.truncate(slots - urgent.len());
+        let (request, offer) = self.sort_out(&urgent, &soon, frame, now_s);
+        self.loader.want(&request);
+        loaded.loaded = self.send(gpu, &offer, frame, now_s);
+        for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
+            let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MOST_TRIES);
+            *(if given_up { &mut loaded.failed } else { &mut loaded.pending }) += 1;
+        }
+
+        let atlas = &self.atlas;
+        let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
+        let absent = self.absent_children();
+        self.blocked.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
+        loaded.late = loaded.pending + loaded.without_room + loaded.failed > 0 || !self.is_complete();
+        loaded
+    }
+
+    fn take_finished(&mut self, frame: u64, now_s: f64) {
+        for (address, tile) in self.loader.take() {
             match tile {
-                Ok(tile) if atlas.insert(gpu, *address, &tile, frame) => loaded.loaded += 1,
-                Ok(_) => loaded.without_room += 1,
+                Ok(tile) => {
+                    self.failures.remove(&address);
+                    self.cache.insert(address, tile, frame);
+                }
+                Err(PyramidError::Cancelled) => {}
                 Err(error) => {
-                    tracing::warn!("{}", crate::file::one_line(&chain(&error)));
-                    loaded.failed += 1;
+                    let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
+                    failure.tries += 1;
+                    let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
+                    failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
+                    if failure.tries == MOST_TRIES {
+                        tracing::warn!("{}", crate::file::one_line(&chain(&error)));
+                    } else {
+                        tracing::debug!("{}", crate::file::one_line(&chain(&error)));
+                    }
                 }
             }
         }
     }
-    loaded
+
+    /// What has to be asked for, and what can be sent to the GPU.
+    fn sort_out(
+        &mut self,
+        urgent: &[Needed],
+        soon: &[Needed],
+        frame: u64,
+        now_s: f64,
+    ) -> (Vec<TileAddress>, Vec<TileAddress>) {
+        let (mut request, mut offer) = (Vec::new(), Vec::new());
+        let mut met = FxHashSet::default();
+        for tile in urgent.iter().chain(soon).map(|tile| tile.address) {
+            if !met.insert(tile) || self.atlas.want(tile, frame).is_some() {
+                continue;
+            }
+            if self.cache.get(tile, frame).is_some() {
+                offer.push(tile);
+            } else if self.failures.get(&tile).is_none_or(|failure| failure.next_s <= now_s) {
+                request.push(tile);
+            }
+        }
+        (request, offer)
+    }
+
+    fn send(&mut self, gpu: &Gpu, offer: &[TileAddress], frame: u64, now_s: f64) -> u64 {
+        let tiles: Vec<(TileAddress, Arc<LoadedTile>)> =
+            offer.iter().filter_map(|address| Some((*address, Arc::clone(self.cache.peek(*address)?)))).collect();
+        let tiles: Vec<(TileAddress, &LoadedTile)> = tiles.iter().map(|(address, tile)| (*address, &**tile)).collect();
+        self.atlas.insert(gpu, &tiles, frame, now_s).len() as u64
+    }
+
+    /// Children that a needed tile does not have although it has others: nothing finer is known there.
+    fn absent_children(&self) -> Vec<(TileAddress, bool)> {
+        let levels = self.store.levels();
+        let mut absent = Vec::new();
+        let mut parents = FxHashSet::default();
+        for tile in &self.needed {
+            let Needed { address: TileAddress { level, x, y }, .. } = *tile;
+            let parent = TileAddress { level: level + 1, x: x / 2, y: y / 2 };
+            if (parent.level as usize) < levels.len() && parents.insert(parent) {
+                let missing = super::needed::children(levels, parent).filter(|child| !self.store.has_tile(*child));
+                absent.extend(missing.map(|child| (child, false)));
+            }
+        }
+        absent
+    }
+
+    /// Whether nothing that can come is missing or fading in.
+    fn is_complete(&self) -> bool {
+        self.blocked.is_empty() || {
+            let free = |tile: &Needed| self.blocked.at(tile.address) == [0.0; 4];
+            // A pyramid that is sparse is blocked for ever where it ends.
+            let is_sparse = self.needed.iter().any(|tile| {
+                tile.address.level > 0
+                    && super::needed::children(self.store.levels(), tile.address).any(|child| !self.store.has_tile(child))
+            });
+            is_sparse || self.needed.iter().all(free)
+        }
+    }
+}
+
+/// The most urgent first; of equals the coarser, and then by place, so that runs are alike.
+fn in_order(mut tiles: Vec<Needed>) -> Vec<Needed> {
+    tiles.sort_by(|a, b| {
+        let level = |tile: &Needed| std::cmp::Reverse(tile.address.level);
+        b.urgency.total_cmp(&a.urgency).then(level(a).cmp(&level(b))).then(a.address.cmp(&b.address))
+    });
+    tiles
+}
+
+/// Two lists of tiles as one, coarser levels first.
+fn by_level(
+    tiles: impl Iterator<Item = (TileAddress, bool)>,
+    more: Vec<(TileAddress, bool)>,
+) -> impl Iterator<Item = (TileAddress, bool)> {
+    let mut all: Vec<_> = tiles.chain(more).collect();
+    all.sort_by_key(|(tile, _)| std::cmp::Reverse(tile.level));
+    all.into_iter()
 }
 
 /// An error with its causes.
@@ -170,76 +291,4 @@ fn chain(error: &dyn std::error::Error) -> String {
         cause = error.source();
     }
     text
-}
-
-/// The page table: for every tile of every level its slot and level, or those of the ancestor that stands in.
-pub fn pages(pyramid: &Pyramid, atlas: &Atlas) -> Vec<u32> {
-    let levels = pyramid.levels();
-    let mut by_level: Vec<Vec<u32>> = vec![Vec::new(); levels.len()];
-    for (level, size) in levels.iter().enumerate().rev() {
-        let mut pages = Vec::with_capacity(size.tiles_x() as usize * size.tiles_y() as usize);
-        for y in 0..size.tiles_y() {
-            for x in 0..size.tiles_x() {
-                let address = TileAddress { level: level as u32, x, y };
-                pages.push(match atlas.slot(address) {
-                    Some(slot) => slot | (level as u32) << 24,
-                    None => by_level.get(level + 1).map_or(0, |parents| {
-                        let coarse = levels[level + 1];
-                        let (x, y) = ((x / 2).min(coarse.tiles_x() - 1), (y / 2).min(coarse.tiles_y() - 1));
-                        parents[(y * coarse.tiles_x() + x) as usize]
-                    }),
-                });
-            }
-        }
-        by_level[level] = pages;
-    }
-    by_level.concat()
-}
-
-/// For each level the errors at the corners of its tiles, row by row.
-pub fn corner_errors_m(pyramid: &Pyramid) -> Vec<f32> {
-    let mut corners = Vec::new();
-    for (level, size) in pyramid.levels().iter().enumerate() {
-        for y in 0..=size.tiles_y() {
-            for x in 0..=size.tiles_x() {
-                let around =
-                    [(x.wrapping_sub(1), y.wrapping_sub(1)), (x, y.wrapping_sub(1)), (x.wrapping_sub(1), y), (x, y)];
-                let error_m = around
-                    .iter()
-                    .map(|&(x, y)| tile_error_m(pyramid, TileAddress { level: level as u32, x, y }))
-                    .fold(0.0, f32::max);
-                corners.push(error_m);
-            }
-        }
-    }
-    corners
-}
-
-/// The levels relative to an anchor.
-pub fn level_infos(pyramid: &Pyramid, anchor: DVec2) -> Vec<LevelInfo> {
-    let finest = pyramid.levels()[0];
-    let (mut first_page, mut first_corner) = (0, 0);
-    let mut infos = Vec::new();
-    for size in pyramid.levels() {
-        let scale = DVec2::new(
-            f64::from(size.width) / f64::from(finest.width),
-            f64::from(size.height) / f64::from(finest.height),
-        );
-        // The registration of the pyramid: areas, not samples, lie on each other.
-        let at_anchor = (anchor + 0.5) * scale - 0.5;
-        let cell = at_anchor.floor();
-        infos.push(LevelInfo {
-            scale: scale.as_vec2().to_array(),
-            fraction: (at_anchor - cell).as_vec2().to_array(),
-            cell: cell.as_ivec2().to_array(),
-            size: [size.width as i32, size.height as i32],
-            first_page,
-            tiles_x: size.tiles_x(),
-            first_corner,
-            pad: 0,
-        });
-        first_page += size.tiles_x() * size.tiles_y();
-        first_corner += (size.tiles_x() + 1) * (size.tiles_y() + 1);
-    }
-    infos
 }

@@ -9,21 +9,27 @@
 //! their continuous levels on the shared edge (`shaders/surface/vertices.wgsl` morphs to it): there is no crack and no
 //! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
 //! levels, hence at most `MAX_LEVEL_STEP`.
-
-use std::collections::HashMap;
+//!
+//! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
+//! children begin in their parent's shape and fade in.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::frustum::{Bounds, Frustum};
+use super::patches::{Known, Patches};
 use super::warp::Warp;
 use crate::pyramid::statistics::{PatchStatistics, Voids};
-use crate::pyramid::{PATCH_QUADS, Pyramid};
+use crate::pyramid::{LevelSize, PATCH_QUADS};
 
-/// Log2 of the grid units in a sample: positions of vertices are whole numbers of these.
-pub const UNITS_LOG2: i32 = 12;
-/// The finest patches have a vertex at every unit.
-const FINEST_LEVEL: i32 = -UNITS_LOG2;
+/// Log2 of the grid units in a sample: positions of vertices are whole numbers of these. 4096 to a sample, or fewer in
+/// a world so wide that its patches would not fit into 31 bits.
+pub fn units_log2(finest: LevelSize) -> i32 {
+    let side = finest.width.max(finest.height).next_power_of_two();
+    (30 - side.ilog2() as i32).min(12)
+}
+
 /// A neighbour may be this many levels coarser: 2^3 < 16 quads.
 const MAX_LEVEL_STEP: i32 = 3;
 /// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
@@ -118,58 +124,98 @@ struct Leaf {
 }
 
 /// Chooses the patches for a viewpoint.
-pub fn select(pyramid: &Pyramid, warp: &Warp, anchor: DVec2, viewpoint: &Viewpoint) -> Selection {
-    let mut walk = Walk { pyramid, warp, viewpoint, leaves: HashMap::new() };
-    let top = pyramid.patch_levels() as i32 - 1;
+pub fn select(patches: &dyn Patches, warp: &Warp, anchor: DVec2, viewpoint: &Viewpoint) -> Selection {
+    let finest_level = -units_log2(patches.size());
+    let mut walk =
+        Walk { patches, warp, viewpoint, finest_level, leaves: FxHashMap::default(), pinned: FxHashSet::default() };
+    let top = patches.strides() as i32 - 1;
     walk.visit(PatchKey { level: top, x: 0, y: 0 }, f64::INFINITY);
     walk.limit_steps();
     walk.finish(anchor)
 }
 
 struct Walk<'a> {
-    pyramid: &'a Pyramid,
+    patches: &'a dyn Patches,
     warp: &'a Warp,
     viewpoint: &'a Viewpoint,
-    leaves: HashMap<PatchKey, Leaf>,
+    /// These have a vertex at every grid unit.
+    finest_level: i32,
+    leaves: FxHashMap<PatchKey, Leaf>,
+    /// Leaves that may not be split: their children are not known, or they are coarse for the sake of such a one.
+    pinned: FxHashSet<PatchKey>,
+}
+
+/// A patch that may be drawn.
+struct Seen {
+    key: PatchKey,
+    statistics: PatchStatistics,
+    bounds: Bounds,
+    /// Levels that it has to stay above its own while it fades in.
+    above: f64,
 }
 
 impl Walk<'_> {
     fn visit(&mut self, key: PatchKey, parent_allowed_m: f64) {
-        let Some((statistics, bounds)) = self.visible(key) else { return };
-        let distance_m = bounds.distance_m().max(self.viewpoint.nearest_m);
-        let allowed_m = self.viewpoint.error_px * distance_m / self.viewpoint.focal_px;
-        if self.mesh_error_m(key) > allowed_m && key.level > FINEST_LEVEL {
-            for child in key.children() {
-                self.visit(child, allowed_m);
-            }
-        } else {
-            self.add_leaf(key, statistics, distance_m, parent_allowed_m);
+        if let Some(seen) = self.seen(key) {
+            self.visit_seen(seen, parent_allowed_m);
         }
     }
 
-    /// Statistics and box of a patch, if it exists, has data, and may be in view.
-    fn visible(&self, key: PatchKey) -> Option<(PatchStatistics, Bounds)> {
-        let statistics = self.statistics(key)?;
-        let bounds = self.bounds(key, &statistics)?;
-        let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
-        seen.then_some((statistics, bounds))
+    fn visit_seen(&mut self, seen: Seen, parent_allowed_m: f64) {
+        let allowed_m = self.allowed_m(&seen);
+        let error_m = self.mesh_error_m(seen.key);
+        if error_m > allowed_m && seen.key.level > self.finest_level {
+            if self.children_are_known(seen.key, error_m / allowed_m) {
+                seen.key.children().into_iter().for_each(|child| self.visit(child, allowed_m));
+                return;
+            }
+            self.pinned.insert(seen.key);
+        }
+        self.add_leaf(&seen, parent_allowed_m);
     }
 
-    fn statistics(&self, key: PatchKey) -> Option<PatchStatistics> {
+    fn allowed_m(&self, seen: &Seen) -> f64 {
+        let distance_m = seen.bounds.distance_m().max(self.viewpoint.nearest_m);
+        self.viewpoint.error_px * distance_m / self.viewpoint.focal_px
+    }
+
+    /// Whether a patch can be split; if not, what is missing is asked for.
+    fn children_are_known(&self, key: PatchKey, urgency: f64) -> bool {
+        key.children().into_iter().all(|child| match self.known(child) {
+            Known::Patch { .. } | Known::Nothing => true,
+            Known::Missing => {
+                // Children of a patch come with one tile.
+                self.patches.ask(child.level.max(0) as u32, child.x as u32, child.y as u32, urgency);
+                false
+            }
+        })
+    }
+
+    /// A patch, if it exists, is known, has data, and may be in view.
+    fn seen(&self, key: PatchKey) -> Option<Seen> {
+        let Known::Patch { statistics, above } = self.known(key) else { return None };
+        let bounds = self.bounds(key, &statistics)?;
+        let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
+        // Finer than the data, nothing has to come.
+        let above = if key.level < 0 { 0.0 } else { above };
+        seen.then_some(Seen { key, statistics, bounds, above })
+    }
+
+    fn known(&self, key: PatchKey) -> Known {
         let up = (-key.level).max(0);
-        let (x, y) = (u32::try_from(key.x >> up).ok()?, u32::try_from(key.y >> up).ok()?);
-        self.pyramid.patch(key.level.max(0) as u32, x, y).copied()
+        let (Ok(x), Ok(y)) = (u32::try_from(key.x >> up), u32::try_from(key.y >> up)) else { return Known::Nothing };
+        self.patches.patch(key.level.max(0) as u32, x, y)
     }
 
     fn mesh_error_m(&self, key: PatchKey) -> f64 {
-        let error_m = self.statistics(key).map_or(0.0, |statistics| f64::from(statistics.mesh_error_m));
+        let Known::Patch { statistics, .. } = self.known(key) else { return 0.0 };
         // Halving the quads of a smooth surface quarters the error.
-        error_m * f64::from(2 * key.level.min(0)).exp2()
+        f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2()
     }
 
     fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
         let (first, side) = key.area();
-        let size = self.pyramid.levels()[0];
+        let size = self.patches.size();
         let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
         if first.cmpge(last).any() {
             return None;
@@ -184,7 +230,8 @@ impl Walk<'_> {
         Some(Bounds { low_m, high_m })
     }
 
-    fn add_leaf(&mut self, key: PatchKey, statistics: PatchStatistics, distance_m: f64, parent_allowed_m: f64) {
+    fn add_leaf(&mut self, seen: &Seen, parent_allowed_m: f64) {
+        let key = seen.key;
         let own_m = self.mesh_error_m(key);
         let parent_m = self.mesh_error_m(key.parent());
         let way = if parent_allowed_m.is_finite() && parent_m > own_m {
@@ -194,43 +241,68 @@ impl Walk<'_> {
         };
         // In steps that f32 holds exactly: the two patches at an edge count the same level from their own levels, and
         // must come to the same vertices to the bit.
-        let level = f64::from(key.level) + (way * LEVEL_STEPS).round() / LEVEL_STEPS;
-        self.leaves.insert(key, Leaf { distance_m, level, holes: statistics.voids != Voids::None });
+        let level = f64::from(key.level) + (way.max(seen.above) * LEVEL_STEPS).round() / LEVEL_STEPS;
+        let distance_m = seen.bounds.distance_m().max(self.viewpoint.nearest_m);
+        self.leaves.insert(key, Leaf { distance_m, level, holes: seen.statistics.voids != Voids::None });
     }
 
-    /// Splits leaves that have neighbours too much finer than themselves.
+    /// Splits leaves that have neighbours too much finer than themselves; where one cannot be split, its neighbours are
+    /// merged instead.
     fn limit_steps(&mut self) {
         loop {
-            let too_coarse: Vec<_> = self
+            let too_far_apart: Vec<_> = self
                 .leaves
                 .keys()
-                .flat_map(|key| neighbours(*key).map(move |neighbour| (key.level, neighbour)))
-                .filter_map(|(level, neighbour)| {
+                .flat_map(|key| neighbours(*key).map(move |neighbour| (*key, neighbour)))
+                .filter_map(|(key, neighbour)| {
                     let (coarse, _) = self.leaf_over(neighbour)?;
-                    (coarse.level > level + MAX_LEVEL_STEP).then_some(coarse)
+                    (coarse.level > key.level + MAX_LEVEL_STEP).then_some((key, coarse))
                 })
                 .collect();
-            if too_coarse.is_empty() {
+            if too_far_apart.is_empty() {
                 return;
             }
-            for key in too_coarse {
+            for (fine, coarse) in too_far_apart {
                 // The same leaf may stand in the list twice.
-                if self.leaves.remove(&key).is_none() {
+                if !self.leaves.contains_key(&coarse) || !self.leaves.contains_key(&fine) {
                     continue;
                 }
-                for child in key.children() {
-                    if let Some((statistics, bounds)) = self.visible(child) {
-                        let distance_m = bounds.distance_m().max(self.viewpoint.nearest_m);
-                        self.add_leaf(child, statistics, distance_m, f64::INFINITY);
+                if self.pinned.contains(&coarse) || !self.children_are_known(coarse, 1.0) {
+                    self.pinned.insert(coarse);
+                    self.merge(fine, coarse.level - MAX_LEVEL_STEP);
+                    continue;
+                }
+                self.leaves.remove(&coarse);
+                for child in coarse.children() {
+                    if let Some(seen) = self.seen(child) {
+                        self.add_leaf(&seen, f64::INFINITY);
                     }
                 }
             }
         }
     }
 
+    /// Draws the ancestor of a leaf instead of it and all others under that ancestor.
+    fn merge(&mut self, mut key: PatchKey, level: i32) {
+        while key.level < level {
+            key = key.parent();
+        }
+        let is_under = |mut leaf: PatchKey| {
+            while leaf.level < key.level {
+                leaf = leaf.parent();
+            }
+            leaf == key
+        };
+        self.leaves.retain(|leaf, _| !is_under(*leaf));
+        self.pinned.insert(key);
+        if let Some(seen) = self.seen(key) {
+            self.add_leaf(&seen, f64::INFINITY);
+        }
+    }
+
     /// The leaf that covers a patch: itself or an ancestor.
     fn leaf_over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
-        let top = self.pyramid.patch_levels() as i32 - 1;
+        let top = self.patches.strides() as i32 - 1;
         while key.level <= top {
             if let Some(leaf) = self.leaves.get(&key) {
                 return Some((key, *leaf));
@@ -247,6 +319,7 @@ impl Walk<'_> {
             a.1.holes.cmp(&b.1.holes).then(a.1.distance_m.total_cmp(&b.1.distance_m)).then(a.0.cmp(&b.0))
         });
         let mut selection = Selection::default();
+        let units_log2 = -self.finest_level;
         for (key, leaf) in keys {
             let own = f64::from(key.level);
             let [west, east, north, south] = neighbours(key).map(|neighbour| {
@@ -254,10 +327,10 @@ impl Walk<'_> {
                 (leaf.level.max(other) - own) as f32
             });
             let (first, _) = key.area();
-            let origin = (first - anchor) * f64::from(UNITS_LOG2).exp2();
+            let origin = (first - anchor) * f64::from(units_log2).exp2();
             let instance = PatchInstance {
                 origin_units: [origin.x as i32, origin.y as i32],
-                stride_exponent: (key.level + UNITS_LOG2) as u32,
+                stride_exponent: (key.level + units_log2) as u32,
                 id: patch_id(key),
                 edge_levels: [west, east, north, south],
                 inner_level: (leaf.level - own) as f32,

@@ -185,7 +185,7 @@ impl Flight {
         }
 
         // Tiles that came in make a better picture the next time.
-        self.stale = rendered && self.last.prepared.tiles.loaded > 0;
+        self.stale = rendered && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late);
         let flows = !input.is_still() || !self.camera.is_still() || self.stale || self.frames_left.is_some();
         self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
         if !flows {
@@ -232,9 +232,9 @@ impl Flight {
             pass_times: &self.pass_times,
             triangles: prepared.selection.triangles(),
             patches: prepared.selection.leaves.len() as u64,
-            tiles_on_gpu: terrain.atlas_state().0 as u64,
+            tiles_on_gpu: terrain.tile_counts().on_gpu,
             tiles_loaded: self.last.tiles_loaded,
-            tiles_missing: prepared.tiles.without_room + prepared.tiles.failed,
+            tiles_missing: prepared.tiles.pending + prepared.tiles.without_room + prepared.tiles.failed,
             gpu_bytes: terrain.gpu_bytes() + self.frame.as_ref().map_or(0, |frame| frame.targets().bytes()),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
             toast: self.toast.as_ref().map(|(text, _)| text.as_str()),
@@ -311,7 +311,8 @@ impl Flight {
     }
 }
 
-/// Height of the ground in metres; in holes and outside, the lowest height.
+/// Height of the ground in metres, as far as it is in memory: a frame does not wait for a file. In holes and outside,
+/// the lowest height.
 fn ground_m(world: &FlightWorld, at: glam::DVec2) -> f64 {
-    world.terrain.height_m(at).unwrap_or_else(|| f64::from(world.terrain.pyramid().min_m()))
+    world.terrain.height_at_hand_m(at).unwrap_or_else(|| f64::from(world.terrain.range_m()[0]))
 }

@@ -60,7 +60,7 @@ impl World {
         let (folder, pyramid) = baked(&grid);
         let mapping = WorldMapping::new(&grid.georeference, grid.width, grid.height).unwrap();
         let options = TerrainOptions { lod_error_px, ..TerrainOptions::default() };
-        let terrain = Terrain::new(&gpu, pyramid, options).unwrap();
+        let terrain = Terrain::new(&gpu, std::sync::Arc::new(pyramid), options).unwrap();
         Some(Self { gpu, grid, mapping, terrain, folder })
     }
 
@@ -74,7 +74,7 @@ impl World {
     pub fn pose(&self, camera: &str) -> Pose {
         let camera: Camera = camera.parse().unwrap();
         let camera = camera.on_ground(|x, y| {
-            self.terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(self.terrain.pyramid().max_m()))
+            self.terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(self.terrain.range_m()[1]))
         });
         Pose {
             position_m: camera.position_m,

@@ -1,0 +1,102 @@
+//! A ring of staging memory: layers of a texture array go to the GPU through a few mapped buffers of fixed size.
+//!
+//! `Queue::write_texture` makes a staging buffer for every call and has no bound. Here a frame may send what one
+//! buffer holds, and when the GPU still reads all of them, nothing: the frame thread never waits.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use super::Gpu;
+
+/// Bytes of a buffer: what one frame may send.
+pub const BUDGET_BYTES: u64 = 8 << 20;
+/// One is being filled while the GPU reads others.
+const BUFFERS: usize = 3;
+
+/// The ring.
+pub struct UploadRing {
+    made: usize,
+    /// Mapped, to be written.
+    ready: Vec<wgpu::Buffer>,
+    back: Receiver<wgpu::Buffer>,
+    give_back: Sender<wgpu::Buffer>,
+}
+
+impl Default for UploadRing {
+    fn default() -> Self {
+        let (give_back, back) = channel();
+        Self { made: 0, ready: Vec::new(), back, give_back }
+    }
+}
+
+impl UploadRing {
+    /// Bytes of staging memory.
+    pub fn bytes(&self) -> u64 {
+        self.made as u64 * BUDGET_BYTES
+    }
+
+    /// Whether a buffer is free to be written.
+    pub fn is_ready(&mut self, gpu: &Gpu) -> bool {
+        self.ready.extend(self.back.try_iter());
+        if self.ready.is_empty() && self.made < BUFFERS {
+            self.made += 1;
+            self.ready.push(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("upload ring"),
+                size: BUDGET_BYTES,
+                usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: true,
+            }));
+        }
+        !self.ready.is_empty()
+    }
+
+    /// Sends square layers of `side` × `side` texels of four bytes to `texture`, as many as the budget of a frame
+    /// holds; each with the index of its layer. How many were sent: none while the GPU still reads all buffers.
+    pub fn send(&mut self, gpu: &Gpu, texture: &wgpu::Texture, side: u32, layers: &[(u32, &[f32])]) -> usize {
+        if layers.is_empty() || !self.is_ready(gpu) {
+            return 0;
+        }
+        let Some(buffer) = self.ready.pop() else { return 0 };
+        let pitch = (side * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let layer_bytes = u64::from(pitch) * u64::from(side);
+        let count = layers.len().min((BUDGET_BYTES / layer_bytes) as usize);
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("upload") });
+        {
+            let Ok(mut view) = buffer.get_mapped_range_mut(..layer_bytes * count as u64) else { return 0 };
+            let rows = layers[..count].iter().flat_map(|(_, texels)| texels.chunks_exact(side as usize));
+            for (row, texels) in rows.enumerate() {
+                let start = row * pitch as usize;
+                view.slice(start..start + 4 * side as usize).copy_from_slice(bytemuck::cast_slice(texels));
+            }
+        }
+        buffer.unmap();
+        for (i, (layer, _)) in layers[..count].iter().enumerate() {
+            encoder.copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo {
+                    buffer: &buffer,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: layer_bytes * i as u64,
+                        bytes_per_row: Some(pitch),
+                        rows_per_image: Some(side),
+                    },
+                },
+                wgpu::TexelCopyTextureInfo {
+                    texture,
+                    mip_level: 0,
+                    origin: wgpu::Origin3d { x: 0, y: 0, z: *layer },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+            );
+        }
+        gpu.queue.submit([encoder.finish()]);
+        let give_back = self.give_back.clone();
+        let again = buffer.clone();
+        buffer.map_async(wgpu::MapMode::Write, .., move |mapped| {
+            // Neither matters at the end: the ring is gone, or the device.
+            if mapped.is_ok() {
+                let _ = give_back.send(again);
+            }
+        });
+        count
+    }
+}

@@ -1,0 +1,180 @@
+//! What is known of the mesh's patches: it comes with the tiles.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use rustc_hash::FxHashMap;
+
+use super::atlas::Atlas;
+use super::blocked::FADE_S;
+use crate::pyramid::statistics::{PatchStatistics, Voids, patch_counts};
+use crate::pyramid::store::PAGE_PATCHES;
+use crate::pyramid::{LevelSize, PatchPage, PyramidError, TileAddress, TileStore};
+
+/// What is known of a patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known {
+    /// All.
+    Patch {
+        /// Of the patch.
+        statistics: PatchStatistics,
+        /// Levels, 0 to 1, that it has to stay above its own while it fades in.
+        above: f64,
+    },
+    /// It exists, but its tile is not here.
+    Missing,
+    /// There is no such patch.
+    Nothing,
+}
+
+/// The patches that a selection chooses from.
+pub trait Patches {
+    /// The finest level.
+    fn size(&self) -> LevelSize;
+
+    /// Patches of stride 2^j exist for j below this.
+    fn strides(&self) -> u32;
+
+    /// The patch (`x`, `y`) of stride 2^`j`.
+    fn patch(&self, j: u32, x: u32, y: u32) -> Known;
+
+    /// Asks for the tile of a patch that is missing: its mesh error is `urgency` times the allowed one.
+    fn ask(&self, j: u32, x: u32, y: u32, urgency: f64);
+}
+
+/// The patches of the tiles that are on the GPU.
+pub struct ResidentPatches<'a> {
+    /// The pyramid.
+    pub store: &'a dyn TileStore,
+    /// The tiles.
+    pub atlas: &'a Atlas,
+    /// Patches that are looked at keep their tiles.
+    pub frame: u64,
+    /// The time, for fading in; none fades nothing.
+    pub now_s: Option<f64>,
+    /// What was asked for, and how urgently.
+    pub asked: RefCell<FxHashMap<TileAddress, f64>>,
+}
+
+/// The tile that a patch comes with.
+fn tile_of(j: u32, x: u32, y: u32) -> TileAddress {
+    TileAddress { level: j, x: x / PAGE_PATCHES, y: y / PAGE_PATCHES }
+}
+
+/// A patch that is finer than what exists: `up` levels below one that does. Halving the quads of a smooth surface
+/// quarters the error.
+fn below(statistics: PatchStatistics, up: u32) -> PatchStatistics {
+    PatchStatistics { mesh_error_m: statistics.mesh_error_m * 0.25_f32.powi(up as i32), ..statistics }
+}
+
+fn coarse(store: &dyn TileStore, j: u32, x: u32, y: u32) -> Known {
+    let columns = patch_counts(store.levels()[0], j).0;
+    let patches = store.coarse_patches().get(j as usize - store.levels().len());
+    patches
+        .and_then(|patches| patches.get((y * columns + x) as usize))
+        .map_or(Known::Nothing, |statistics| Known::Patch { statistics: *statistics, above: 0.0 })
+}
+
+impl Patches for ResidentPatches<'_> {
+    fn size(&self) -> LevelSize {
+        self.store.levels()[0]
+    }
+
+    fn strides(&self) -> u32 {
+        (self.store.levels().len() + self.store.coarse_patches().len()) as u32
+    }
+
+    fn patch(&self, j: u32, x: u32, y: u32) -> Known {
+        let counts = patch_counts(self.size(), j);
+        if x >= counts.0 || y >= counts.1 {
+            return Known::Nothing;
+        }
+        if j as usize >= self.store.levels().len() {
+            return coarse(self.store, j, x, y);
+        }
+        for up in 0..self.store.levels().len() as u32 - j {
+            let (x, y) = (x >> up, y >> up);
+            let tile = tile_of(j + up, x, y);
+            if let Some(resident) = self.atlas.want(tile, self.frame) {
+                let statistics = below(*resident.patches.get(x % PAGE_PATCHES, y % PAGE_PATCHES), up);
+                let age_s = self.now_s.map_or(FADE_S, |now_s| now_s - resident.arrived_s);
+                let above = if up > 0 { 0.0 } else { (1.0 - age_s / FADE_S).clamp(0.0, 1.0) };
+                return Known::Patch { statistics, above };
+            }
+            if self.store.has_tile(tile) {
+                return Known::Missing;
+            }
+        }
+        Known::Nothing
+    }
+
+    fn ask(&self, j: u32, x: u32, y: u32, urgency: f64) {
+        let tile = tile_of(j, x, y);
+        if (j as usize) < self.store.levels().len() {
+            let mut asked = self.asked.borrow_mut();
+            let known = asked.entry(tile).or_insert(urgency);
+            *known = known.max(urgency);
+        }
+    }
+}
+
+/// All patches of a pyramid, read at once: for measurements and tests.
+pub struct AllPatches {
+    size: LevelSize,
+    strides: u32,
+    pages: FxHashMap<TileAddress, PatchPage>,
+    store: Arc<dyn TileStore>,
+}
+
+impl AllPatches {
+    /// Reads every tile.
+    ///
+    /// # Errors
+    /// When one cannot be read.
+    pub fn read(store: &Arc<dyn TileStore>) -> Result<Self, PyramidError> {
+        let mut pages = FxHashMap::default();
+        for (level, size) in store.levels().iter().enumerate() {
+            for (x, y) in (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| (x, y))) {
+                let address = TileAddress { level: level as u32, x, y };
+                pages.insert(address, Arc::clone(store).load(address)?.patches);
+            }
+        }
+        let strides = (store.levels().len() + store.coarse_patches().len()) as u32;
+        Ok(Self { size: store.levels()[0], strides, pages, store: Arc::clone(store) })
+    }
+
+    /// The patch (`x`, `y`) of stride 2^`j`; none if it does not exist.
+    pub fn get(&self, j: u32, x: u32, y: u32) -> Option<PatchStatistics> {
+        match self.patch(j, x, y) {
+            Known::Patch { statistics, .. } => Some(statistics),
+            _ => None,
+        }
+    }
+}
+
+impl Patches for AllPatches {
+    fn size(&self) -> LevelSize {
+        self.size
+    }
+
+    fn strides(&self) -> u32 {
+        self.strides
+    }
+
+    fn patch(&self, j: u32, x: u32, y: u32) -> Known {
+        let counts = patch_counts(self.size, j);
+        if x >= counts.0 || y >= counts.1 {
+            return Known::Nothing;
+        }
+        if j as usize >= self.store.levels().len() {
+            return coarse(&*self.store, j, x, y);
+        }
+        self.pages.get(&tile_of(j, x, y)).map_or(Known::Nothing, |page| {
+            let statistics = *page.get(x % PAGE_PATCHES, y % PAGE_PATCHES);
+            debug_assert!(statistics.voids != Voids::All || statistics.min_m.is_nan());
+            Known::Patch { statistics, above: 0.0 }
+        })
+    }
+
+    fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}
+}
