@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use crate::frame::Light;
 use crate::gpu::Gpu;
-use crate::pyramid::{self, PyramidError, TileStore};
+use crate::pyramid::{self, ContinentStore, MosaicStore, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{Scene, World};
@@ -15,9 +15,6 @@ use crate::source::{self, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
-
-/// The version of the embedded world: part of its key in the cache.
-const PROCEDURAL_VERSION: u32 = 1;
 
 /// Why a world could not be opened. One line that names the file; the causes follow as sources.
 #[derive(Debug, thiserror::Error)]
@@ -73,16 +70,28 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
 pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    let exaggeration = scene.vertical_exaggeration;
     let pyramid = match &scene.world {
         World::File(path) => pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?,
         World::Url(url) => return Err(WorldError::Remote { url: url.clone() }),
         World::Procedural { seed } => {
-            let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
+            let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
             let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, progress));
             pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?
         }
+        World::Continent { seed, size_samples, spacing_m } => {
+            let store = ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?;
+            return Ok(Arc::new(store.exaggerated(exaggeration)));
+        }
+        World::Files(paths) => {
+            let mut members: Vec<Arc<dyn TileStore>> = Vec::new();
+            for path in paths {
+                let pyramid = pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?;
+                members.push(Arc::new(pyramid.exaggerated(exaggeration)));
+            }
+            return Ok(Arc::new(MosaicStore::new(members)?));
+        }
     };
-    let exaggeration = scene.vertical_exaggeration;
     Ok(Arc::new(if exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(exaggeration) }))
 }
 
@@ -101,7 +110,12 @@ impl OpenWorld {
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
+    pub fn on_gpu(
+        gpu: &Gpu,
+        scene: Scene,
+        store: Arc<dyn TileStore>,
+        options: TerrainOptions,
+    ) -> Result<Self, WorldError> {
         let name = store.name();
         let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })

@@ -12,8 +12,8 @@ use super::fill::flagged;
 use super::levels::{LevelSize, level_sizes};
 use super::store::{Cancel, Decode, LoadedTile, TileStore};
 use super::{
-    PatchStatistics, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, open_or_bake_key,
-    overview,
+    PatchStatistics, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress,
+    open_or_bake_key, overview,
 };
 use crate::source::continent::{self, BASE_LEVEL, BASE_SAMPLES, Continent, Exemplar, SIZE_SAMPLES, SPACING_M};
 use crate::source::georeference::Georeference;
@@ -35,7 +35,7 @@ pub struct ContinentStore {
     levels: Vec<LevelSize>,
     /// First column and row of the cut, in samples of level 0.
     offset: u32,
-    /// What heights are multiplied by: the spacing, in units of the land's own.
+    /// What heights are multiplied by: the spacing in units of the land's own, and the exaggeration.
     scale: f32,
     /// The averages of the base, for the levels above [`BASE_LEVEL`].
     averages_m: Vec<Vec<f32>>,
@@ -113,6 +113,19 @@ impl ContinentStore {
         Ok(store)
     }
 
+    /// The same land with every height, and every error of a height, times `factor`, which is above 0.
+    pub fn exaggerated(mut self, factor: f64) -> Self {
+        let factor = factor as f32;
+        self.scale *= factor;
+        self.range_m = self.range_m.map(|height| height * factor);
+        for patch in self.coarse_patches.iter_mut().flatten() {
+            patch.min_m *= factor;
+            patch.max_m *= factor;
+            patch.mesh_error_m *= factor;
+        }
+        self
+    }
+
     /// The heights in metres of a window of a level, row by row; the window lies inside the level.
     pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         let first = self.offset >> level;
@@ -135,7 +148,7 @@ impl ContinentStore {
     /// A whole level as a grid: for worlds small enough to be held.
     pub fn grid(&self, level: u32) -> HeightGrid {
         let size = self.levels[level as usize];
-        let spacing_m = f64::from(self.scale) * SPACING_M * f64::from(1_u32 << level);
+        let spacing_m = self.georeference.crs_from_grid[1] * f64::from(1_u32 << level);
         HeightGrid {
             width: size.width,
             height: size.height,

@@ -10,6 +10,7 @@ pub mod derive;
 pub mod fill;
 pub mod ground;
 pub mod levels;
+pub mod mosaic_store;
 pub mod statistics;
 pub mod store;
 
@@ -31,6 +32,7 @@ pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_key, trim};
 pub use continent_store::ContinentStore;
 pub use error::PyramidError;
 pub use levels::LevelSize;
+pub use mosaic_store::MosaicStore;
 pub use open::Pyramid;
 pub use sidecar::sidecar_path;
 pub use statistics::{PatchStatistics, TileStatistics, Voids};

@@ -240,7 +240,10 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             && !is_jump(&rows, time_s)
         {
             let before = previous.time_s;
-            return Err(wrong(line, format!("t is {time_s} after {before}; times must increase by 1 µs at least, or two rows be a jump")));
+            return Err(wrong(
+                line,
+                format!("t is {time_s} after {before}; times must increase by 1 µs at least, or two rows be a jump"),
+            ));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;
         rows.push(Row { line, time_s, camera });

@@ -161,7 +161,8 @@ fn relief_m(base_m: &[f32], size: usize) -> Vec<f32> {
             let (x, y) = (i % size, i / size);
             let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
             for row in y.saturating_sub(AROUND)..=(y + AROUND).min(size - 1) {
-                for &height in &base_m[row * size + x.saturating_sub(AROUND)..=row * size + (x + AROUND).min(size - 1)] {
+                for &height in &base_m[row * size + x.saturating_sub(AROUND)..=row * size + (x + AROUND).min(size - 1)]
+                {
                     (low, high) = (low.min(height), high.max(height));
                 }
             }

@@ -14,6 +14,7 @@ mod geotiff;
 mod geotiff_layout;
 mod hillslope;
 mod looks_like;
+pub mod mosaic;
 pub mod procedural;
 mod raster;
 pub mod reader;

@@ -93,9 +93,9 @@ pub(super) fn grow(seed: u32, size: usize, progress: &dyn Progress) -> Vec<f32> 
         let uplift_m: Vec<f32> = uplift.values.iter().map(|strength| strength * UPLIFT_M).collect();
         let hardness = field(&|x, y| relief.hardness(x, y)).values;
         let mut heights = match &land {
-            None => field(&|x, y| {
-                80.0 + 300.0 * relief.uplift(x, y) + 45.0 * relief.hills.get([25.0 * x, 25.0 * y]) as f32
-            }),
+            None => {
+                field(&|x, y| 80.0 + 300.0 * relief.uplift(x, y) + 45.0 * relief.hills.get([25.0 * x, 25.0 * y]) as f32)
+            }
             Some(coarse) => Raster::from_fn(level_size, spacing_m, |x_m, y_m| {
                 let shift = |stream: f64| {
                     let at = [x_m / (5.3 * spacing_m) + stream, y_m / (5.3 * spacing_m) - stream];

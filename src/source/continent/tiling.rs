@@ -95,9 +95,8 @@ fn piece(land: &Continent, level: u32, vertex: (i64, i64)) -> Piece {
         0 => ([1, 0], [0, 1]),
         _ => ([0, 1], [1, 0]),
     };
-    let flip = |axis: [i64; 2]| {
-        [if way & 2 == 0 { axis[0] } else { -axis[0] }, if way & 4 == 0 { axis[1] } else { -axis[1] }]
-    };
+    let flip =
+        |axis: [i64; 2]| [if way & 2 == 0 { axis[0] } else { -axis[0] }, if way & 4 == 0 { axis[1] } else { -axis[1] }];
     let (across, down) = (flip(across), flip(down));
     let shift = [if way & 2 == 0 { 0 } else { -1 }, if way & 4 == 0 { 0 } else { -1 }];
     let index = |axis: [i64; 2]| axis[0] + axis[1] * size;
