@@ -154,7 +154,8 @@ fn four_tiles_of_a_city_are_one() {
         let (x, y) = (((place[0] - x0) / step).round() as usize, ((place[3] - y0) / down).round() as usize);
         // Where tiles overlap, the first holds.
         assert!(unlike(&heights_m, width as usize, tile, x, y, 0.5) < 0.05, "{x} {y}");
-        assert!(unlike(&heights_m, width as usize, tile, x.max(1) - 1, y + usize::from(x == 0), 0.0) > 0.3);
+        let beside = if x > 0 { x - 1 } else { 1 };
+        assert!(unlike(&heights_m, width as usize, tile, beside, y, 0.0) > 0.3, "one sample beside must not pass");
     }
     let voids = heights_m.iter().filter(|height| height.is_nan()).count();
     let own: usize = tiles.iter().map(|tile| tile.heights_m.iter().filter(|height| height.is_nan()).count()).sum();
@@ -203,7 +204,7 @@ fn an_inset_fades_into_its_base() {
     let excess = |column: usize, row: usize| {
         f64::from(fine.1[row * fine.0 + column]) - hills(10.0 * column as f64, -10.0 * row as f64)
     };
-    assert_eq!(unlike(&fine.1, fine.0, &inset, 200, 200, 0.0) < 0.12, true, "the middle is the inset's own");
+    assert!(unlike(&fine.1, fine.0, &inset, 200, 200, 1e-3) < 0.1, "the middle is the inset's own");
     assert!((excess(400, 350) - 6.0).abs() < 1e-3);
     assert!(excess(150, 350).abs() < 0.2);
     let mut planted_errors_found = 0;
@@ -253,7 +254,7 @@ fn reference_systems_meet() {
     let heights_m = whole(&read);
     let [x0, step, _, y0, _, down] = read.georeference().crs_from_grid;
     assert_eq!((step, down), (30.0, -30.0));
-    let mut compared = 0;
+    let (mut compared, mut near) = (0, 0);
     for i in (0..heights_m.len()).step_by(97) {
         let (column, row) = (i as u32 % width, i as u32 / width);
         let mut point = (x0 + step * f64::from(column), y0 + down * f64::from(row), 0.0);
@@ -261,14 +262,13 @@ fn reference_systems_meet() {
         let expected = of(point.0.to_degrees(), point.1.to_degrees());
         if !heights_m[i].is_nan() {
             compared += 1;
-            assert!(
-                (f64::from(heights_m[i]) - expected).abs() < 2.0,
-                "{column} {row}: {} for {expected}",
-                heights_m[i]
-            );
+            let error_m = (f64::from(heights_m[i]) - expected).abs();
+            // Within half a sample of a member's border the surface is its outermost polynomial.
+            assert!(error_m < 8.0, "{column} {row}: {} for {expected}", heights_m[i]);
+            near += u32::from(error_m < 0.3);
         }
     }
-    assert!(compared * 97 > width * height / 2, "{compared}");
+    assert!(compared * 97 > width * height / 2 && near * 100 > compared * 98, "{near} of {compared}");
     fine.georeference.crs = epsg("a plane of my own", 1.0);
     let members: Vec<Box<dyn HeightReader>> = vec![Box::new(Grid(fine)), Box::new(Grid(wide))];
     let message = MosaicReader::new(members).err().unwrap().to_string();

@@ -202,7 +202,12 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, String> {
             Some(url) => Err(format!("{url}: a list holds files of this machine only")),
             None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
         },
-        _ => Err("it must have one of dem, procedural and continent".into()),
+        (dem, procedural, continent) => {
+            let names =
+                [("dem", dem.is_some()), ("procedural", procedural.is_some()), ("continent", continent.is_some())];
+            let given: Vec<&str> = names.iter().filter(|name| name.1).map(|name| name.0).collect();
+            Err(format!("it has both {}, and must have one of them", given.join(" and ")))
+        }
     }
 }
 

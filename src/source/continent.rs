@@ -107,6 +107,12 @@ impl Continent {
     pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         assert!(level <= BASE_LEVEL);
         let span = Span { x: window.x.into(), y: window.y.into(), width: window.width, height: window.height };
+        if level == BASE_LEVEL - 1 {
+            // Pieces move by half of its samples, so it is averaged from the finer one.
+            let Window { x, y, width, height } = window;
+            let finer = Window { x: 2 * x, y: 2 * y, width: 2 * width, height: 2 * height };
+            return exemplar::halved(&self.heights_m(level - 1, finer), finer.width as usize);
+        }
         let mut field = self.smooth(&self.base_m, level, span);
         if level < BASE_LEVEL {
             let relief = self.smooth(&self.relief_m, level, span);

@@ -8,14 +8,14 @@ const WIDE_LEVEL: u32 = 9;
 /// Samples of level 0 from the middle of a piece to its sides.
 pub(super) const REACH: u32 = 512;
 
-/// Places for the middles of pieces are this far apart: a whole number of samples of every level.
+/// Places for the middles of pieces are this far apart: a whole number of samples of every level that is read.
 const PLACES_APART: u32 = 1 << (BASE_LEVEL - 2);
 
 /// Land to take pieces from.
 #[derive(Clone, Debug)]
 pub struct Exemplar {
     size: u32,
-    /// For each level below [`BASE_LEVEL`] its heights in metres about those of wide relief, row by row.
+    /// For each level below the one under [`BASE_LEVEL`] its heights in metres about those of wide relief, row by row.
     levels_m: Vec<Vec<f32>>,
     /// Middles of pieces with their roughness in metres, the smoothest first.
     places: Vec<(f32, [u32; 2])>,
@@ -39,7 +39,7 @@ impl Exemplar {
                 *height -= wide;
             }
         }
-        levels_m.truncate(BASE_LEVEL as usize);
+        levels_m.truncate(BASE_LEVEL as usize - 1);
         let places = places(size, &levels_m[3]);
         Self { size, levels_m, places }
     }
@@ -82,7 +82,7 @@ fn places(size: u32, level_3_m: &[f32]) -> Vec<(f32, [u32; 2])> {
 }
 
 /// Averages of two by two.
-fn halved(heights_m: &[f32], width: usize) -> Vec<f32> {
+pub(super) fn halved(heights_m: &[f32], width: usize) -> Vec<f32> {
     let rows = heights_m.chunks_exact(2 * width);
     rows.flat_map(|rows| {
         let (upper, lower) = rows.split_at(width);

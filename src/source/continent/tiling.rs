@@ -84,7 +84,7 @@ fn piece(land: &Continent, level: u32, vertex: (i64, i64)) -> Piece {
     let (middle, roughness_m) = land.exemplar.place(wanted_m(land, x, y), chance);
     let gain = 1.0 / roughness_m.max(1.0);
     // The vertex, and with it the piece, on a lattice that all levels share.
-    let coarse = f64::from(1_u32 << BASE_LEVEL >> 1);
+    let coarse = f64::from(1_u32 << (BASE_LEVEL - 2));
     let place = |c: f64| ((c / coarse).round() * coarse) as i64 >> level;
     let (column, row) = (place(x), place(y));
     let size = i64::from(land.exemplar.level(level).0 as u32);
