@@ -4,8 +4,8 @@
 mod common;
 
 use std::collections::BTreeSet;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{baked, grid_of, random, rough_height_m};
 use glam::{DVec2, DVec3};
