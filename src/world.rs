@@ -1,6 +1,6 @@
 //! An open world: a scene file, a DEM, a baked pyramid, or nothing for the embedded world, ready to be drawn.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -11,7 +11,7 @@ use crate::pyramid::{self, ContinentStore, MosaicStore, PyramidError, TileStore}
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{Scene, World};
-use crate::source::{self, Progress, Silent};
+use crate::source::{self, Kind, Progress, Silent, SourceError};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
@@ -72,6 +72,10 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
 pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let exaggeration = scene.vertical_exaggeration;
     let pyramid = match &scene.world {
+        World::File(path) if matches!(source::kind_of(path), Kind::Folder) => {
+            let files = source::members(path).map_err(load_error)?;
+            return several(&files, exaggeration, progress);
+        }
         World::File(path) => pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?,
         World::Url(url) => return Err(WorldError::Remote { url: url.clone() }),
         World::Procedural { seed } => {
@@ -84,15 +88,31 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
             return Ok(Arc::new(store.exaggerated(exaggeration)));
         }
         World::Files(paths) => {
-            let mut members: Vec<Arc<dyn TileStore>> = Vec::new();
+            let mut files = Vec::new();
             for path in paths {
-                let pyramid = pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?;
-                members.push(Arc::new(pyramid.exaggerated(exaggeration)));
+                match source::kind_of(path) {
+                    Kind::Folder => files.extend(source::members(path).map_err(load_error)?),
+                    Kind::File | Kind::TileFolder => files.push(path.clone()),
+                }
             }
-            return Ok(Arc::new(MosaicStore::new(members)?));
+            return several(&files, exaggeration, progress);
         }
     };
     Ok(Arc::new(if exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(exaggeration) }))
+}
+
+fn load_error(error: SourceError) -> PyramidError {
+    PyramidError::Load(Box::new(error))
+}
+
+/// Several DEMs as one world.
+fn several(files: &[PathBuf], exaggeration: f64, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    let mut members: Vec<Arc<dyn TileStore>> = Vec::new();
+    for path in files {
+        let pyramid = pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?;
+        members.push(Arc::new(pyramid.exaggerated(exaggeration)));
+    }
+    Ok(Arc::new(MosaicStore::new(members)?))
 }
 
 impl OpenWorld {
@@ -110,13 +130,10 @@ impl OpenWorld {
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(
-        gpu: &Gpu,
-        scene: Scene,
-        store: Arc<dyn TileStore>,
-        options: TerrainOptions,
-    ) -> Result<Self, WorldError> {
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
         let name = store.name();
+        let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
+        let options = TerrainOptions { inverse_radius, ..options };
         let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })
     }

@@ -29,7 +29,7 @@ use super::levels::{LevelSize, coordinate};
 use super::mesh_error::{Steps, cell_error_m};
 use super::statistics::{PatchStatistics, Range, TileStatistics, patch_counts, patch_levels, raise_to_children};
 use super::store::{LoadedTile, PAGE_PATCHES, PatchPage};
-use super::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, bicubic};
+use super::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress};
 
 /// K of tiles.
 const TILE_FACTOR: f64 = 2.4;

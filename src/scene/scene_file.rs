@@ -5,7 +5,7 @@
 //!
 //! [world]
 //! dem = "mountain.tif"              # beside the scene file, or an address (https://…, s3://…)
-//! # dem = ["a.tif", "b.tif"]        # several in one world; a folder means all .tif in it
+//! # dem = ["a.tif", "b.tif"]        # several in one world; a folder means all DEMs in it
 //! # procedural = { seed = 1 }       # instead of dem
 //! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # likewise; all of it optional
 //!
@@ -17,6 +17,10 @@
 //! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
 //! color = "#dfe6ea"                 # without it, the style's paper
 //!
+//! [earth]
+//! curvature = true                  # bends the map; without it, the map is flat
+//! refraction = 0.13                 # of the air; without it, 0
+//!
 //! [camera]
 //! start = "0,-2000,+300,0,-10,50"   # x,y,z,yaw,pitch,fov
 //! ```
@@ -27,6 +31,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::camera::Camera;
+use super::earth::Earth;
 use super::{Haze, Scene, Sun, World};
 use crate::pyramid::continent_store::SMALLEST_SAMPLES;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
@@ -74,6 +79,8 @@ struct FileToml {
     sun: SunToml,
     #[serde(default)]
     haze: HazeToml,
+    #[serde(default)]
+    earth: EarthToml,
     #[serde(default)]
     camera: CameraToml,
     vertical_exaggeration: Option<f64>,
@@ -129,6 +136,14 @@ struct HazeToml {
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
+struct EarthToml {
+    #[serde(default)]
+    curvature: bool,
+    refraction: Option<f64>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
 struct CameraToml {
     start: Option<String>,
 }
@@ -174,6 +189,11 @@ impl Scene {
             None => None,
         };
         scene.haze = Haze { distance_m: file.haze.distance_m, color_srgb };
+        let refraction = file.earth.refraction.unwrap_or(0.0);
+        if !(-1.0..1.0).contains(&refraction) {
+            return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
+        }
+        scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

@@ -149,13 +149,22 @@ fn between(read_m: &[f32], part: Window, size: [u32; 2], [x, y]: [f64; 2]) -> f3
     let cell = |c: f64, count: u32| (c.floor().max(0.0) as u32).min(count - 2);
     let (column, row) = (cell(x, size[0]), cell(y, size[1]));
     let (u, v) = (x - f64::from(column), y - f64::from(row));
-    let at = |column: u32, row: u32| {
-        let (column, row) = (column.min(size[0] - 1) - part.x, row.min(size[1] - 1) - part.y);
-        f64::from(read_m[(row * part.width + column) as usize])
+    let at = |column: u32, row: u32| f64::from(read_m[((row - part.y) * part.width + column - part.x) as usize]);
+    // Beyond the outermost samples the land goes on as steep as it was there.
+    let four_of = |first: u32, count: u32, of: &dyn Fn(u32) -> f64| {
+        let (near, far) = (of(first), of(first + 1));
+        let before = if first > 0 { of(first - 1) } else { 2.0 * near - far };
+        let after = if first + 2 < count { of(first + 2) } else { 2.0 * far - near };
+        [before, near, far, after]
     };
-    let four: [[f64; 4]; 4] = std::array::from_fn(|k| {
-        std::array::from_fn(|i| at((column + i as u32).saturating_sub(1), (row + k as u32).saturating_sub(1)))
-    });
+    let line = |row: u32| four_of(column, size[0], &|column| at(column, row));
+    let mut four = [[0.0; 4]; 4];
+    for i in 0..4 {
+        let down = four_of(row, size[1], &|row| line(row)[i]);
+        for (line, height) in four.iter_mut().zip(down) {
+            line[i] = height;
+        }
+    }
     let lines = four.iter().zip(weights(v)).map(|(line, weight)| {
         weight * line.iter().zip(weights(u)).map(|(height, weight)| height * weight).sum::<f64>()
     });

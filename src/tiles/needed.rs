@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
 use super::warp::Warp;
 use crate::pyramid::{LevelSize, TILE_SAMPLES, TileAddress, TileStatistics, TileStore, Voids};
@@ -24,6 +25,8 @@ pub struct LevelRule {
     pub focal_px: f64,
     /// Height error that the level may add.
     pub error_px: f64,
+    /// The earth.
+    pub bending: Bending,
 }
 
 /// A tile that a view needs.
@@ -142,6 +145,7 @@ fn urgency_below(
     let at_height = |z_m: f32, slack_m: f64| f64::from(z_m) + slack_m - rule.camera_m.z;
     let bounds =
         Bounds { low_m: low.extend(at_height(range_m[0], -slack_m)), high_m: high.extend(at_height(range_m[1], slack_m)) };
+    let bounds = rule.bending.bend_bounds(&bounds)?;
     if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {
         return None;
     }

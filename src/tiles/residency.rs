@@ -12,6 +12,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
+use super::bending::Bending;
 use super::blocked::Blocked;
 use super::cache::TileCache;
 use super::loader::Loader;
@@ -150,7 +151,8 @@ impl Residency {
             let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
             if movement.velocity_m != DVec3::ZERO {
                 let camera_m = rule.camera_m + movement.velocity_m * AHEAD_S;
-                let ahead = LevelRule { camera_m, ..rule.clone() };
+                let bending = Bending { camera_z_m: camera_m.z, ..rule.bending };
+                let ahead = LevelRule { camera_m, bending, ..rule.clone() };
                 soon.extend(in_order(needed(&land, places, known, &ahead)));
             }
             soon.extend(in_order(needed(&land, places, known, &LevelRule { frusta: wider(), ..rule.clone() })));

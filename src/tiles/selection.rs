@@ -17,6 +17,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
 use super::patches::{Known, Patches};
 use super::warp::Warp;
@@ -93,6 +94,8 @@ pub struct Viewpoint {
     pub focal_px: f64,
     /// Allowed mesh error.
     pub error_px: f64,
+    /// The earth.
+    pub bending: Bending,
     /// No part of the surface is nearer than this: half the camera's height above ground.
     pub nearest_m: f64,
 }
@@ -227,7 +230,7 @@ impl Walk<'_> {
         let camera_m = self.viewpoint.camera_m;
         let low_m = low.extend(f64::from(statistics.min_m) - 0.15 * relief_m) - camera_m;
         let high_m = high.extend(f64::from(statistics.max_m) + 0.15 * relief_m) - camera_m;
-        Some(Bounds { low_m, high_m })
+        self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m })
     }
 
     fn add_leaf(&mut self, seen: &Seen, parent_allowed_m: f64) {
