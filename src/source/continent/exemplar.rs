@@ -27,7 +27,7 @@ impl Exemplar {
     /// # Panics
     /// If `size` is no multiple of 512 or below 1536, or the heights are not as many.
     pub fn new(size: u32, heights_m: &[f32]) -> Self {
-        assert!(size % (1 << WIDE_LEVEL) == 0 && size > 2 * REACH && heights_m.len() == (size * size) as usize);
+        assert!(size.is_multiple_of(1 << WIDE_LEVEL) && size > 2 * REACH && heights_m.len() == (size * size) as usize);
         let mut levels_m = vec![heights_m.to_vec()];
         for level in 0..WIDE_LEVEL {
             levels_m.push(halved(&levels_m[level as usize], (size >> level) as usize));
