@@ -50,7 +50,6 @@ fn compare(name: &str, grid: &HeightGrid) -> Comparison {
             comparison.tiles.push((address.level, derived.statistics.error_m, measured.statistics.error_m));
         }
         for (derived, measured) in derived.patches.patches().iter().zip(measured.patches.patches()) {
-            assert_eq!(derived.min_m.is_nan() && derived.mesh_error_m == 0.0, measured.min_m.is_nan());
             if measured.voids != Voids::All {
                 comparison.patches.push((address.level, derived.mesh_error_m, measured.mesh_error_m));
             }
@@ -61,7 +60,10 @@ fn compare(name: &str, grid: &HeightGrid) -> Comparison {
 }
 
 fn same_at_level_0(derived: &LoadedTile, measured: &LoadedTile) {
-    assert_eq!(derived.patches, measured.patches);
+    for (derived, measured) in derived.patches.patches().iter().zip(measured.patches.patches()) {
+        // By their text, for NaN is not itself.
+        assert_eq!(format!("{derived:?}"), format!("{measured:?}"));
+    }
     assert_eq!(derived.statistics.min_m.to_bits(), measured.statistics.min_m.to_bits());
     assert_eq!(derived.statistics.max_m.to_bits(), measured.statistics.max_m.to_bits());
     assert_eq!(derived.statistics.voids, measured.statistics.voids);

@@ -247,7 +247,7 @@ fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<
             }
             // Where a vertex lies among the level's samples, counted from the tile's first border sample.
             let place = |patch: u32| {
-                let vertex = (u64::from(patch) * u64::from(PATCH_QUADS) << level).min(u64::from(finest) - 1);
+                let vertex = ((u64::from(patch) * u64::from(PATCH_QUADS)) << level).min(u64::from(finest) - 1);
                 coordinate(vertex as f64, finest, samples) - begins as f64 + f64::from(TILE_BORDER)
             };
             let last = (u64::from(samples) - 1 - begins) as f64 + f64::from(TILE_BORDER);

@@ -39,6 +39,17 @@ pub enum World {
         /// Another seed is another world.
         seed: u32,
     },
+    /// Several DEMs in one world, in order of their precedence among equal spacings.
+    Files(Vec<PathBuf>),
+    /// The procedural continent, or a square from its middle.
+    Continent {
+        /// Another seed is another continent.
+        seed: u32,
+        /// Samples along a side.
+        size_samples: u32,
+        /// Metres between them; other than 10 stretches the land.
+        spacing_m: f64,
+    },
 }
 
 /// A distant light.

@@ -120,6 +120,14 @@ pub enum SourceError {
         /// Of the file.
         path: PathBuf,
     },
+    /// Several files that are no single grid.
+    #[error("{}: {cause}", path.display())]
+    Mosaic {
+        /// Of the first file.
+        path: PathBuf,
+        /// What does not fit.
+        cause: String,
+    },
     /// The place on the earth is unknown or impossible.
     #[error("{}: {source}", path.display())]
     Georeference {

@@ -9,6 +9,7 @@
 
 mod ascii_grid;
 pub(crate) mod cog;
+pub mod continent;
 mod crs_catalogue;
 mod dted;
 mod ehdr;
@@ -25,6 +26,7 @@ mod geotiff_layout;
 mod hgt;
 mod hillslope;
 mod memory;
+pub mod mosaic;
 mod picture;
 mod place;
 mod png16;
