@@ -50,7 +50,6 @@ fn compare(name: &str, grid: &HeightGrid) -> Comparison {
             comparison.tiles.push((address.level, derived.statistics.error_m, measured.statistics.error_m));
         }
         for (derived, measured) in derived.patches.patches().iter().zip(measured.patches.patches()) {
-            assert_eq!(derived.min_m.is_nan() && derived.mesh_error_m == 0.0, measured.min_m.is_nan());
             if measured.voids != Voids::All {
                 comparison.patches.push((address.level, derived.mesh_error_m, measured.mesh_error_m));
             }
@@ -61,7 +60,17 @@ fn compare(name: &str, grid: &HeightGrid) -> Comparison {
 }
 
 fn same_at_level_0(derived: &LoadedTile, measured: &LoadedTile) {
-    assert_eq!(derived.patches, measured.patches);
+    // A sidecar keeps patches as steps of the tile's range and errors in 16 bits, rounded outward.
+    let step_m = (measured.statistics.max_m - measured.statistics.min_m) / 254.0;
+    for (derived, measured) in derived.patches.patches().iter().zip(measured.patches.patches()) {
+        assert_eq!(derived.voids, measured.voids);
+        if derived.voids != Voids::All {
+            assert!(measured.min_m <= derived.min_m && derived.min_m <= measured.min_m + step_m);
+            assert!(measured.max_m >= derived.max_m && derived.max_m >= measured.max_m - step_m);
+            let error_m = derived.mesh_error_m;
+            assert!((error_m..=error_m * 1.002 + 1e-6).contains(&measured.mesh_error_m), "{derived:?} {measured:?}");
+        }
+    }
     assert_eq!(derived.statistics.min_m.to_bits(), measured.statistics.min_m.to_bits());
     assert_eq!(derived.statistics.max_m.to_bits(), measured.statistics.max_m.to_bits());
     assert_eq!(derived.statistics.voids, measured.statistics.voids);

@@ -1,6 +1,12 @@
-//! `hachure bake`: a height file becomes a pyramid, a cloud-optimised GeoTIFF with measured errors beside it.
+//! `hachure bake`: height files become a pyramid, a cloud-optimised GeoTIFF with measured errors beside it.
+//!
+//! A long bake keeps what is done in a work folder beside the output. Ctrl-C, a kill or a power cut lose the chunks
+//! that were under way; `--resume` goes on. With `--shard I/N` several machines fill one work folder, and a last call
+//! with `--resume` joins the parts.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::UNIX_EPOCH;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -9,13 +15,15 @@ use serde::Serialize;
 use super::describe::{Heights, Levels};
 use super::progress::Bar;
 use super::{tell, tell_json};
-use crate::pyramid::{self, BakeOptions, Pyramid, sidecar_path};
+use crate::pyramid::{self, BakeOptions, BakeWork, Baked, Pyramid, PyramidError, parts_path, sidecar_path};
 use crate::source;
+use crate::source::HeightReader;
+use crate::source::reader::GridReader;
 
 /// Arguments of `bake`.
 #[derive(Debug, Args)]
 pub struct BakeArgs {
-    /// A height file
+    /// Height files
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
     /// The pyramid: a cloud-optimised GeoTIFF
@@ -24,12 +32,27 @@ pub struct BakeArgs {
     /// How far a stored height may be from the original one, in metres; 0 keeps every bit
     #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = parse_max_error_m)]
     pub max_error: f64,
-    /// Bake part I of N
-    #[arg(long, value_name = "I/N")]
-    pub shard: Option<String>,
+    /// Bake part I of N into the work folder OUT.tif.parts and stop; a last call with --resume joins all
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<(u32, u32)>,
+    /// Go on with the parts that an earlier call left in the work folder
+    #[arg(long)]
+    pub resume: bool,
+    /// Tiles along the side of a chunk, as a power of 2; for tests
+    #[arg(long, hide = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=6))]
+    pub chunk_levels: u32,
     /// Print what was baked, for programs
     #[arg(long)]
     pub json: bool,
+}
+
+/// Set by Ctrl-C.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+fn parse_shard(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let shard = parsed.filter(|&(i, n): &(u32, u32)| 1 <= i && i <= n);
+    shard.ok_or_else(|| format!("{text:?} is not I/N with 1 ≤ I ≤ N, like 3/8"))
 }
 
 fn parse_max_error_m(text: &str) -> Result<f64, String> {
@@ -45,7 +68,20 @@ struct Report<'a> {
     heights: Heights,
     #[serde(flatten)]
     levels: Levels,
+    /// Chunks that an earlier call had left.
+    resumed_chunks: u64,
     /// Reading the input included.
+    duration_s: f64,
+}
+
+#[derive(Serialize)]
+struct ShardReport<'a> {
+    input: &'a Path,
+    output: &'a Path,
+    shard: u32,
+    shards: u32,
+    chunks: u64,
+    resumed_chunks: u64,
     duration_s: f64,
 }
 
@@ -55,33 +91,109 @@ struct Report<'a> {
 /// When the input cannot be read or the output not written; the output then is what it was.
 pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
-    let input = match &args.inputs[..] {
-        [input] if args.shard.is_none() => input,
-        [_, second, ..] => bail!("{}: a second input; this version bakes one file at a time", second.display()),
-        _ => bail!("--shard: this version bakes one file in one go"),
-    };
     let output = &args.output;
-    check_output(input, output)?;
-    let bar = Bar::default();
-    let grid = source::open(input, &bar)?;
-    pyramid::bake(&grid, output, &BakeOptions { max_error_m: args.max_error }, &bar)?;
-    drop((grid, bar));
-
-    // What is told is what a reader finds.
-    let of = || output.display().to_string();
-    let baked = Pyramid::open(output)?;
-    let report = Report {
-        input,
-        output,
-        heights: Heights::of_pyramid(&baked).with_context(of)?,
-        levels: Levels::of(&baked).with_context(of)?,
-        duration_s: start.elapsed().as_secs_f64(),
-    };
-    if args.json {
-        return tell_json(&report);
+    for input in &args.inputs {
+        check_output(input, output)?;
     }
-    let Report { heights, levels, duration_s, .. } = &report;
-    tell(&format!("{}: baked in {duration_s:.2} s\n{}{}", output.display(), heights.lines(), levels.lines()))
+    use_granted_threads();
+    let reader = open(&args.inputs)?;
+    // Where it cannot be had, Ctrl-C ends the program as it always does, and nothing is lost either.
+    if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
+        tracing::debug!("no handler for Ctrl-C: {error}");
+    }
+    let [width, height] = reader.size();
+    let bar = Bar::of_samples(u64::from(width) * u64::from(height));
+    let work = BakeWork {
+        chunk_levels: args.chunk_levels,
+        in_folder: true,
+        resume: args.resume,
+        shard: args.shard,
+        stop: &STOP,
+    };
+    let baked = pyramid::bake_reader(&*reader, output, &BakeOptions { max_error_m: args.max_error }, &work, &bar);
+    drop((reader, bar));
+    let duration_s = start.elapsed().as_secs_f64();
+    match baked {
+        Err(PyramidError::Stopped) => bail!("{}", stopped(args)),
+        Err(error) => Err(error.into()),
+        Ok(Baked::Shard { chunks, resumed_chunks }) => {
+            let (shard, shards) = args.shard.unwrap_or((1, 1));
+            let input = &args.inputs[0];
+            if args.json {
+                let report = ShardReport { input, output, shard, shards, chunks, resumed_chunks, duration_s };
+                return tell_json(&report);
+            }
+            let parts = parts_path(output);
+            let there = told_resumed(resumed_chunks);
+            tell(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", parts.display()))
+        }
+        Ok(Baked::Pyramid(baked)) => {
+            // What is told is what a reader finds.
+            let of = || output.display().to_string();
+            let pyramid = Pyramid::open(output)?;
+            let report = Report {
+                input: &args.inputs[0],
+                output,
+                heights: Heights::of_pyramid(&pyramid).with_context(of)?,
+                levels: Levels::of(&pyramid).with_context(of)?,
+                resumed_chunks: baked.resumed_chunks,
+                duration_s,
+            };
+            if args.json {
+                return tell_json(&report);
+            }
+            let Report { heights, levels, .. } = &report;
+            let there = told_resumed(baked.resumed_chunks);
+            let text = format!("baked in {duration_s:.2} s{there}\n{}{}", heights.lines(), levels.lines());
+            tell(&format!("{}: {text}", output.display()))
+        }
+    }
+}
+
+fn told_resumed(chunks: u64) -> String {
+    if chunks == 0 { String::new() } else { format!("; {chunks} chunks were there") }
+}
+
+fn stopped(args: &BakeArgs) -> String {
+    let (output, parts) = (args.output.display(), parts_path(&args.output));
+    if parts.is_dir() {
+        format!("{output}: stopped; what is done is in {}, and --resume goes on with it", parts.display())
+    } else {
+        format!("{output}: stopped; nothing was written")
+    }
+}
+
+/// The heights of the inputs.
+fn open(inputs: &[PathBuf]) -> anyhow::Result<Box<dyn HeightReader>> {
+    match inputs {
+        [input] => {
+            let identity = file_identity(input)?;
+            let grid = source::open(input, &Bar::default())?;
+            Ok(Box::new(GridReader::new(grid, identity)))
+        }
+        [_, second, ..] => bail!("{}: a second input; this version bakes one file at a time", second.display()),
+        [] => bail!("no input"),
+    }
+}
+
+/// Name, size and time of change. Not the folder: machines may see one file in different places.
+fn file_identity(file: &Path) -> anyhow::Result<String> {
+    let Ok(metadata) = std::fs::metadata(file) else {
+        // The reader says it better.
+        return Ok(file.display().to_string());
+    };
+    let changed = metadata.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    Ok(format!("{name}, {} bytes, changed {}", metadata.len(), changed.as_nanos()))
+}
+
+/// Under Slurm, as many threads as were granted, unless `RAYON_NUM_THREADS` says otherwise.
+fn use_granted_threads() {
+    let granted = std::env::var("SLURM_CPUS_PER_TASK").ok().and_then(|text| text.parse().ok());
+    if let Some(threads) = granted.filter(|_| std::env::var_os("RAYON_NUM_THREADS").is_none()) {
+        // Fails only where there are threads already.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+    }
 }
 
 /// What can be known to go wrong before hours of work.

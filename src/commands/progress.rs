@@ -1,37 +1,80 @@
-//! Progress of long work, as a bar on the terminal.
+//! Progress of long work: a bar on the terminal, lines in a log.
 
-use std::sync::Mutex;
+use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::source::Progress;
 
-/// A bar on standard error; silent where that is not a terminal.
+/// Between two lines where there is no terminal.
+const BETWEEN_LINES: Duration = Duration::from_secs(30);
+
+/// A bar on standard error; where that is no terminal, now and then a line for work that is measured in samples, and
+/// nothing for other work.
 pub struct Bar {
     bar: ProgressBar,
-    what: Mutex<String>,
+    samples: Option<u64>,
+    state: Mutex<State>,
+}
+
+struct State {
+    what: String,
+    /// When this work began, and how much of it was done then.
+    start: (Instant, f32),
+    last_line: Instant,
 }
 
 impl Default for Bar {
     fn default() -> Self {
+        Self::new(None)
+    }
+}
+
+impl Bar {
+    /// A bar that tells how many of so many samples are done in a second.
+    pub fn of_samples(samples: u64) -> Self {
+        Self::new(Some(samples))
+    }
+
+    fn new(samples: Option<u64>) -> Self {
         let bar = ProgressBar::new(1000);
-        let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} % {eta}")
+        let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} % {prefix}{eta}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
-        Self { bar, what: Mutex::new(String::new()) }
+        let now = Instant::now();
+        Self { bar, samples, state: Mutex::new(State { what: String::new(), start: (now, 0.0), last_line: now }) }
     }
 }
 
 impl Progress for Bar {
     fn report(&self, what: &str, done: f32) {
         // A poisoned lock only means that another report panicked; the text is still a text.
-        let mut last = self.what.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        if *last != what {
-            what.clone_into(&mut last);
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        if state.what != what {
+            what.clone_into(&mut state.what);
+            state.start = (now, done);
             self.bar.reset();
             self.bar.set_message(what.to_owned());
+            self.bar.set_prefix("");
         }
         self.bar.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
+        let Some(samples) = self.samples else { return };
+        let seconds = (now - state.start.0).as_secs_f64();
+        let share = f64::from(done - state.start.1);
+        if share <= 0.0 || seconds < 1.0 {
+            return;
+        }
+        let millions = share * samples as f64 / seconds / 1e6;
+        self.bar.set_prefix(format!("{millions:.1} M samples/s, "));
+        if now - state.last_line > BETWEEN_LINES && !std::io::stderr().is_terminal() {
+            state.last_line = now;
+            let left = Duration::from_secs_f64((seconds / share * f64::from(1.0 - done)).clamp(0.0, 1e9));
+            let left = indicatif::HumanDuration(left);
+            eprintln!("{what}: {:.1} %, {millions:.1} M samples/s, {left} left", 100.0 * done);
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Heights read by windows: what a bake of any size needs of a file.
 
+use std::borrow::Borrow;
+
 use super::georeference::Georeference;
 use super::{HeightGrid, SourceError};
 
@@ -45,49 +47,46 @@ pub trait HeightReader: Send + Sync {
     fn identity(&self) -> String;
 }
 
-/// A grid in memory, read by windows.
-#[derive(Clone, Copy, Debug)]
-pub struct GridReader<'a> {
-    grid: &'a HeightGrid,
-    identity: Option<&'a str>,
+/// A grid in memory, owned or borrowed, read by windows.
+#[derive(Clone, Debug)]
+pub struct GridReader<G> {
+    grid: G,
+    identity: String,
 }
 
-impl<'a> GridReader<'a> {
-    /// Of a grid that nobody else knows.
-    pub fn new(grid: &'a HeightGrid) -> Self {
-        Self { grid, identity: None }
-    }
-
+impl<G: Borrow<HeightGrid>> GridReader<G> {
     /// Of a grid that comes from what `identity` says.
-    pub fn with_identity(grid: &'a HeightGrid, identity: &'a str) -> Self {
-        Self { grid, identity: Some(identity) }
+    pub fn new(grid: G, identity: String) -> Self {
+        Self { grid, identity }
     }
 }
 
-impl HeightReader for GridReader<'_> {
+impl<G: Borrow<HeightGrid> + Send + Sync> HeightReader for GridReader<G> {
     fn size(&self) -> [u32; 2] {
-        [self.grid.width, self.grid.height]
+        let grid = self.grid.borrow();
+        [grid.width, grid.height]
     }
 
     fn georeference(&self) -> &Georeference {
-        &self.grid.georeference
+        &self.grid.borrow().georeference
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        let width = self.grid.width as usize;
+        let grid = self.grid.borrow();
+        let width = grid.width as usize;
         let mut heights_m = Vec::with_capacity(window.samples());
         for row in window.y as usize..(window.y + window.height) as usize {
             let start = row * width + window.x as usize;
-            heights_m.extend_from_slice(&self.grid.heights_m[start..start + window.width as usize]);
+            heights_m.extend_from_slice(&grid.heights_m[start..start + window.width as usize]);
         }
         Ok(heights_m)
     }
 
     fn block(&self) -> [u32; 2] {
-        [self.grid.width, 1]
+        [self.grid.borrow().width, 1]
     }
 
     fn identity(&self) -> String {
-        self.identity.unwrap_or("heights in memory").to_owned()
+        self.identity.clone()
     }
 }

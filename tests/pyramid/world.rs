@@ -4,6 +4,7 @@ use hachure::source::HeightGrid;
 use hachure::source::georeference::{Crs, Georeference};
 
 /// 601 × 487 samples, UTM 10 north, 10 m apart.
+#[allow(dead_code, reason = "not every test that shares this file needs it")]
 pub(crate) fn grid() -> HeightGrid {
     rough(601, 487, true)
 }

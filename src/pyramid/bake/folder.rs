@@ -41,8 +41,11 @@ impl Folder {
         let text = format!("{FIRST_LINE}\n{bake:016x}\n{name}\n{identity}\n");
         if folder.path.symlink_metadata().is_ok() {
             let Ok(found) = fs::read_to_string(folder.path.join(ABOUT)) else {
-                let empty = fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.next().is_none());
-                return if empty { folder.describe(&text) } else { Err(refused("is no work folder of a bake")) };
+                // Another process may be about to describe it.
+                let begun = |entry: fs::DirEntry| entry.file_name().to_string_lossy().ends_with(".part");
+                let ours =
+                    fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(begun)));
+                return if ours { folder.describe(&text) } else { Err(refused("is no work folder of a bake")) };
             };
             let lines: Vec<&str> = found.lines().collect();
             if lines.first() != Some(&FIRST_LINE) || lines.get(2) != Some(&&*name) {

@@ -122,7 +122,8 @@ pub fn bake(
         let cause = format!("{} heights for {} × {} samples", grid.heights_m.len(), grid.width, grid.height);
         return Err(PyramidError::BadGrid { path: out.to_owned(), cause });
     }
-    match bake_reader(&GridReader::new(grid), out, options, &BakeWork::default(), progress)? {
+    let reader = GridReader::new(grid, "heights in memory".into());
+    match bake_reader(&reader, out, options, &BakeWork::default(), progress)? {
         Baked::Pyramid(report) => Ok(report),
         Baked::Shard { .. } => unreachable!("no shard was asked for"),
     }

@@ -1,0 +1,34 @@
+//! The bake of grids of any size: by chunks, in rounds, stopped, shared between machines.
+#![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
+#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+
+mod bounds;
+#[path = "../pyramid/brute.rs"]
+mod brute;
+mod chunks;
+mod large;
+mod process;
+#[path = "../pyramid/world.rs"]
+mod world;
+
+use std::path::Path;
+
+use hachure::pyramid::{BakeOptions, BakeReport, BakeWork, Baked, Pyramid, TileAddress, bake_reader};
+use hachure::source::reader::GridReader;
+use hachure::source::{HeightGrid, Silent};
+
+/// Bakes with chunks of 2^`chunk_levels` tiles on a side.
+fn baked(grid: &HeightGrid, out: &Path, max_error_m: f64, chunk_levels: u32) -> (Pyramid, BakeReport) {
+    let work = BakeWork { chunk_levels, ..BakeWork::default() };
+    let reader = GridReader::new(grid, String::new());
+    let Baked::Pyramid(report) = bake_reader(&reader, out, &BakeOptions { max_error_m }, &work, &Silent).unwrap()
+    else {
+        panic!("no shard was asked for");
+    };
+    (Pyramid::open(out).unwrap(), report)
+}
+
+fn tiles(pyramid: &Pyramid, level: u32) -> Vec<TileAddress> {
+    let size = pyramid.levels()[level as usize];
+    (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| TileAddress { level, x, y })).collect()
+}

@@ -1,0 +1,193 @@
+//! The program: killed, stopped, resumed, and shared between processes.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use geotiff_writer::GeoTiffBuilder;
+use hachure::pyramid::{Pyramid, sidecar_path};
+use ndarray::Array2;
+use serde_json::Value;
+
+use crate::world;
+
+/// A folder with a DEM of many small chunks.
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let place = Self { folder: tempfile::tempdir().unwrap() };
+        let grid = world::rough(2201, 1801, true);
+        let heights = Array2::from_shape_vec((1801, 2201), grid.heights_m).unwrap();
+        let dem = GeoTiffBuilder::new(2201, 1801).epsg(32610).pixel_scale(10.0, 10.0).origin(590_000.0, 5_200_000.0);
+        dem.write_2d(place.path("dem.tif"), heights.view()).unwrap();
+        place
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, out: &str, more: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
+        command.current_dir(self.folder.path()).args(["bake", "dem.tif", "-o", out, "--chunk-levels", "1", "--json"]);
+        command.args(more).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn spawn(&self, out: &str, more: &[&str]) -> Child {
+        self.command(out, more).spawn().unwrap()
+    }
+
+    fn run(&self, out: &str, more: &[&str]) -> Output {
+        self.command(out, more).output().unwrap()
+    }
+
+    fn done(&self, out: &str, more: &[&str]) -> Value {
+        let output = self.run(out, more);
+        assert!(output.status.success(), "{output:?}");
+        serde_json::from_slice(&output.stdout).unwrap()
+    }
+
+    fn failed(&self, out: &str, more: &[&str]) -> String {
+        let output = self.run(out, more);
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+        said
+    }
+
+    fn bytes(&self, out: &str) -> [Vec<u8>; 2] {
+        [fs::read(self.path(out)).unwrap(), fs::read(sidecar_path(&self.path(out))).unwrap()]
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.folder.path()).unwrap();
+        let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn parts(&self, out: &str) -> Vec<PathBuf> {
+        let Ok(entries) = fs::read_dir(self.path(&format!("{out}.parts"))) else { return Vec::new() };
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let is_part = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().starts_with("round");
+        let mut paths: Vec<PathBuf> = paths.filter(is_part).collect();
+        paths.sort();
+        paths
+    }
+}
+
+#[test]
+fn killed_at_any_time_it_goes_on() {
+    let place = Place::new();
+    let start = Instant::now();
+    let undisturbed = place.done("new.tif", &[]);
+    let whole = start.elapsed();
+    assert_eq!(undisturbed["resumed_chunks"], 0);
+    let new = place.bytes("new.tif");
+    place.done("old.tif", &["--max-error", "1"]);
+    let old = place.bytes("old.tif");
+    let (mut resumed, mut killed) = (0, 0);
+    for i in 0..14_u32 {
+        fs::copy(place.path("old.tif"), place.path("out.tif")).unwrap();
+        fs::copy(sidecar_path(&place.path("old.tif")), sidecar_path(&place.path("out.tif"))).unwrap();
+        let mut child = place.spawn("out.tif", &[]);
+        // Spread over the whole time, in an order that is none.
+        std::thread::sleep(whole.mul_f64(f64::from(i * 5 % 14) / 12.5));
+        killed += i32::from(child.try_wait().unwrap().is_none());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let tif = fs::read(place.path("out.tif")).unwrap();
+        assert!(tif == old[0] || tif == new[0], "neither the old nor the new pyramid");
+        let open = Pyramid::open(&place.path("out.tif")).unwrap();
+        assert_eq!(open.max_error_m(), if tif == old[0] { 1.0 } else { 0.01 });
+        drop(open);
+        resumed += place.done("out.tif", &["--resume"])["resumed_chunks"].as_u64().unwrap();
+        assert!(place.bytes("out.tif") == new, "a resumed bake differs");
+        assert!(!place.path("out.tif.parts").exists());
+    }
+    assert!(killed > 5 && resumed > 20, "{killed} killed, {resumed} chunks resumed");
+    // Nothing is left but what a partial file of a killed process may be: there is none outside the work folder.
+    let expected = ["dem.tif", "new.tif", "new.tif.tiles", "old.tif", "old.tif.tiles", "out.tif", "out.tif.tiles"];
+    assert_eq!(place.names(), expected);
+}
+
+#[test]
+fn shards_make_the_same_pyramid() {
+    let place = Place::new();
+    place.done("whole.tif", &[]);
+    let shards: Vec<Child> =
+        ["1/3", "2/3", "3/3"].iter().map(|shard| place.spawn("out.tif", &["--shard", shard])).collect();
+    let mut chunks = 0;
+    for shard in shards {
+        let output = shard.wait_with_output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(report["resumed_chunks"], 0);
+        chunks += report["chunks"].as_u64().unwrap();
+    }
+    assert_eq!(chunks, 5 * 4);
+    assert!(!place.path("out.tif").exists());
+    assert_eq!(place.parts("out.tif").len(), 20);
+    // One is lost and one is damaged: both are baked again.
+    let parts = place.parts("out.tif");
+    fs::remove_file(&parts[3]).unwrap();
+    let mut bytes = fs::read(&parts[7]).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    fs::write(&parts[7], bytes).unwrap();
+    let report = place.done("out.tif", &["--resume"]);
+    assert_eq!(report["resumed_chunks"], 18);
+    assert!(place.bytes("out.tif") == place.bytes("whole.tif"));
+    assert!(!place.path("out.tif.parts").exists());
+}
+
+#[test]
+fn parts_of_another_bake_are_refused() {
+    let place = Place::new();
+    place.done("out.tif", &["--shard", "1/4"]);
+    let said = place.failed("out.tif", &["--resume", "--max-error", "0.5"]);
+    assert!(said.contains("out.tif.parts") && said.contains("another bake"), "{said}");
+    assert!(place.failed("out.tif", &["--shard", "2/4", "--max-error", "0.5"]).contains("another bake"));
+    assert_eq!(place.parts("out.tif").len(), 5);
+    // The folder of another output, and one that is none of ours.
+    fs::rename(place.path("out.tif.parts"), place.path("other.tif.parts")).unwrap();
+    assert!(place.failed("other.tif", &[]).contains("another pyramid"));
+    fs::create_dir(place.path("mine.tif.parts")).unwrap();
+    fs::write(place.path("mine.tif.parts/letter.txt"), "dear").unwrap();
+    assert!(place.failed("mine.tif", &[]).contains("no work folder"));
+    assert!(place.path("mine.tif.parts/letter.txt").exists());
+    // A part under the name of another is none.
+    fs::rename(place.path("other.tif.parts"), place.path("out.tif.parts")).unwrap();
+    let parts = place.parts("out.tif");
+    fs::copy(&parts[0], &parts[1]).unwrap();
+    assert_eq!(place.done("out.tif", &["--resume"])["resumed_chunks"], 4);
+    // Without --resume stale parts are replaced.
+    place.done("out.tif", &["--shard", "1/4"]);
+    assert_eq!(place.done("out.tif", &["--max-error", "0.5"])["resumed_chunks"], 0);
+    assert!(!place.path("out.tif.parts").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_with_one_line() {
+    let place = Place::new();
+    let child = place.spawn("out.tif", &[]);
+    let begun = Instant::now();
+    while place.parts("out.tif").len() < 3 && begun.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let stopped = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert!(stopped.elapsed() < Duration::from_secs(5), "{:?}", stopped.elapsed());
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.lines().count() == 1 && said.contains("stopped") && said.contains("--resume"), "{said}");
+    assert!(!place.path("out.tif").exists());
+    assert!(place.done("out.tif", &["--resume"])["resumed_chunks"].as_u64().unwrap() >= 3);
+}
