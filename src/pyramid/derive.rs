@@ -261,7 +261,7 @@ fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<
 
 /// For every cell of the tile, by the place of its first sample, the distance of its two triangles from the surface.
 fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32> {
-    let steps = Steps::new();
+    let steps = if address.level == 0 { Steps::new() } else { Steps::few() };
     let served = Field {
         region: LevelSize { width: TILE_STRIDE, height: TILE_STRIDE }.region(),
         heights_m: tile.samples.clone(),

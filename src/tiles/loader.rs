@@ -13,8 +13,14 @@ use std::time::Duration;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
+
 use crate::pyramid::store::Decode;
 use crate::pyramid::{Cancel, LoadedTile, PyramidError, TileAddress, TileStore};
+
+/// Of the loading threads, of 100: a little below that of drawing (a nice value of 4 on Linux). The lowest would
+/// starve them on machines that draw with the same processors.
+const PRIORITY: u8 = 38;
 
 /// Fetched tiles that wait for a decoder, at most.
 const MOST_FETCHED: usize = 16;
@@ -66,11 +72,13 @@ impl Loader {
             decode: Condvar::new(),
             finished: Condvar::new(),
         });
+        let priority =
+            ThreadPriorityValue::try_from(PRIORITY).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform);
         let start = |name: &str, work: fn(&Shared)| {
             let shared = Arc::clone(&shared);
             std::thread::Builder::new().name(name.to_owned()).spawn(move || {
                 // Drawing goes first; where the system says no, tiles come all the same.
-                if let Err(error) = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min) {
+                if let Err(error) = set_current_thread_priority(priority) {
                     tracing::debug!("priority of a loading thread: {error:?}");
                 }
                 work(&shared);

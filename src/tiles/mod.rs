@@ -5,6 +5,7 @@ pub mod bending;
 pub mod blocked;
 pub mod cache;
 pub mod frustum;
+pub mod horizon;
 pub mod loader;
 pub mod needed;
 pub mod patches;

@@ -10,6 +10,8 @@
 //! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
 //! levels, hence at most `MAX_LEVEL_STEP`.
 //!
+//! Patches are visited from near to far, and what is hidden behind nearer land (`horizon`) is left out.
+//!
 //! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
 //! children begin in their parent's shape and fade in.
 
@@ -19,6 +21,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
+use super::horizon::Horizon;
 use super::patches::{Known, Patches};
 use super::warp::Warp;
 use crate::pyramid::statistics::{PatchStatistics, Voids};
@@ -129,8 +132,15 @@ struct Leaf {
 /// Chooses the patches for a viewpoint.
 pub fn select(patches: &dyn Patches, warp: &Warp, anchor: DVec2, viewpoint: &Viewpoint) -> Selection {
     let finest_level = -units_log2(patches.size());
-    let mut walk =
-        Walk { patches, warp, viewpoint, finest_level, leaves: FxHashMap::default(), pinned: FxHashSet::default() };
+    let mut walk = Walk {
+        patches,
+        warp,
+        viewpoint,
+        finest_level,
+        leaves: FxHashMap::default(),
+        pinned: FxHashSet::default(),
+        horizon: Horizon::default(),
+    };
     let top = patches.strides() as i32 - 1;
     walk.visit(PatchKey { level: top, x: 0, y: 0 }, f64::INFINITY);
     walk.limit_steps();
@@ -146,6 +156,8 @@ struct Walk<'a> {
     leaves: FxHashMap<PatchKey, Leaf>,
     /// Leaves that may not be split: their children are not known, or they are coarse for the sake of such a one.
     pinned: FxHashSet<PatchKey>,
+    /// What the patches that were chosen so far hide.
+    horizon: Horizon,
 }
 
 /// A patch that may be drawn.
@@ -159,7 +171,7 @@ struct Seen {
 
 impl Walk<'_> {
     fn visit(&mut self, key: PatchKey, parent_allowed_m: f64) {
-        if let Some(seen) = self.seen(key) {
+        if let Some(seen) = self.seen(key).filter(|seen| !self.horizon.hides(&seen.bounds)) {
             self.visit_seen(seen, parent_allowed_m);
         }
     }
@@ -169,12 +181,41 @@ impl Walk<'_> {
         let error_m = self.mesh_error_m(seen.key);
         if error_m > allowed_m && seen.key.level > self.finest_level {
             if self.children_are_known(seen.key, error_m / allowed_m) {
-                seen.key.children().into_iter().for_each(|child| self.visit(child, allowed_m));
+                for child in self.nearest_first(seen.key.children()) {
+                    self.visit(child, allowed_m);
+                }
                 return;
             }
             self.pinned.insert(seen.key);
         }
         self.add_leaf(&seen, parent_allowed_m);
+        if seen.statistics.voids == Voids::None {
+            // The patch as drawn may lie below its lowest sample by as much as it may be wrong, on either level.
+            let land_m = seen.bounds.low_m.z - 2.0 * allowed_m.max(error_m);
+            self.horizon.add(&seen.bounds, self.corners_m(seen.key), land_m);
+        }
+    }
+
+    /// Of a patch, camera-relative.
+    fn corners_m(&self, key: PatchKey) -> [DVec2; 4] {
+        let (first, side) = key.area();
+        let size = self.patches.size();
+        let end = (first + side).min(DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1)));
+        let corners = [first, end, DVec2::new(first.x, end.y), DVec2::new(end.x, first.y)];
+        corners.map(|corner| self.warp.world_from_grid(corner) - self.viewpoint.camera_m.truncate())
+    }
+
+    /// Near patches hide far ones.
+    fn nearest_first(&self, mut patches: [PatchKey; 4]) -> [PatchKey; 4] {
+        let camera = self.warp.grid_from_world(self.viewpoint.camera_m.truncate());
+        patches.sort_by(|a, b| {
+            let distance = |key: &PatchKey| {
+                let (first, side) = key.area();
+                (camera.clamp(first, first + side) - camera).length_squared()
+            };
+            distance(a).total_cmp(&distance(b))
+        });
+        patches
     }
 
     fn allowed_m(&self, seen: &Seen) -> f64 {

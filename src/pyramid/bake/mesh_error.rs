@@ -63,8 +63,8 @@ const LANES: usize = 8;
 
 /// The weights of the four samples along an axis at the quarter steps; their f32 values are exact.
 pub struct Steps {
-    /// By step.
-    down: [[f32; 4]; STEPS + 1],
+    /// The fraction of each step, and its weights.
+    down: Vec<(f32, [f32; 4])>,
     /// By sample, then by lane.
     across: [[f32; LANES]; 4],
     /// The fraction of each lane.
@@ -76,10 +76,17 @@ impl Steps {
         let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
         let step = |lane: usize| if lane <= STEPS { lane } else { 0 };
         Self {
-            down: std::array::from_fn(weights),
+            down: (0..=STEPS).map(|step| (step as f32 / STEPS as f32, weights(step))).collect(),
             across: std::array::from_fn(|i| std::array::from_fn(|lane| weights(step(lane))[i])),
             u: std::array::from_fn(|lane| step(lane) as f32 / STEPS as f32),
         }
+    }
+
+    /// Only along the upper side and the middle: for estimates.
+    pub fn few() -> Self {
+        let mut steps = Self::new();
+        steps.down.retain(|(v, _)| *v == 0.0 || *v == 0.5);
+        steps
     }
 }
 
@@ -96,8 +103,7 @@ pub fn cell_error_m(served: &Field, finest: LevelSize, column: u32, row: u32, st
     });
     let (right, down, opposite) = (four[1][2], four[2][1], four[2][2]);
     let mut worst = [0.0_f32; LANES];
-    for (step, weights) in steps.down.iter().enumerate() {
-        let v = step as f32 / STEPS as f32;
+    for &(v, weights) in &steps.down {
         let mut columns = [0.0_f32; 4];
         for (samples, weight) in four.iter().zip(weights) {
             for (column, sample) in columns.iter_mut().zip(samples) {

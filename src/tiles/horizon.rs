@@ -1,0 +1,128 @@
+//! What land hides behind land: the skyline around the camera, as it grows from near to far.
+//!
+//! For each of 1024 directions the skyline holds the steepest slope (height over distance, from the camera) up to which
+//! the land that was looked at so far surely closes the view. A box of land closes it up to its measured lowest height,
+//! in the directions that it fills from side to side; a box whose measured highest height stays below the skyline in all
+//! of its directions cannot be seen. Both are bounds, so nothing is left out that is in view.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec2;
+
+use super::frustum::Bounds;
+
+const DIRECTIONS: usize = 1024;
+
+/// The skyline.
+pub struct Horizon {
+    slopes: Vec<f32>,
+}
+
+impl Default for Horizon {
+    fn default() -> Self {
+        Self { slopes: vec![f32::NEG_INFINITY; DIRECTIONS] }
+    }
+}
+
+/// A box as the camera sees it: its directions, and its distances in the plane.
+struct Seen {
+    first_rad: f64,
+    width_rad: f64,
+    near_m: f64,
+    far_m: f64,
+}
+
+impl Seen {
+    /// Of corners in a box; none for a box around the camera.
+    fn of(bounds: &Bounds, corners: [DVec2; 4]) -> Option<Self> {
+        let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
+        let near_m = DVec2::ZERO.clamp(low, high).length();
+        if near_m == 0.0 {
+            return None;
+        }
+        let far_m = low.abs().max(high.abs()).length();
+        let middle = (low + high) * 0.5;
+        // Seen from outside, a box spans less than half a turn.
+        let turns = corners.map(|corner| middle.angle_to(corner));
+        let least = turns.into_iter().fold(PI, f64::min);
+        let most = turns.into_iter().fold(-PI, f64::max);
+        Some(Self { first_rad: middle.to_angle() + least, width_rad: most - least, near_m, far_m })
+    }
+
+    /// Directions, as steps of the skyline from the first to before the last; those that the box touches, or fills.
+    fn steps(&self, is_filled: bool) -> impl Iterator<Item = usize> + use<> {
+        let step = |angle_rad: f64| angle_rad / TAU * DIRECTIONS as f64;
+        let (first, last) = (step(self.first_rad), step(self.first_rad + self.width_rad));
+        let (first, last) = if is_filled {
+            (first.ceil(), last.floor())
+        } else {
+            (first.floor(), last.ceil().max(first.floor() + 1.0))
+        };
+        (first as i64..last as i64).map(|i| i.rem_euclid(DIRECTIONS as i64) as usize)
+    }
+}
+
+impl Horizon {
+    /// Whether a box (camera-relative) is hidden by what was added so far.
+    pub fn hides(&self, bounds: &Bounds) -> bool {
+        let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
+        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
+        let Some(seen) = Seen::of(bounds, corners) else { return false };
+        let top_m = bounds.high_m.z;
+        let slope = (top_m / if top_m > 0.0 { seen.near_m } else { seen.far_m }) as f32;
+        seen.steps(false).all(|i| self.slopes[i] > slope)
+    }
+
+    /// Adds land without holes, of which `corners` are the corners in the plane and `bounds` the box, and which is
+    /// everywhere at least `land_m` high. All are camera-relative.
+    pub fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
+        let Some(seen) = Seen::of(bounds, corners) else { return };
+        let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
+        for i in seen.steps(true) {
+            self.slopes[i] = self.slopes[i].max(slope);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn add(horizon: &mut Horizon, slab: &Bounds) {
+        let (low, high) = (slab.low_m.truncate(), slab.high_m.truncate());
+        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
+        horizon.add(slab, corners, slab.low_m.z);
+    }
+
+    fn slab(from: [f64; 2], to: [f64; 2], low_m: f64, high_m: f64) -> Bounds {
+        Bounds { low_m: DVec3::new(from[0], from[1], low_m), high_m: DVec3::new(to[0], to[1], high_m) }
+    }
+
+    #[test]
+    fn a_ridge_hides_what_is_low_behind_it_and_nothing_else() {
+        let mut horizon = Horizon::default();
+        let behind = slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 250.0);
+        assert!(!horizon.hides(&behind));
+        // A ridge of at least 100 m, 900 to 1000 m away: it closes the view up to a slope of 0.1, less at its ends.
+        let ridge = slab([-500.0, 900.0], [500.0, 1000.0], 100.0, 150.0);
+        add(&mut horizon, &ridge);
+        assert!(horizon.hides(&behind), "250 m at 3000 m is below 0.089");
+        assert!(!horizon.hides(&slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 350.0)), "350 m looks over it");
+        assert!(!horizon.hides(&slab([1500.0, 3000.0], [1900.0, 3200.0], -50.0, 100.0)), "it stands aside");
+        assert!(!horizon.hides(&slab([-100.0, 500.0], [100.0, 600.0], -50.0, 100.0)), "it stands before it");
+        assert!(!horizon.hides(&slab([-100.0, -3200.0], [100.0, -3000.0], -50.0, 10.0)), "it stands at the back");
+        assert!(!horizon.hides(&slab([-9000.0, 3000.0], [9000.0, 3200.0], -50.0, 10.0)), "its ends look out");
+    }
+
+    #[test]
+    fn land_below_the_camera_hides_only_what_is_lower() {
+        let mut horizon = Horizon::default();
+        let near = slab([-100.0, 100.0], [100.0, 200.0], -30.0, -20.0);
+        add(&mut horizon, &near);
+        // A slope of -0.3 at most is closed.
+        assert!(!horizon.hides(&slab([-10.0, 400.0], [10.0, 500.0], -90.0, -60.0)));
+        assert!(horizon.hides(&slab([-10.0, 400.0], [10.0, 410.0], -190.0, -160.0)));
+    }
+}
