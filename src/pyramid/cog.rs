@@ -217,8 +217,7 @@ mod tests {
             let mut sink = std::io::Cursor::new(Vec::new());
             let path = Path::new("memory");
             let codec = Codec::Lossless;
-            let mut writer =
-                CogWriter::begin_as(&mut sink, path, &sizes, &georeference, codec, is_bigtiff).unwrap();
+            let mut writer = CogWriter::begin_as(&mut sink, path, &sizes, &georeference, codec, is_bigtiff).unwrap();
             for (level, size) in sizes.iter().enumerate().rev() {
                 let (field, all) = (&levels_m[level], size.region());
                 for tile in 0..size.tiles_x() * size.tiles_y() {

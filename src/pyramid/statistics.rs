@@ -134,4 +134,3 @@ pub(super) fn rounded_up(value: f64) -> f32 {
     let rounded = value as f32;
     if f64::from(rounded) < value { rounded.next_up() } else { rounded }
 }
-

@@ -2,8 +2,8 @@
 
 use std::borrow::Borrow;
 
-use super::{HeightGrid, SourceError};
 use super::georeference::Georeference;
+use super::{HeightGrid, SourceError};
 
 /// A rectangle of samples inside a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -44,7 +44,10 @@ fn mesh_errors_bound_the_triangles() {
                 }
                 let brute_m = brute::mesh_error_m(&grid, &finest, j, x as usize, y as usize);
                 let stated_m = f64::from(patch.mesh_error_m);
-                assert!(stated_m >= brute_m * (1.0 - 1e-5) - 1e-6, "{j} {x} {y}: {stated_m} is stated, {brute_m} is true");
+                assert!(
+                    stated_m >= brute_m * (1.0 - 1e-5) - 1e-6,
+                    "{j} {x} {y}: {stated_m} is stated, {brute_m} is true"
+                );
                 planted += i32::from(stated_m * 0.99 < brute_m);
                 coarse += i32::from(j > 1);
             }

@@ -60,14 +60,18 @@ fn check_statistics(chunked: &Pyramid, whole: &Pyramid, chunk_levels: u32, max_e
 fn chunked_is_whole_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (a, b) = (folder.path().join("whole.tif"), folder.path().join("chunked.tif"));
-    for (width, height, chunk_levels) in [(257, 1000, 1), (1301, 1543, 1), (2570, 2057, 1), (2570, 2057, 2), (513, 3001, 2)]
+    for (width, height, chunk_levels) in
+        [(257, 1000, 1), (1301, 1543, 1), (2570, 2057, 1), (2570, 2057, 2), (513, 3001, 2)]
     {
         for (voids, max_error_m) in [(true, 0.0), (false, 0.05), (true, 0.05)] {
             let grid = world::rough(width, height, voids);
             // One chunk.
             let (whole, _) = baked(&grid, &a, max_error_m, 4);
             let (chunked, report) = baked(&grid, &b, max_error_m, chunk_levels);
-            assert!(fs::read(&a).unwrap() == fs::read(&b).unwrap(), "{width} × {height}, {chunk_levels}, {max_error_m}");
+            assert!(
+                fs::read(&a).unwrap() == fs::read(&b).unwrap(),
+                "{width} × {height}, {chunk_levels}, {max_error_m}"
+            );
             assert_eq!(report.tif_bytes, fs::metadata(&b).unwrap().len());
             check_statistics(&chunked, &whole, chunk_levels, max_error_m as f32);
         }

@@ -21,7 +21,8 @@ use hachure::source::{HeightGrid, Silent};
 fn baked(grid: &HeightGrid, out: &Path, max_error_m: f64, chunk_levels: u32) -> (Pyramid, BakeReport) {
     let work = BakeWork { chunk_levels, ..BakeWork::default() };
     let reader = GridReader::new(grid, String::new());
-    let Baked::Pyramid(report) = bake_reader(&reader, out, &BakeOptions { max_error_m }, &work, &Silent).unwrap() else {
+    let Baked::Pyramid(report) = bake_reader(&reader, out, &BakeOptions { max_error_m }, &work, &Silent).unwrap()
+    else {
         panic!("no shard was asked for");
     };
     (Pyramid::open(out).unwrap(), report)

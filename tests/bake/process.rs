@@ -120,7 +120,8 @@ fn killed_at_any_time_it_goes_on() {
 fn shards_make_the_same_pyramid() {
     let place = Place::new();
     place.done("whole.tif", &[]);
-    let shards: Vec<Child> = ["1/3", "2/3", "3/3"].iter().map(|shard| place.spawn("out.tif", &["--shard", shard])).collect();
+    let shards: Vec<Child> =
+        ["1/3", "2/3", "3/3"].iter().map(|shard| place.spawn("out.tif", &["--shard", shard])).collect();
     let mut chunks = 0;
     for shard in shards {
         let output = shard.wait_with_output().unwrap();

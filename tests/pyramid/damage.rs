@@ -5,7 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use hachure::pyramid::{
-    BakeOptions, Pyramid, PyramidError, TileAddress, TileStore, bake, open_or_bake, open_or_bake_key, sidecar_path, trim,
+    BakeOptions, Pyramid, PyramidError, TileAddress, TileStore, bake, open_or_bake, open_or_bake_key, sidecar_path,
+    trim,
 };
 use hachure::source::{Progress, Silent};
 

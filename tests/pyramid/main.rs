@@ -112,9 +112,8 @@ fn tile_errors_are_what_brute_force_finds() {
                     planted_errors_found += 1;
                 }
                 let children = child_tiles(tile).filter(|child| all.contains(child)).map(|child| pyramid.tile(child));
-                let range = children.fold([f32::NAN; 2], |range, child| {
-                    [range[0].min(child.min_m), range[1].max(child.max_m)]
-                });
+                let range =
+                    children.fold([f32::NAN; 2], |range, child| [range[0].min(child.min_m), range[1].max(child.max_m)]);
                 check_range(&samples, tile, range, statistics);
             }
         }

@@ -91,8 +91,7 @@ pub fn read_parts(
             let start = (first * side).min(count - 1);
             (start, ((first + tiles) * side + 1).min(count) - start)
         };
-        let ((x, width), (y, height)) =
-            (span(own.x, own.width, counts.width), span(own.y, own.height, counts.height));
+        let ((x, width), (y, height)) = (span(own.x, own.width, counts.width), span(own.y, own.height, counts.height));
         Region { x, y, width, height }.grown(reach + 1, counts)
     };
     let patches_region = plan.own_patches(round, chunk, round.base);

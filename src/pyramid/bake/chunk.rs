@@ -15,13 +15,13 @@ use super::plan::{Chunk, Plan, Regions, Round, own_vertices};
 use super::tile_error::{Base, LevelView, against_base, against_heights, tile_statistics};
 use super::vertices::{Vertices, for_children};
 use super::{codec, mesh_error, overview};
+use crate::pyramid::PyramidError;
 use crate::pyramid::encode::{Codec, padded_tile};
 use crate::pyramid::fill::read_filled;
 use crate::pyramid::levels::Region;
 use crate::pyramid::record::{self, page_bytes};
 use crate::pyramid::statistics::{PatchStatistics, Range, TileStatistics, patch_levels};
 use crate::pyramid::store::PAGE_PATCHES;
-use crate::pyramid::PyramidError;
 
 /// Rows that are filled together.
 const STRIP: u32 = 64;
@@ -115,7 +115,8 @@ impl Work<'_> {
             false => f32::NAN,
         };
         let served = {
-            let fields: Vec<&Field> = stored.iter().zip(&raw).map(|(stored, raw)| stored.as_ref().unwrap_or(raw)).collect();
+            let fields: Vec<&Field> =
+                stored.iter().zip(&raw).map(|(stored, raw)| stored.as_ref().unwrap_or(raw)).collect();
             (0..raw.len()).map(|i| self.fill(i, &fields, fallback_m)).collect::<Result<Vec<_>, _>>()?
         };
         let top = raw.len() - 1;
@@ -128,7 +129,8 @@ impl Work<'_> {
         drop(stored);
 
         let doubt_m = self.doubt_m(&raw[0]);
-        let views: Vec<LevelView<'_>> = served.iter().enumerate().map(|(i, served)| self.view(i, served, doubt_m)).collect();
+        let views: Vec<LevelView<'_>> =
+            served.iter().enumerate().map(|(i, served)| self.view(i, served, doubt_m)).collect();
         (job.stage)("tile errors");
         let (tiles, deferred) = self.tiles(&raw[0], &views, ground.as_ref())?;
         (job.stage)("mesh errors");
@@ -232,7 +234,6 @@ impl Work<'_> {
     }
 
     /// The statistics of the tiles of each level that is made, row-major, raised to their children's.
-    #[expect(clippy::type_complexity, reason = "by level, and what was put off")]
     fn tiles(
         &self,
         base: &Field,
@@ -254,8 +255,7 @@ impl Work<'_> {
                 let has_data = |x: u32, y: u32| has_data(&ground.vertices, finest, step, x, y);
                 let view = LevelView { served: views[0].served, ..views[0] };
                 let errors_m = ground.tiles.iter().map(|tile| tile.error_m).collect();
-                let base =
-                    Base { view, errors_m, error_tiles: ground.tiles_region, data: &has_data, data_step: step };
+                let base = Base { view, errors_m, error_tiles: ground.tiles_region, data: &has_data, data_step: step };
                 against_base(&base, finest, &views[1..])
             }
         };
@@ -361,7 +361,9 @@ impl Work<'_> {
 fn has_data(vertices: &Field, finest: crate::pyramid::LevelSize, step: u32, x: u32, y: u32) -> bool {
     let quad = |at: u32, samples: u32| (at / step).min((samples - 1).div_ceil(step).saturating_sub(1));
     let (x, y) = (quad(x, finest.width), quad(y, finest.height));
-    [(0, 0), (1, 0), (0, 1), (1, 1)].iter().all(|(i, k)| vertices.has(x + i, y + k) && !vertices.at(x + i, y + k).is_nan())
+    [(0, 0), (1, 0), (0, 1), (1, 1)]
+        .iter()
+        .all(|(i, k)| vertices.has(x + i, y + k) && !vertices.at(x + i, y + k).is_nan())
 }
 
 /// The lowest stored height of a region: see [`read_filled`].

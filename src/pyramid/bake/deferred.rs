@@ -52,7 +52,8 @@ impl Served<'_> {
         };
         let (cell_x, fx, tile_x) = axis(x, finest.width, size.width);
         let (cell_y, fy, tile_y) = axis(y, finest.height, size.height);
-        let around = Region { x: cell_x, y: cell_y, width: 2.min(size.width), height: 2.min(size.height) }.grown(1, size);
+        let around =
+            Region { x: cell_x, y: cell_y, width: 2.min(size.width), height: 2.min(size.height) }.grown(1, size);
         let served = read_filled(self.levels, level, around, self.fallback_m)?;
         let samples: [[f32; 4]; 4] = std::array::from_fn(|k| {
             let row = bicubic::neighbour(cell_y, k as u32, size.height) - around.y;

@@ -43,7 +43,8 @@ impl Folder {
             let Ok(found) = fs::read_to_string(folder.path.join(ABOUT)) else {
                 // Another process may be about to describe it.
                 let begun = |entry: fs::DirEntry| entry.file_name().to_string_lossy().ends_with(".part");
-                let ours = fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(begun)));
+                let ours =
+                    fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(begun)));
                 return if ours { folder.describe(&text) } else { Err(refused("is no work folder of a bake")) };
             };
             let lines: Vec<&str> = found.lines().collect();
@@ -54,7 +55,9 @@ impl Folder {
             match (keep, same) {
                 (true, true) => return Ok(folder),
                 (true, false) => {
-                    return Err(refused("holds the parts of another bake (of other inputs or options, or by another version)"));
+                    return Err(refused(
+                        "holds the parts of another bake (of other inputs or options, or by another version)",
+                    ));
                 }
                 (false, _) => folder.empty()?,
             }
@@ -110,7 +113,11 @@ impl Folder {
 
     /// Removes the folder with all parts; what is not a bake's stays.
     pub fn remove(self) {
-        if self.empty().and_then(|()| fs::remove_dir(&self.path).map_err(PyramidError::io(&self.path, "removing"))).is_err() {
+        if self
+            .empty()
+            .and_then(|()| fs::remove_dir(&self.path).map_err(PyramidError::io(&self.path, "removing")))
+            .is_err()
+        {
             tracing::warn!("{}: could not be removed", self.path.display());
         }
     }

@@ -9,6 +9,7 @@ use super::part::Part;
 use super::plan::Round;
 use super::vertices::for_children;
 use crate::file::atomic::AtomicFile;
+use crate::pyramid::PyramidError;
 use crate::pyramid::cog::CogWriter;
 use crate::pyramid::levels::{LevelSize, Region};
 use crate::pyramid::link::{self, Link};
@@ -16,7 +17,6 @@ use crate::pyramid::record::{PAGE_BYTES, record_bytes};
 use crate::pyramid::sidecar::{LevelSummary, Sidecar, sidecar_path};
 use crate::pyramid::statistics::TileStatistics;
 use crate::pyramid::stored::StoredLevels;
-use crate::pyramid::PyramidError;
 use crate::source::Progress;
 use crate::source::georeference::Georeference;
 
@@ -83,7 +83,8 @@ pub fn join(
     if min_m.is_nan() {
         return Err(PyramidError::NoHeights { path: job.out.to_owned() });
     }
-    let made_by = |level: usize| done.iter().find(|done| level <= done.round.top).expect("the last round makes the top");
+    let made_by =
+        |level: usize| done.iter().find(|done| level <= done.round.top).expect("the last round makes the top");
 
     let mut tif = AtomicFile::create(target).map_err(PyramidError::io(target, "creating"))?;
     let mut writer = CogWriter::begin(tif.writer(), job.out, sizes, georeference, job.codec)?;

@@ -86,7 +86,8 @@ impl Steps {
 /// The largest difference in metres between the bicubic surface in a cell and the cell's two triangles.
 fn cell_error_m(served: &Field, finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
     let left = served.region.x;
-    let columns: [usize; 4] = std::array::from_fn(|i| (bicubic::neighbour(column, i as u32, finest.width) - left) as usize);
+    let columns: [usize; 4] =
+        std::array::from_fn(|i| (bicubic::neighbour(column, i as u32, finest.width) - left) as usize);
     let origin = served.at(column, row);
     // Differences from the first corner, so that f32 is enough.
     let four: [[f32; 4]; 4] = std::array::from_fn(|k| {

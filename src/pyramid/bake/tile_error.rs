@@ -58,7 +58,8 @@ impl LevelView<'_> {
     /// What is added to every error at full-resolution samples for fillings.
     fn doubt_of_voids_m(&self) -> f64 {
         // At a valid sample of level 0 the surface is that sample.
-        let fillings = self.level > 0 && self.doubt_m > 0.0 && self.served.heights_m.iter().any(|height| is_void(*height));
+        let fillings =
+            self.level > 0 && self.doubt_m > 0.0 && self.served.heights_m.iter().any(|height| is_void(*height));
         if fillings { LARGEST_WEIGHTS * self.doubt_m } else { 0.0 }
     }
 }
@@ -154,8 +155,11 @@ pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>])
     let view = &base.view;
     let under = Surface::new(view.served, finest, view.size, over, view.size.region());
     let areas: Vec<Region> = views.iter().map(|view| view.area(finest)).collect();
-    let surfaces: Vec<Surface<'_>> =
-        views.iter().zip(&areas).map(|(view, area)| Surface::new(view.served, finest, view.size, *area, view.own)).collect();
+    let surfaces: Vec<Surface<'_>> = views
+        .iter()
+        .zip(&areas)
+        .map(|(view, area)| Surface::new(view.served, finest, view.size, *area, view.own))
+        .collect();
     let doubts: Vec<f64> = views.iter().map(|level| level.doubt_of_voids_m() + view.doubt_of_voids_m()).collect();
     let tile_of = |place: &super::surface::Place, first: u32| (place.sample / TILE_SAMPLES - first) as usize;
     let none = || views.iter().map(|view| Errors::none(view.tiles().samples())).collect::<Vec<_>>();
