@@ -101,12 +101,7 @@ impl OpenWorld {
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(
-        gpu: &Gpu,
-        scene: Scene,
-        store: Arc<dyn TileStore>,
-        options: TerrainOptions,
-    ) -> Result<Self, WorldError> {
+    pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
         let name = store.name();
         let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })

@@ -143,9 +143,7 @@ impl Residency {
         let places = &mut self.places;
         self.needed = needed(&land, places, known, &movement.rule);
         let mut urgent = self.needed.clone();
-        urgent.extend(
-            movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
-        );
+        urgent.extend(movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }));
         let mut soon = Vec::new();
         if fade_step_s.is_some() {
             let rule = &movement.rule;
@@ -258,8 +256,7 @@ impl Residency {
             // A pyramid that is sparse is blocked for ever where it ends.
             let is_sparse = self.needed.iter().any(|tile| {
                 tile.address.level > 0
-                    && super::needed::children(self.store.levels(), tile.address)
-                        .any(|child| !self.store.has_tile(child))
+                    && super::needed::children(self.store.levels(), tile.address).any(|child| !self.store.has_tile(child))
             });
             is_sparse || self.needed.iter().all(free)
         }

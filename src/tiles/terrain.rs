@@ -18,10 +18,10 @@ use super::warp::{MAX_TERMS, Warp};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::Named;
+use crate::tiles::atlas::SLOT_BYTES;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
-use crate::tiles::atlas::SLOT_BYTES;
 
 /// Whether a frame waits for its tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -363,8 +363,7 @@ impl Terrain {
             nearest_m: (0.5 * clearance_m).max(0.02),
         };
         let atlas = &self.residency.atlas;
-        let patches =
-            ResidentPatches { store: &*self.store, atlas, frame: self.frame, now_s, asked: RefCell::default() };
+        let patches = ResidentPatches { store: &*self.store, atlas, frame: self.frame, now_s, asked: RefCell::default() };
         let anchor = self.warp.anchor(camera_m.truncate());
         let selection = selection::select(&patches, &self.warp, anchor, &viewpoint);
         self.asked = patches.asked.into_inner();
