@@ -128,11 +128,8 @@ impl Frame {
         let tone = &targets.tone;
         match &style.tone {
             Tone::Plain => {
-                let plain = PlainLight {
-                    to_sun,
-                    camera_z_m: view.pose.position_m.z as f32,
-                    range_m: terrain.range_m(),
-                };
+                let plain =
+                    PlainLight { to_sun, camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
                 let pass = passes.plain.as_mut().expect("the frame was made for this style");
                 pass.run(gpu, recorder, size_px, plain, view_resource(), position, normal, tone);
             }

@@ -10,6 +10,7 @@
 
 pub mod file;
 pub mod gpu;
+pub mod remote;
 pub mod source;
 pub mod pyramid;
 pub mod scene;

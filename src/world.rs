@@ -1,23 +1,23 @@
 //! An open world: a scene file, a DEM, a baked pyramid, or nothing for the embedded world, ready to be drawn.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec2;
 
 use crate::frame::Light;
 use crate::gpu::Gpu;
-use crate::pyramid::{self, PyramidError, TileStore};
+use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{Scene, World};
-use crate::source::{self, Progress, Silent};
+use crate::source::{self, Kind, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
 
-/// The version of the embedded world: part of its key in the cache.
-const PROCEDURAL_VERSION: u32 = 1;
+/// A COG with no more samples is baked all the same: it takes two seconds, and its errors are measured then.
+const BAKED_SAMPLES: usize = 1 << 24;
 
 /// Why a world could not be opened. One line that names the file; the causes follow as sources.
 #[derive(Debug, thiserror::Error)]
@@ -68,22 +68,57 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
     Ok(Scene::of_world(World::File(path.to_owned())))
 }
 
-/// The pyramid of a scene's world, baked into the cache where there is none.
+/// The tiles of a scene's world; a DEM that is no pyramid is baked into the cache.
 ///
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
 pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    let pyramid = match &scene.world {
-        World::File(path) => pyramid::open_or_bake(path, || source::open(path, progress), None, progress)?,
-        World::Url(url) => return Err(WorldError::Remote { url: url.clone() }),
+    let store: Arc<dyn TileStore> = match &scene.world {
+        World::File(path) => several(&files_of(std::slice::from_ref(path))?, progress)?,
+        World::Files(paths) => several(&files_of(paths)?, progress)?,
+        World::Url(url) => pyramid::open_remote(url)?,
         World::Procedural { seed } => {
-            let key = format!("procedural {PROCEDURAL_VERSION} seed {seed}");
+            let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
             let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, progress));
-            pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?
+            Arc::new(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?)
+        }
+        World::Continent { seed, size_samples, spacing_m } => {
+            Arc::new(ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?)
         }
     };
-    let exaggeration = scene.vertical_exaggeration;
-    Ok(Arc::new(if exaggeration == 1.0 { pyramid } else { pyramid.exaggerated(exaggeration) }))
+    Ok(Exaggerated::over(store, scene.vertical_exaggeration))
+}
+
+/// Files and what lies in folders.
+fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
+    let mut files = Vec::new();
+    for path in paths {
+        match source::kind_of(path) {
+            Kind::Folder => {
+                files.extend(source::members(path).map_err(|error| PyramidError::Load(Box::new(error)))?);
+            }
+            Kind::File | Kind::TileFolder => files.push(path.clone()),
+        }
+    }
+    Ok(files)
+}
+
+/// A DEM, or several as one world.
+fn several(files: &[PathBuf], progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    let mut stores = files.iter().map(|file| open_file(file, progress)).collect::<Result<Vec<_>, _>>()?;
+    Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
+}
+
+/// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
+fn open_file(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    if !pyramid::sidecar_path(path).exists()
+        && path.is_file()
+        && let Some(store) = pyramid::open_local_cog(path)?
+        && store.levels()[0].samples() > BAKED_SAMPLES
+    {
+        return Ok(store);
+    }
+    Ok(Arc::new(pyramid::open_or_bake_file(path, progress)?))
 }
 
 impl OpenWorld {
@@ -101,8 +136,15 @@ impl OpenWorld {
     ///
     /// # Errors
     /// When the georeference leads nowhere.
-    pub fn on_gpu(gpu: &Gpu, scene: Scene, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, WorldError> {
+    pub fn on_gpu(
+        gpu: &Gpu,
+        scene: Scene,
+        store: Arc<dyn TileStore>,
+        options: TerrainOptions,
+    ) -> Result<Self, WorldError> {
         let name = store.name();
+        let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
+        let options = TerrainOptions { inverse_radius, ..options };
         let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
         Ok(Self { scene, terrain })
     }

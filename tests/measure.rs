@@ -70,14 +70,15 @@ fn report_has_the_names_that_scripts_rely_on() {
     let run = &json["runs"][0];
     assert_eq!(
         keys(run),
-        "eyes frame_ms frames gpu_ms lod_error_px memory passes stereo strokes style temporal tiles triangles"
+        "eyes frame_ms frames gpu_ms hitches lod_error_px memory passes prepare_ms stereo strokes style temporal tiles \
+         triangles"
     );
     assert_eq!(keys(&run["frame_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["passes"][0]), "gpu_ms name");
     assert_eq!(keys(&run["passes"][0]["gpu_ms"]), "p50 p95 p99");
-    assert_eq!(keys(&run["memory"]), "gpu_bytes rss_bytes tile_cache_bytes");
-    assert_eq!(keys(&run["tiles"]), "cancelled evicted failed late_frames loaded");
+    assert_eq!(keys(&run["memory"]), "cpu_tile_bytes gpu_bytes rss_bytes tile_cache_bytes");
+    assert_eq!(keys(&run["tiles"]), "cancelled evicted failed full_detail_ms late_frames late_frames_after_1s loaded");
     assert_eq!(keys(&run["lod_error_px"]), "max p50 p99");
     assert_eq!((&run["passes"][1]["name"], &run["frames"]), (&"lsa".into(), &2000.into()));
     assert_eq!((&run["tiles"]["late_frames"], &run["triangles"]), (&1.into(), &1999.into()));
@@ -104,11 +105,11 @@ fn frames_table_has_a_column_for_each_pass() {
     assert_eq!(lines.len(), 2002);
     assert_eq!(
         lines[0],
-        "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,\
+        "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,prepare_ms,jumped,wall_s,\
          gpu_ms.terrain,gpu_ms.lsa"
     );
-    assert_eq!(lines[1], "ink,mono,0,0,5,3,0.5,1000,,,0,1,2");
-    assert_eq!(lines[2001], "a <b>,mono,0,1,,,,,,,,,");
+    assert_eq!(lines[1], "ink,mono,0,0,5,3,0.5,1000,,,0,,,,1,2");
+    assert_eq!(lines[2001], "a <b>,mono,0,1,,,,,,,,,,,,");
 }
 
 #[test]

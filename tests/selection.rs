@@ -4,8 +4,8 @@
 mod common;
 
 use std::collections::BTreeSet;
-use std::sync::{Arc, OnceLock};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use common::{baked, grid_of, random, rough_height_m};
 use glam::{DVec2, DVec3};
@@ -97,6 +97,7 @@ fn choose(east: f64, north: f64, above_m: f64, yaw_deg: f64, pitch_deg: f64, fov
         frusta: vec![view.frustum()],
         focal_px: view.focal_px(),
         error_px,
+        bending: Default::default(),
         nearest_m: (0.5 * ground_m.map_or(0.0, |_| above_m)).max(0.02),
     };
     let anchor = land.warp.anchor(place_m);

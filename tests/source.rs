@@ -52,8 +52,9 @@ fn open_checked(path: &Path) -> Result<HeightGrid, SourceError> {
         }
         Err(error) => {
             let message = error.to_string();
-            let file_name = path.file_name().unwrap().to_string_lossy();
-            assert!(message.contains(&*file_name), "{message}");
+            // A header's data is named by its own ending.
+            let file_stem = path.file_stem().unwrap().to_string_lossy();
+            assert!(message.contains(&*file_stem), "{message}");
             assert!(!message.contains('\n'), "{message}");
             // An accident inside a decoder is a bug to look at, even though it does not reach the caller as a panic.
             assert!(!message.contains("its decoder gave up"), "{message}");
@@ -204,12 +205,14 @@ fn what_is_no_height_file_is_called_by_its_name() {
     };
     assert!(message("empty.tif", b"").ends_with("empty.tif: is empty"));
     // By content: the ending says TIFF.
-    let png = message("picture.tif", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
-    assert!(png.ends_with("picture.tif: is a PNG picture; hachure reads GeoTIFF"), "{png}");
-    assert!(message("grid.asc", b"NCOLS 2\nNROWS 2\n").contains("an ESRI ASCII grid"));
+    let jpeg = message("picture.tif", b"\xff\xd8\xff\xe0\0\x10JFIF");
+    assert!(jpeg.contains("picture.tif: is a JPEG picture; hachure reads GeoTIFF"), "{jpeg}");
+    assert!(message("png.tif", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").contains("png.tif: is damaged"));
+    assert!(message("grid.tif", b"NCOLS 2\nNROWS 2\n").contains("is damaged: it ends in its header"));
     assert!(message("short.tif", b"II*\0").contains("damaged or truncated"));
-    assert!(message("noise", &[0; 100]).contains("is not a TIFF"));
-    assert!(message("tile.hgt", &vec![0; 1201 * 1201 * 2]).contains("an SRTM tile"));
+    assert!(message("noise", &[0; 100]).contains("is nothing that is known"));
+    assert!(message("notes.txt", b"some words\nand more\n").contains("is a text file"));
+    assert!(message("tile.hgt", &vec![0; 1201 * 1201 * 2]).contains("says where it lies"));
 
     let absent = source::open(&scratch.path().join("absent.tif"), &Silent).unwrap_err();
     assert!(matches!(absent, SourceError::Open { .. }) && absent.to_string().contains("absent.tif"), "{absent}");

@@ -70,7 +70,8 @@ struct Terrain {
     world_origin_m: vec2<f32>,
     // Grid units in a sample.
     units_per_sample: f32,
-    pad: f32,
+    // Of the earth, per metre; 0 is flat.
+    inverse_radius: f32,
 }
 
 @group(0) @binding(10) var<uniform> terrain: Terrain;
@@ -131,10 +132,12 @@ fn grid_from_world(xy_m: vec2<f32>) -> GridPoint {
     return GridPoint(sum, sum_x * terrain.world_unit, sum_y * terrain.world_unit);
 }
 
-// Where a grid coordinate lies on a level: the cell, the tile that holds the cell, and the place within the cell.
+// Where a grid coordinate lies on a level: the tile, the cell, and the place within the cell.
 struct LevelPlace {
+    level: i32,
+    // In `tiles`; -1 if the view does not need that tile.
+    tile: i32,
     cell: vec2<i32>,
-    tile: vec2<i32>,
     f: vec2<f32>,
 }
 
@@ -146,19 +149,15 @@ fn place_on_level(level: i32, g: vec2<f32>) -> LevelPlace {
     let inside = clamp(cell, vec2<i32>(0), max(info.size - 2, vec2<i32>(0)));
     // At the border of a coarse level the outer half sample continues its last cell.
     let f = clamp(c - whole + vec2<f32>(cell - inside), vec2<f32>(-0.5), vec2<f32>(1.5));
-    return LevelPlace(inside, inside >> TILE_SHIFT, f);
-}
-
-// The index of a tile in `tiles`, or -1 if the view does not need it.
-fn find_tile(level: i32, tile: vec2<i32>) -> i32 {
-    let info = levels[level];
+    let tile = inside >> TILE_SHIFT;
     let y = tile.y - info.top;
-    if y < 0 || y >= info.row_count {
-        return -1;
+    var index = -1;
+    if y >= 0 && y < info.row_count {
+        let row = tile_rows[info.first_row + y];
+        let x = tile.x - row.left;
+        index = select(-1, row.first_tile + x, x >= 0 && x < row.count);
     }
-    let row = tile_rows[info.first_row + y];
-    let x = tile.x - row.left;
-    return select(-1, row.first_tile + x, x >= 0 && x < row.count);
+    return LevelPlace(level, index, inside, f);
 }
 
 // A number that stands at the corners of a tile, at a place in the tile.
@@ -169,70 +168,70 @@ fn between_corners(corners: vec4<f32>, place: LevelPlace) -> f32 {
 }
 
 // Continuous bound of the height error of a level at a place, in metres.
-fn level_error_m(level: i32, g: vec2<f32>) -> f32 {
-    let place = place_on_level(level, g);
-    let tile = find_tile(level, place.tile);
-    if tile < 0 {
+fn level_error_m(place: LevelPlace) -> f32 {
+    if place.tile < 0 {
         // Nobody needs it, so its parent is good enough.
         return 0.0;
     }
-    return between_corners(tiles[tile].errors_m, place);
+    return between_corners(tiles[place.tile].errors_m, place);
 }
 
-// The finest continuous level at a place, from `level` up, for which there are tiles. A tile is used only where its
-// parents are free, so the first that can be used decides.
-fn level_there(wanted: f32, g: vec2<f32>) -> f32 {
+// The continuous level at a place, and the place on the finer of the two levels that it lies between.
+struct SurfaceLevel {
+    level: f32,
+    place: LevelPlace,
+}
+
+// As far as there are tiles: from the wanted level up, the first that can be used decides, since a tile is used only
+// where its parents are free.
+fn as_far_as_there(wanted: f32, first: LevelPlace, g: vec2<f32>) -> SurfaceLevel {
     let coarsest = terrain.level_count - 1;
-    var level = clamp(i32(wanted), 0, coarsest);
+    var place = first;
     var there = f32(coarsest);
-    while level < coarsest {
-        let place = place_on_level(level, g);
-        let tile = find_tile(level, place.tile);
-        if tile >= 0 {
-            let record = tiles[tile];
-            if record.blocked == 0u {
-                there = f32(level);
-                break;
-            }
-            let blocked = between_corners(unpack4x8unorm(record.blocked), place);
-            if record.slot != NO_SLOT && blocked < 1.0 {
-                there = f32(level) + blocked;
-                break;
-            }
+    loop {
+        var blocked = 1.0;
+        if place.tile >= 0 {
+            blocked = between_corners(unpack4x8unorm(tiles[place.tile].blocked), place);
         }
-        level += 1;
+        let is_last = place.level >= coarsest;
+        let can_be_used = blocked < 1.0 || is_last;
+        if can_be_used {
+            there = f32(place.level) + select(blocked, 0.0, is_last);
+        } else {
+            place = place_on_level(place.level + 1, g);
+        }
+        continuing {
+            break if can_be_used;
+        }
     }
-    return max(wanted, there);
+    return SurfaceLevel(max(wanted, there), place);
 }
 
-// The continuous level at a place, seen from `distance_m`, as far as its tiles are there.
-fn level_at(g: vec2<f32>, distance_m: f32) -> f32 {
-    return level_there(level_wanted(g, distance_m), g);
-}
-
-fn level_wanted(g: vec2<f32>, distance_m: f32) -> f32 {
+// The continuous level at a place that is seen from `distance_m`.
+fn surface_level(g: vec2<f32>, distance_m: f32) -> SurfaceLevel {
     let pixel_m = distance_m / terrain.focal_px;
     let allowed_m = terrain.level_error_px * pixel_m;
     let coarsest = terrain.level_count - 1;
-    let wanted = clamp(log2(pixel_m / terrain.spacing_m) + terrain.level_bias, 0.0, f32(coarsest));
+    var wanted = clamp(log2(pixel_m / terrain.spacing_m) + terrain.level_bias, 0.0, f32(coarsest));
     var level = min(i32(wanted), coarsest);
-    var coarser_m = level_error_m(min(level + 1, coarsest), g);
-    if coarser_m <= allowed_m {
-        return wanted;
+    var place = place_on_level(level, g);
+    var coarser_m = level_error_m(place_on_level(min(level + 1, coarsest), g));
+    if coarser_m > allowed_m {
+        var error_m = level_error_m(place);
+        if error_m <= allowed_m {
+            wanted = f32(level) + min(wanted - f32(level), (allowed_m - error_m) / (coarser_m - error_m));
+        } else {
+            while level > 0 && error_m > allowed_m {
+                level -= 1;
+                coarser_m = error_m;
+                place = place_on_level(level, g);
+                error_m = level_error_m(place);
+            }
+            let way = clamp((allowed_m - error_m) / max(coarser_m - error_m, 1e-30), 0.0, 1.0);
+            wanted = f32(level) + select(way, 0.0, error_m >= allowed_m);
+        }
     }
-    var error_m = level_error_m(level, g);
-    if error_m <= allowed_m {
-        return f32(level) + min(wanted - f32(level), (allowed_m - error_m) / (coarser_m - error_m));
-    }
-    while level > 0 && error_m > allowed_m {
-        level -= 1;
-        coarser_m = error_m;
-        error_m = level_error_m(level, g);
-    }
-    if error_m >= allowed_m {
-        return f32(level);
-    }
-    return f32(level) + clamp((allowed_m - error_m) / (coarser_m - error_m), 0.0, 1.0);
+    return as_far_as_there(wanted, place, g);
 }
 
 struct Cell {
@@ -245,27 +244,27 @@ struct Cell {
     is_finest: bool,
 }
 
-// The cell of a level, or of the coarser one that stands in for it, that holds a grid coordinate.
-fn find_cell(wanted_level: i32, g: vec2<f32>) -> Cell {
-    var level = wanted_level;
-    var found: Cell;
+// The cell at a place on a level, or on the coarser one that stands in for it.
+fn cell_at(first: LevelPlace, g: vec2<f32>) -> Cell {
+    var place = first;
+    var slot = NO_SLOT;
+    var is_finest = false;
     loop {
-        let place = place_on_level(level, g);
-        let tile = find_tile(level, place.tile);
-        var record = TileRecord(vec4<f32>(0.0), 0u, NO_SLOT, 0u, 0u);
-        if tile >= 0 {
-            record = tiles[tile];
+        if place.tile >= 0 {
+            slot = tiles[place.tile].slot;
+            is_finest = tiles[place.tile].is_finest == 1u;
         }
-        if record.slot != NO_SLOT || level >= terrain.level_count - 1 {
-            // Before the very first tile has come there is no height at all; the mesh is empty then.
-            let slot = select(i32(record.slot), 0, record.slot == NO_SLOT);
-            let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
-            found = Cell(texel, slot, level, place.f, record.is_finest == 1u);
-            break;
+        let is_found = slot != NO_SLOT || place.level >= terrain.level_count - 1;
+        if !is_found {
+            place = place_on_level(place.level + 1, g);
         }
-        level += 1;
+        continuing {
+            break if is_found;
+        }
     }
-    return found;
+    // Before the very first tile has come there is no height at all; the mesh is empty then.
+    let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
+    return Cell(texel, select(i32(slot), 0, slot == NO_SLOT), place.level, place.f, is_finest);
 }
 
 fn row_of_samples(cell: Cell, row: i32) -> vec4<f32> {
@@ -325,8 +324,8 @@ struct Samples {
     scale: vec2<f32>,
 }
 
-fn samples_around(level: i32, g: vec2<f32>) -> Samples {
-    let cell = find_cell(level, g);
+fn samples_around(place: LevelPlace, g: vec2<f32>) -> Samples {
+    let cell = cell_at(place, g);
     let row_b = row_of_samples(cell, 0);
     let reference = row_b.y;
     return Samples(
@@ -334,9 +333,8 @@ fn samples_around(level: i32, g: vec2<f32>) -> Samples {
         row_of_samples(cell, 2) - reference, reference, cell.f, levels[cell.level].scale);
 }
 
-// The surface of a cell at `offset` (in grid coordinates) from where the samples were taken.
-fn surface_in_cell(samples: Samples, offset: vec2<f32>) -> Surface {
-    let f = samples.f + offset * samples.scale;
+fn surface_in_cell(samples: Samples) -> Surface {
+    let f = samples.f;
     let wx = cubic_weights(f.x);
     let sx = cubic_slopes(f.x);
     let cx = cubic_curvatures(f.x);
@@ -357,11 +355,6 @@ fn surface_in_cell(samples: Samples, offset: vec2<f32>) -> Surface {
     );
 }
 
-fn is_in_cell(samples: Samples, offset: vec2<f32>) -> bool {
-    let f = samples.f + offset * samples.scale;
-    return all(f >= vec2<f32>(0.0)) && all(f <= vec2<f32>(1.0));
-}
-
 // The surface near a place on a continuous level: the cells of the two levels that it lies between.
 struct Near {
     fine: Samples,
@@ -372,36 +365,44 @@ struct Near {
     level: f32,
 }
 
-fn surface_near(g: vec2<f32>, level: f32) -> Near {
-    let whole = i32(level);
+fn surface_near(g: vec2<f32>, at: SurfaceLevel) -> Near {
     // Most places need one level only; the blend happens in the middle half.
-    let blend = clamp((level - f32(whole)) * 2.0 - 0.5, 0.0, 1.0);
-    let fine = samples_around(select(whole, whole + 1, blend >= 1.0), g);
-    if blend <= 0.0 || blend >= 1.0 {
-        return Near(fine, fine, 0.0, level);
+    let blend = clamp((at.level - f32(at.place.level)) * 2.0 - 0.5, 0.0, 1.0);
+    var near: Near;
+    near.blend = select(blend, 0.0, blend >= 1.0);
+    near.level = at.level;
+    var place = at.place;
+    if blend > 0.0 {
+        place = place_on_level(min(place.level + 1, terrain.level_count - 1), g);
     }
-    return Near(fine, samples_around(whole + 1, g), blend, level);
+    var is_second = false;
+    loop {
+        let samples = samples_around(place, g);
+        if !is_second {
+            near.coarse = samples;
+        }
+        near.fine = samples;
+        place = at.place;
+        let is_done = is_second || near.blend == 0.0;
+        is_second = true;
+        continuing {
+            break if is_done;
+        }
+    }
+    return near;
 }
 
-fn surface_at(near: Near, offset: vec2<f32>) -> Surface {
-    let a = surface_in_cell(near.fine, offset);
-    if near.blend <= 0.0 {
-        return a;
-    }
-    let b = surface_in_cell(near.coarse, offset);
+fn surface_at(near: Near) -> Surface {
+    let a = surface_in_cell(near.fine);
+    let b = surface_in_cell(near.coarse);
     return Surface(mix(a.height_m, b.height_m, near.blend), mix(a.gradient, b.gradient, near.blend),
         mix(a.curvature, b.curvature, near.blend));
 }
 
-// Whether the samples at hand still describe the surface at an offset.
-fn reaches(near: Near, offset: vec2<f32>) -> bool {
-    return is_in_cell(near.fine, offset) && is_in_cell(near.coarse, offset);
-}
-
 // The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser
 // levels have a sample in every pixel or two, and bilinear is within the error that chose them.
-fn vertex_height_m(g: vec2<f32>, level: f32) -> f32 {
-    let cell = find_cell(i32(level), g);
+fn vertex_height_m(g: vec2<f32>, distance_m: f32) -> f32 {
+    let cell = cell_at(surface_level(g, distance_m).place, g);
     if cell.is_finest {
         let wx = cubic_weights(cell.f.x);
         let reference = textureLoad(heights, cell.texel, cell.slot, 0).r;
@@ -418,8 +419,8 @@ fn vertex_height_m(g: vec2<f32>, level: f32) -> f32 {
 }
 
 // Whether the data have a hole here: any corner of the cell is void (the lowest bit of its sample is set).
-fn is_void(g: vec2<f32>, level: i32) -> bool {
-    let cell = find_cell(level, g);
+fn is_void(g: vec2<f32>, distance_m: f32) -> bool {
+    let cell = cell_at(surface_level(g, distance_m).place, g);
     let bits = bitcast<u32>(textureLoad(heights, cell.texel, cell.slot, 0).r)
         | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r)
         | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r)

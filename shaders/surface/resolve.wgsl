@@ -5,7 +5,8 @@
 // analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not see the mesh.
 // Near silhouettes, where the ray misses the smooth surface, the mesh's own position stays.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::terrain::{grid_from_world, level_at, surface_near, surface_at, reaches, Surface, Near}
+#import hachure::terrain::{grid_from_world, surface_level, surface_near, surface_at, Surface}
+#import hachure::earth::{unbend, unbend_direction, bend_normal, Unbent}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depth: texture_depth_2d;
@@ -56,40 +57,49 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let mesh_m = view.near_m / z;
     let pixel_m = mesh_m / view.focal_px;
     var along_m = mesh_m;
-    let point = grid_from_world(ray.xy * along_m);
-    // The ray's way over the grid; the map is straight enough over a few pixels.
-    let way = point.dg_dx * ray.x + point.dg_dy * ray.y;
-    var near = surface_near(point.g, level_at(point.g, length(ray) * along_m));
-    var near_m = along_m;
-    var found = cut(surface_at(near, vec2<f32>(0.0)), ray.z * along_m, ray.z, way);
-    var gradient = found.gradient;
-    // What the mesh may be away from the surface, and how far the ray may go to make up for it.
-    if abs(found.above_m) < 4.0 * pixel_m && abs(found.step_m) < 32.0 * pixel_m {
-        // A step beyond the reach of the expansion is tried at its end, and goes on from there if that is nearer.
-        // Normals need more care than positions: beyond a hundredth of a cell they would be off by a thousandth.
-        let short_m = 0.01 * exp2(floor(near.level)) / max(length(way), 1e-20);
-        for (var tries = 0; abs(found.step_m) > short_m && tries < 2; tries++) {
-            let tried_m = along_m + found.step_m;
-            let offset = way * (tried_m - near_m);
-            if !reaches(near, offset) {
-                let there = grid_from_world(ray.xy * tried_m);
-                near = surface_near(there.g, level_at(there.g, length(ray) * tried_m));
-                near_m = tried_m;
-            }
-            let tried = cut(surface_at(near, way * (tried_m - near_m)), ray.z * tried_m, ray.z, way);
-            if abs(tried.above_m) >= abs(found.above_m) {
-                break;
-            }
+    var tried_m = mesh_m;
+    var gradient = vec2<f32>(0.0);
+    var dg_dx = vec2<f32>(0.0);
+    var dg_dy = vec2<f32>(0.0);
+    var above_m = 0.0;
+    var tries = 0;
+    // The first turn is at the mesh's hit. A step beyond the reach of the expansion is tried at its end, and goes on
+    // from there if that is nearer. One loop that is tested at its end: software drivers run both sides of a branch.
+    loop {
+        let at = unbend(ray * tried_m);
+        let step = unbend_direction(at, ray);
+        let point = grid_from_world(at.flat_m.xy);
+        let near = surface_near(point.g, surface_level(point.g, length(at.flat_m)));
+        // The ray's way over the grid; the map is straight enough over a few pixels.
+        let way = point.dg_dx * step.x + point.dg_dy * step.y;
+        let found = cut(surface_at(near), at.flat_m.z, step.z, way);
+        var goes_on = false;
+        if tries == 0 || abs(found.above_m) < abs(above_m) {
             along_m = tried_m;
-            found = tried;
+            gradient = found.gradient;
+            dg_dx = point.dg_dx;
+            dg_dy = point.dg_dy;
+            above_m = found.above_m;
+            // What the mesh may be away from the surface, and how far the ray may go to make up for it.
+            if abs(above_m) < 4.0 * pixel_m && abs(found.step_m) < 32.0 * pixel_m {
+                // Normals need more care than positions: beyond a hundredth of a cell they would be off by a
+                // thousandth.
+                let short_m = 0.01 * exp2(floor(near.level)) / max(length(way), 1e-20);
+                if abs(found.step_m) <= short_m {
+                    along_m += found.step_m;
+                    gradient += found.bent * found.step_m;
+                } else {
+                    tried_m = along_m + found.step_m;
+                    tries += 1;
+                    goes_on = tries < 3;
+                }
+            }
         }
-        gradient = found.gradient;
-        if abs(found.step_m) <= short_m {
-            along_m += found.step_m;
-            gradient += found.bent * found.step_m;
+        continuing {
+            break if !goes_on;
         }
     }
-    let by_world = vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy));
+    let by_world = vec2<f32>(dot(gradient, dg_dx), dot(gradient, dg_dy));
     textureStore(position, pixel, vec4<f32>(ray * along_m, along_m));
-    textureStore(normal, pixel, vec4<f32>(normalize(vec3<f32>(-by_world, 1.0)), 1.0));
+    textureStore(normal, pixel, vec4<f32>(bend_normal(unbend(ray * along_m), by_world), 1.0));
 }

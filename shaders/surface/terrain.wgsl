@@ -1,7 +1,8 @@
 // Depth and surface id of the patches, from the positions that vertices.wgsl wrote.
 #import hachure::view::View
 #import hachure::mesh::{Patch, VERTICES}
-#import hachure::terrain::{grid_from_world, level_at, is_void}
+#import hachure::terrain::{grid_from_world, is_void}
+#import hachure::earth::unbend
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> patches: array<Patch>;
@@ -27,8 +28,8 @@ fn solid(in: Vertex) -> @location(0) u32 {
 // For patches with holes in their data.
 @fragment
 fn with_holes(in: Vertex) -> @location(0) u32 {
-    let g = grid_from_world(in.at_m.xy).g;
-    if is_void(g, i32(level_at(g, length(in.at_m)))) {
+    let flat_m = unbend(in.at_m).flat_m;
+    if is_void(grid_from_world(flat_m.xy).g, length(flat_m)) {
         discard;
     }
     return in.id;

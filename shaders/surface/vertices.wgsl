@@ -8,7 +8,8 @@
 // A pass of its own, since a software rasteriser shades vertices on one core, and since later passes want the
 // triangles as drawn.
 #import hachure::mesh::{Patch, QUADS, VERTICES}
-#import hachure::terrain::{terrain, world_from_grid, level_at, vertex_height_m}
+#import hachure::terrain::{terrain, world_from_grid, vertex_height_m}
+#import hachure::earth::bend
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 // VERTICES for each patch, row by row; relative to the camera, in metres.
@@ -44,5 +45,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // The height is not known yet: the nearest that the terrain can be is, for both patches at an edge.
     let dz_m = max(max(terrain.min_z_m, -terrain.max_z_m), 0.0);
     let distance_m = sqrt(dot(xy_m, xy_m) + dz_m * dz_m);
-    positions[id.y * VERTICES + id.x] = vec4<f32>(xy_m, vertex_height_m(g, level_at(g, distance_m)), 1.0);
+    let at_m = bend(vec3<f32>(xy_m, vertex_height_m(g, distance_m)));
+    positions[id.y * VERTICES + id.x] = vec4<f32>(at_m, 1.0);
 }

@@ -6,7 +6,6 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::UNIX_EPOCH;
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -16,14 +15,13 @@ use super::describe::{Heights, Levels};
 use super::progress::Bar;
 use super::{tell, tell_json};
 use crate::pyramid::{self, BakeOptions, BakeWork, Baked, Pyramid, PyramidError, parts_path, sidecar_path};
-use crate::source;
-use crate::source::HeightReader;
-use crate::source::reader::GridReader;
+use crate::source::mosaic::MosaicReader;
+use crate::source::{self, HeightReader, Kind, OpenOptions};
 
 /// Arguments of `bake`.
 #[derive(Debug, Args)]
 pub struct BakeArgs {
-    /// Height files
+    /// Height files, or folders of them: several become one grid
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
     /// The pyramid: a cloud-optimised GeoTIFF
@@ -38,12 +36,40 @@ pub struct BakeArgs {
     /// Go on with the parts that an earlier call left in the work folder
     #[arg(long)]
     pub resume: bool,
+    /// Metres between samples, for heightmaps that do not say
+    #[arg(long, value_name = "METRES")]
+    pub spacing: Option<f64>,
+    /// Width and height of a raw heightmap
+    #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
+    pub raw_size: Option<[u32; 2]>,
+    /// Whether a raw heightmap has its high bytes first
+    #[arg(long)]
+    pub raw_big_endian: Option<bool>,
+    /// Metres per step of a heightmap
+    #[arg(long, value_name = "METRES")]
+    pub height_scale: Option<f64>,
+    /// Height of a heightmap's 0
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    pub height_offset: Option<f64>,
     /// Tiles along the side of a chunk, as a power of 2; for tests
     #[arg(long, hide = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=6))]
     pub chunk_levels: u32,
     /// Print what was baked, for programs
     #[arg(long)]
     pub json: bool,
+}
+
+impl BakeArgs {
+    /// What heightmaps without a header mean.
+    fn meaning(&self) -> OpenOptions {
+        OpenOptions {
+            spacing_m: self.spacing,
+            size: self.raw_size,
+            height_scale_m: self.height_scale,
+            height_offset_m: self.height_offset,
+            big_endian: self.raw_big_endian,
+        }
+    }
 }
 
 /// Set by Ctrl-C.
@@ -96,7 +122,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
         check_output(input, output)?;
     }
     use_granted_threads();
-    let reader = open(&args.inputs)?;
+    let reader = open(&args.inputs, &args.meaning())?;
     // Where it cannot be had, Ctrl-C ends the program as it always does, and nothing is lost either.
     if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
         tracing::debug!("no handler for Ctrl-C: {error}");
@@ -163,28 +189,21 @@ fn stopped(args: &BakeArgs) -> String {
     }
 }
 
-/// The heights of the inputs.
-fn open(inputs: &[PathBuf]) -> anyhow::Result<Box<dyn HeightReader>> {
-    match inputs {
-        [input] => {
-            let identity = file_identity(input)?;
-            let grid = source::open(input, &Bar::default())?;
-            Ok(Box::new(GridReader::new(grid, identity)))
+/// The heights of the inputs; those of several as one grid.
+fn open(inputs: &[PathBuf], options: &OpenOptions) -> anyhow::Result<Box<dyn HeightReader>> {
+    let mut files = Vec::new();
+    for input in inputs {
+        match source::kind_of(input) {
+            Kind::Folder => files.extend(source::members(input)?),
+            Kind::File | Kind::TileFolder => files.push(input.clone()),
         }
-        [_, second, ..] => bail!("{}: a second input; this version bakes one file at a time", second.display()),
-        [] => bail!("no input"),
     }
-}
-
-/// Name, size and time of change. Not the folder: machines may see one file in different places.
-fn file_identity(file: &Path) -> anyhow::Result<String> {
-    let Ok(metadata) = std::fs::metadata(file) else {
-        // The reader says it better.
-        return Ok(file.display().to_string());
-    };
-    let changed = metadata.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    Ok(format!("{name}, {} bytes, changed {}", metadata.len(), changed.as_nanos()))
+    let mut readers =
+        files.iter().map(|file| source::open_reader_with(file, options)).collect::<Result<Vec<_>, _>>()?;
+    match readers.len() {
+        1 => Ok(readers.remove(0)),
+        _ => Ok(Box::new(MosaicReader::new(readers)?)),
+    }
 }
 
 /// Under Slurm, as many threads as were granted, unless `RAYON_NUM_THREADS` says otherwise.

@@ -5,7 +5,7 @@
 //! the disk's cache) falls on all of them alike, and ratios between them are fair.
 
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -32,6 +32,8 @@ use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
 const WARM_UP_FRAMES: u32 = 3;
+/// The longest wait for the tiles of the first frame.
+const WARM_UP: Duration = Duration::from_secs(10);
 /// Of a run's frames, so many at most are compared with the full-resolution heights.
 const CHECKED_FRAMES: usize = 32;
 /// Frames per second along the path where no number of frames is given.
@@ -60,7 +62,10 @@ pub struct BenchArgs {
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
-    /// Memory for tiles on the GPU, in MiB, for each style
+    /// Let the camera follow the clock on the wall: as many frames as there is time for, one style after the other
+    #[arg(long, conflicts_with = "frames")]
+    pub real_time: bool,
+    /// Memory for tiles on the GPU, and as much for tiles in memory, in MiB, for each style
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
     /// Folder for report.json, frames.csv and report.html
@@ -125,6 +130,27 @@ fn world_size(world: &OpenWorld) -> WorldSize {
 }
 
 fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, flights: &mut [Flight]) -> anyhow::Result<()> {
+    let bar = Bar::default();
+    bar.report("warming up", 0.0);
+    let first = path.sample(path.times_s()[0]);
+    for flight in flights.iter_mut() {
+        flight.warm_up(gpu, args.size, &first)?;
+    }
+    if args.real_time {
+        fly_by_the_clock(gpu, path, args, flights, &bar)
+    } else {
+        fly_by_frames(gpu, path, args, flights, &bar)
+    }
+}
+
+/// Every style draws the same frames, in turns.
+fn fly_by_frames(
+    gpu: &Gpu,
+    path: &CameraPath,
+    args: &BenchArgs,
+    flights: &mut [Flight],
+    bar: &Bar,
+) -> anyhow::Result<()> {
     let frames = args.frames.map_or_else(|| path.frame_count(FPS), |frames| frames as usize);
     let step_s = match args.frames {
         // As `CameraPath::spread` has them: the first and the last row included.
@@ -133,28 +159,41 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, flights: &mut [Flight]) -
     };
     let start_s = path.times_s()[0];
     let between_checks = frames.div_ceil(CHECKED_FRAMES);
-    let bar = Bar::default();
-    bar.report("warming up", 0.0);
-    let first = path.sample(start_s);
-    for flight in flights.iter_mut() {
-        for _ in 0..WARM_UP_FRAMES {
-            flight.draw(gpu, args.size, &first)?;
-        }
-        flight.before = flight.world.terrain.tile_counts();
-    }
     for frame in 0..frames {
         bar.report("flying", frame as f32 / frames as f32);
         let t_s = start_s + frame as f64 * step_s;
         let camera = path.sample(t_s);
         for turn in 0..flights.len() {
             let flight = &mut flights[(frame + turn) % flights.len()];
-            let (view, drawn) = flight.draw(gpu, args.size, &camera)?;
-            let mut record = flight.record(frame as u64, t_s, drawn);
-            if frame % between_checks == 0 {
-                let (targets, terrain) = (flight.frame.targets(), &flight.world.terrain);
-                record.lod_error_px = lod_error::largest_px(gpu, targets, &view, terrain, frame as u32)?;
+            flight.fly(gpu, args.size, &camera, t_s, frame % between_checks == 0)?;
+        }
+    }
+    Ok(())
+}
+
+/// Every style draws what it can in the time of the path. The clock stands while a frame is checked.
+fn fly_by_the_clock(
+    gpu: &Gpu,
+    path: &CameraPath,
+    args: &BenchArgs,
+    flights: &mut [Flight],
+    bar: &Bar,
+) -> anyhow::Result<()> {
+    let (start_s, duration_s) = (path.times_s()[0], path.duration_s());
+    let between_checks_s = duration_s / CHECKED_FRAMES as f64;
+    for flight in flights {
+        let mut next_check_s = 0.0;
+        loop {
+            let now_s = flight.wall_s();
+            if now_s >= duration_s {
+                break;
             }
-            flight.records.push(record);
+            bar.report("flying", (now_s / duration_s) as f32);
+            let is_checked = now_s >= next_check_s;
+            if is_checked {
+                next_check_s += between_checks_s;
+            }
+            flight.fly(gpu, args.size, &path.sample(start_s + now_s), start_s + now_s, is_checked)?;
         }
     }
     Ok(())
@@ -169,6 +208,10 @@ struct Flight {
     previous: Option<Pose>,
     before: TileCounts,
     failed_tiles: u64,
+    /// When the first frame that counts began; none before.
+    begun: Option<Instant>,
+    /// What checks took since then.
+    checks: Duration,
     records: Vec<FrameRecord>,
 }
 
@@ -183,7 +226,8 @@ struct Drawn {
 impl Flight {
     fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream };
+        let options =
+            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let requirements = Requirements::of(&style);
         Ok(Self {
             world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?,
@@ -193,6 +237,8 @@ impl Flight {
             previous: None,
             before: TileCounts::default(),
             failed_tiles: 0,
+            begun: None,
+            checks: Duration::ZERO,
             records: Vec::new(),
         })
     }
@@ -213,12 +259,47 @@ impl Flight {
         Ok((view, Drawn { frame_ms, gpu_ms, prepared }))
     }
 
-    fn record(&mut self, frame: u64, t_s: f64, drawn: Drawn) -> FrameRecord {
-        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, .. } } = drawn;
-        self.failed_tiles += tiles.failed;
+    /// Draws a few frames that do not count, until the tiles of the first are there.
+    fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(), GpuError> {
+        let start = Instant::now();
+        for frame in 1.. {
+            let (_, drawn) = self.draw(gpu, size_px, camera)?;
+            let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
+            if frame >= WARM_UP_FRAMES && is_settled {
+                break;
+            }
+        }
+        self.before = self.world.terrain.tile_counts();
+        Ok(())
+    }
+
+    /// Seconds since the first frame that counts, without checks.
+    fn wall_s(&mut self) -> f64 {
+        (self.begun.get_or_insert_with(Instant::now).elapsed() - self.checks).as_secs_f64()
+    }
+
+    /// Draws a frame that counts.
+    fn fly(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64, is_checked: bool) -> anyhow::Result<()> {
+        self.wall_s();
+        let (view, drawn) = self.draw(gpu, size_px, camera)?;
+        let wall_s = self.wall_s();
+        let mut record = self.record(t_s, wall_s, drawn);
+        if is_checked {
+            let start = Instant::now();
+            let (targets, terrain) = (self.frame.targets(), &self.world.terrain);
+            record.lod_error_px = lod_error::largest_px(gpu, targets, &view, terrain, record.frame as u32)?;
+            self.checks += start.elapsed();
+        }
+        self.records.push(record);
+        Ok(())
+    }
+
+    fn record(&mut self, t_s: f64, wall_s: f64, drawn: Drawn) -> FrameRecord {
+        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped } } = drawn;
+        self.failed_tiles = self.failed_tiles.max(tiles.failed);
         let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
         FrameRecord {
-            frame,
+            frame: self.records.len() as u64,
             t_s,
             frame_ms: Some(frame_ms),
             gpu_ms: whole.first().map(|(_, gpu_ms)| *gpu_ms),
@@ -228,6 +309,9 @@ impl Flight {
             strokes: None,
             tiles_loaded: Some(tiles.loaded),
             late: Some(tiles.late),
+            prepare_ms: Some(prepare_ms),
+            jumped: Some(jumped),
+            wall_s: Some(wall_s),
         }
     }
 
@@ -240,7 +324,8 @@ impl Flight {
         let counts = self.world.terrain.tile_counts();
         run.memory = Memory {
             gpu_bytes: Some(self.world.terrain.gpu_bytes() + self.frame.targets().bytes()),
-            tile_cache_bytes: Some(counts.gpu_bytes + counts.cache_bytes),
+            tile_cache_bytes: Some(counts.gpu_bytes),
+            cpu_tile_bytes: Some(counts.cache_bytes),
             rss_bytes: memory::rss_bytes(),
         };
         run.tiles.loaded = Some(self.records.iter().filter_map(|record| record.tiles_loaded).sum());

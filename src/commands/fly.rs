@@ -60,7 +60,8 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-        let options = TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream };
+        let options =
+            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let world = OpenWorld::on_gpu(gpu, scene, store, options)?;
         let start = args.camera.unwrap_or_else(|| world.default_camera());
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));

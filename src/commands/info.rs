@@ -200,6 +200,13 @@ fn scene(file: &Path) -> anyhow::Result<Info> {
         World::File(path) => (Some(path.display().to_string()), None),
         World::Url(url) => (Some(url), None),
         World::Procedural { seed } => (None, Some(seed)),
+        World::Files(paths) => {
+            let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+            (Some(names.join(", ")), None)
+        }
+        World::Continent { seed, size_samples, spacing_m } => {
+            (Some(format!("continent {seed}, {size_samples} × {size_samples} samples, {spacing_m} m apart")), None)
+        }
     };
     Ok(Info::Scene(SceneInfo {
         dem,

@@ -130,7 +130,12 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let scene = world::scene_of(args.world.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
-    let options = TerrainOptions { lod_error_px: args.lod_error, tile_memory_bytes: args.tile_memory << 20, loading: Loading::Wait };
+    let options = TerrainOptions {
+        lod_error_px: args.lod_error,
+        tile_memory_bytes: args.tile_memory << 20,
+        loading: Loading::Wait,
+        ..TerrainOptions::default()
+    };
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None };
     let cameras = job.cameras(&kind)?;

@@ -15,8 +15,13 @@ macro_rules! shader {
 }
 
 /// What other shaders import, in the order in which they import each other.
-const MODULES: &[(&str, &str)] =
-    &[shader!("shared/view"), shader!("shared/terrain"), shader!("shared/patch"), shader!("shared/color")];
+const MODULES: &[(&str, &str)] = &[
+    shader!("shared/view"),
+    shader!("shared/terrain"),
+    shader!("shared/earth"),
+    shader!("shared/patch"),
+    shader!("shared/color"),
+];
 
 /// The shaders that become pipelines: one for each pass.
 pub const SHADERS: &[(&str, &str)] = &[

@@ -46,6 +46,11 @@ pub struct Run {
     pub frame_ms: Option<Percentiles>,
     /// A whole frame on the GPU.
     pub gpu_ms: Option<Percentiles>,
+    /// Of a frame, what the frame thread spends on tiles and patches.
+    pub prepare_ms: Option<Percentiles>,
+    /// Frames that took more than twice the median because of streaming: without what the frame thread spent on tiles
+    /// and patches beyond its median, they would not have.
+    pub hitches: Option<u64>,
     /// In drawing order.
     pub passes: Vec<Pass>,
     /// At the end of the run.
@@ -91,6 +96,8 @@ pub struct Memory {
     pub gpu_bytes: Option<u64>,
     /// The tiles that are held on the GPU: the used part of the room that `gpu_bytes` has for them.
     pub tile_cache_bytes: Option<u64>,
+    /// Decoded tiles in memory.
+    pub cpu_tile_bytes: Option<u64>,
     /// The whole process, resident: [`super::memory::rss_bytes`].
     pub rss_bytes: Option<u64>,
 }
@@ -106,8 +113,23 @@ pub struct TileCounts {
     pub cancelled: Option<u64>,
     /// Not readable.
     pub failed: Option<u64>,
-    /// Frames that were drawn while tiles that they wanted were on their way.
+    /// Frames in which some of the terrain was coarser than its error allows.
     pub late_frames: Option<u64>,
+    /// Those among them that were drawn more than a second after the start or after a jump.
+    pub late_frames_after_1s: Option<u64>,
+    /// From a jump of the camera (and from the opening of the world) until nothing is late.
+    pub full_detail_ms: Option<FullDetail>,
+}
+
+/// How long the terrain takes to full detail, in milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FullDetail {
+    /// Jumps, the opening included.
+    pub jumps: u64,
+    /// The median.
+    pub p50: f64,
+    /// The longest. A jump before whose detail the next one came counts with that time.
+    pub max: f64,
 }
 
 /// Percentiles of the level-of-detail error, in pixels.
@@ -133,7 +155,10 @@ impl Run {
                 gpu_ms: gpu_ms.map(|Percentiles { p50, p95, p99, .. }| PassTime { p50, p95, p99 }),
             }
         });
-        let lod_error_px = Percentiles::of(frames.iter().filter_map(|frame| frame.lod_error_px));
+        // A late frame makes no promise.
+        let punctual = frames.iter().filter(|frame| frame.late != Some(true));
+        let lod_error_px = Percentiles::of(punctual.filter_map(|frame| frame.lod_error_px));
+        let prepare_ms = Percentiles::of(frames.iter().filter_map(|frame| frame.prepare_ms));
         let late: Vec<bool> = frames.iter().filter_map(|frame| frame.late).collect();
         let late_frames = (!late.is_empty()).then(|| late.iter().filter(|&&late| late).count() as u64);
         Self {
@@ -142,14 +167,65 @@ impl Run {
             frames: frames.len() as u64,
             frame_ms: Percentiles::of(frames.iter().filter_map(|frame| frame.frame_ms)),
             gpu_ms: Percentiles::of(frames.iter().filter_map(|frame| frame.gpu_ms)),
+            prepare_ms,
+            hitches: hitches(frames),
             passes: passes.collect(),
-            tiles: TileCounts { late_frames, ..TileCounts::default() },
+            tiles: TileCounts {
+                late_frames,
+                late_frames_after_1s: late_after_1s(frames),
+                full_detail_ms: full_detail_ms(frames),
+                ..TileCounts::default()
+            },
             lod_error_px: lod_error_px.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max }),
             triangles: median(frames.iter().filter_map(|frame| frame.triangles)),
             strokes: median(frames.iter().filter_map(|frame| frame.strokes)),
             ..Self::default()
         }
     }
+}
+
+/// See [`Run::hitches`].
+fn hitches(frames: &[FrameRecord]) -> Option<u64> {
+    let times: Vec<(f64, f64)> = frames.iter().filter_map(|frame| Some((frame.frame_ms?, frame.prepare_ms?))).collect();
+    let frame_ms = Percentiles::of(times.iter().map(|(frame_ms, _)| *frame_ms))?.p50;
+    let prepare_ms = Percentiles::of(times.iter().map(|(_, prepare_ms)| *prepare_ms))?.p50;
+    let is_hitch = |(whole_ms, tiles_ms): &&(f64, f64)| {
+        *whole_ms > 2.0 * frame_ms && whole_ms - (tiles_ms - prepare_ms).max(0.0) <= 2.0 * frame_ms
+    };
+    Some(times.iter().filter(is_hitch).count() as u64)
+}
+
+/// See [`TileCounts::late_frames_after_1s`].
+fn late_after_1s(frames: &[FrameRecord]) -> Option<u64> {
+    let (mut since_s, mut late) = (0.0, None);
+    for frame in frames {
+        let (wall_s, is_late) = (frame.wall_s?, frame.late?);
+        if frame.jumped == Some(true) {
+            since_s = wall_s - frame.frame_ms.unwrap_or(0.0) / 1000.0;
+        }
+        *late.get_or_insert(0) += u64::from(is_late && wall_s - since_s > 1.0);
+    }
+    late
+}
+
+/// See [`TileCounts::full_detail_ms`].
+fn full_detail_ms(frames: &[FrameRecord]) -> Option<FullDetail> {
+    let (mut times_ms, mut since_s) = (Vec::new(), None);
+    let mut last_s = 0.0;
+    for frame in frames {
+        let begun_s = frame.wall_s? - frame.frame_ms? / 1000.0;
+        last_s = frame.wall_s?;
+        if frame.jumped == Some(true) {
+            times_ms.extend(since_s.map(|since_s| (begun_s - since_s) * 1000.0));
+            since_s = Some(begun_s);
+        }
+        if frame.late == Some(false) {
+            times_ms.extend(since_s.take().map(|since_s: f64| (last_s - since_s) * 1000.0));
+        }
+    }
+    times_ms.extend(since_s.map(|since_s| (last_s - since_s) * 1000.0));
+    let Percentiles { p50, max, .. } = Percentiles::of(times_ms.iter().copied())?;
+    Some(FullDetail { jumps: times_ms.len() as u64, p50, max })
 }
 
 fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {

@@ -171,7 +171,7 @@ fn table(runs: &[Run]) -> String {
     fn mebibytes(bytes: Option<u64>) -> String {
         bytes.map_or(none(), |bytes| short(bytes as f64 / 1_048_576.0))
     }
-    let rows: [(&str, Cell); 22] = [
+    let rows: [(&str, Cell); 29] = [
         ("frames", |run| run.frames.to_string()),
         ("frame ms, p50", |run| time(run.frame_ms, |ms| ms.p50)),
         ("frame ms, p95", |run| time(run.frame_ms, |ms| ms.p95)),
@@ -187,13 +187,20 @@ fn table(runs: &[Run]) -> String {
         ("triangles", |run| count(run.triangles)),
         ("strokes", |run| count(run.strokes)),
         ("GPU memory, MiB", |run| mebibytes(run.memory.gpu_bytes)),
-        ("tile cache, MiB", |run| mebibytes(run.memory.tile_cache_bytes)),
+        ("tiles on the GPU, MiB", |run| mebibytes(run.memory.tile_cache_bytes)),
+        ("tiles in memory, MiB", |run| mebibytes(run.memory.cpu_tile_bytes)),
         ("resident memory, MiB", |run| mebibytes(run.memory.rss_bytes)),
         ("tiles loaded", |run| count(run.tiles.loaded)),
         ("tiles evicted", |run| count(run.tiles.evicted)),
         ("tiles cancelled", |run| count(run.tiles.cancelled)),
         ("tiles failed", |run| count(run.tiles.failed)),
         ("late frames", |run| count(run.tiles.late_frames)),
+        ("late frames, later than 1 s after a jump", |run| count(run.tiles.late_frames_after_1s)),
+        ("jumps", |run| count(run.tiles.full_detail_ms.map(|detail| detail.jumps))),
+        ("full detail after a jump ms, p50", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.p50))),
+        ("full detail after a jump ms, max", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.max))),
+        ("hitches", |run| count(run.hitches)),
+        ("tiles and patches on the frame thread ms, p50", |run| time(run.prepare_ms, |ms| ms.p50)),
     ];
     let rows = rows.iter().map(|(name, cell)| (name.to_string(), runs.iter().map(cell).collect()));
     format!("<h2>Numbers</h2>\n{}", grid(runs, rows))

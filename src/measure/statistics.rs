@@ -51,8 +51,14 @@ pub struct FrameRecord {
     pub strokes: Option<u64>,
     /// Tiles that arrived during the frame.
     pub tiles_loaded: Option<u64>,
-    /// Whether tiles that the selection wanted were still on their way.
+    /// Whether some of the terrain was coarser than its error allows: tiles were on their way.
     pub late: Option<bool>,
+    /// What the frame thread spent on tiles and patches.
+    pub prepare_ms: Option<f64>,
+    /// Whether the camera jumped to this frame.
+    pub jumped: Option<bool>,
+    /// The time since the run began, by the clock on the wall, when the frame was done.
+    pub wall_s: Option<f64>,
 }
 
 /// The frames of one run.
@@ -86,7 +92,7 @@ pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError
     let passes = pass_names(runs.iter().flat_map(|run| &run.frames));
     let mut table = csv::Writer::from_writer(Vec::new());
     let fixed = ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];
-    let header = fixed.into_iter().chain(["tiles_loaded", "late"]).map(str::to_owned);
+    let header = fixed.into_iter().chain(["tiles_loaded", "late", "prepare_ms", "jumped", "wall_s"]).map(str::to_owned);
     let header = header.chain(passes.iter().map(|pass| format!("gpu_ms.{pass}")));
     let failed = |error: csv::Error| FileError::write(path, error);
     table.write_record(header).map_err(failed)?;
@@ -104,6 +110,9 @@ pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError
                 text(frame.strokes),
                 text(frame.tiles_loaded),
                 text(frame.late.map(u8::from)),
+                text(frame.prepare_ms),
+                text(frame.jumped.map(u8::from)),
+                text(frame.wall_s),
             ];
             let times = passes
                 .iter()

@@ -99,6 +99,12 @@ pub struct PictureReport {
     pub tiles_missing: u64,
     /// Tiles that could not be read.
     pub tiles_failed: u64,
+    /// Tiles that are on their way.
+    pub tiles_pending: u64,
+    /// Whether some of the terrain is coarser than its error allows.
+    pub late: bool,
+    /// What the frame thread spent on tiles and patches.
+    pub prepare_ms: f64,
     /// Bytes of targets on the GPU.
     pub target_bytes: u64,
 }
@@ -216,6 +222,9 @@ impl PictureReport {
         self.tiles_loaded += other.tiles_loaded;
         self.tiles_missing += other.tiles_missing;
         self.tiles_failed += other.tiles_failed;
+        self.tiles_pending += other.tiles_pending;
+        self.late |= other.late;
+        self.prepare_ms += other.prepare_ms;
         self.target_bytes = self.target_bytes.max(other.target_bytes);
     }
 
@@ -236,6 +245,9 @@ impl PictureReport {
         self.tiles_loaded += prepared.tiles.loaded;
         self.tiles_missing += prepared.tiles.without_room;
         self.tiles_failed += prepared.tiles.failed;
+        self.tiles_pending += prepared.tiles.pending;
+        self.late |= prepared.tiles.late;
+        self.prepare_ms += prepared.prepare_ms;
         self.target_bytes = self.target_bytes.max(frame.targets().bytes());
     }
 }

@@ -11,11 +11,14 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use super::bytes::fnv;
 use super::link::has_sidecar;
 use super::sidecar::{self, sidecar_path};
-use super::{BakeOptions, Pyramid, PyramidError, bake};
-use crate::source::{HeightGrid, Progress};
+use super::{BakeOptions, BakeWork, Pyramid, PyramidError, bake, bake_reader};
+use crate::source::{self, HeightGrid, Progress, SourceError};
 
 /// How much the cache may hold: 8 GiB.
 pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
+
+/// With more samples a DEM is read by windows: half a gigabyte.
+const IN_MEMORY_SAMPLES: u64 = 1 << 27;
 
 /// A partial file this old belongs to no running bake.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
@@ -51,6 +54,31 @@ where
     open_or_bake_key(&key, &path.display().to_string(), load, cache_dir, progress)
 }
 
+/// The same for a DEM of any format and size: a large one is read by windows, and a bake that was stopped goes on.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+    let load = |error: SourceError| PyramidError::Load(Box::new(error));
+    if has_sidecar(path) || !path.exists() {
+        return open_or_bake(path, || source::open(path, progress), None, progress);
+    }
+    let reader = source::open_reader(path).map_err(load)?;
+    let [width, height] = reader.size();
+    let (key, name) = (reader.identity(), path.display().to_string());
+    let is_large = u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES;
+    cached(&key, &name, None, |out| {
+        if is_large {
+            let work = BakeWork { in_folder: true, resume: true, ..BakeWork::default() };
+            bake_reader(&*reader, out, &BakeOptions::default(), &work, progress)?;
+        } else {
+            let grid = source::read_all(&*reader, path, progress).map_err(load)?;
+            bake(&grid, out, &BakeOptions::default(), progress)?;
+        }
+        Ok(())
+    })
+}
+
 /// The same for heights that no file holds: `key` says all that they depend on, `name` stands in messages and in the
 /// name of the cached file.
 ///
@@ -66,6 +94,19 @@ pub fn open_or_bake_key<E>(
 where
     E: Into<Box<dyn std::error::Error + Send + Sync>>,
 {
+    cached(key, name, cache_dir, |out| {
+        let grid = load().map_err(|source: E| PyramidError::Load(source.into()))?;
+        bake(&grid, out, &BakeOptions::default(), progress).map(drop)
+    })
+}
+
+/// The pyramid of a key, which `make` bakes where there is none.
+fn cached(
+    key: &str,
+    name: &str,
+    cache_dir: Option<&Path>,
+    make: impl FnOnce(&Path) -> Result<(), PyramidError>,
+) -> Result<Pyramid, PyramidError> {
     let folder = cache_folder(cache_dir)?;
     let cached = folder.join(file_name(key, name));
     // The lock guards no data, so a panic elsewhere does not spoil it.
@@ -80,17 +121,14 @@ where
             Err(error) => return Err(error),
         }
     }
-    let failed = |source: E| PyramidError::Load(source.into());
-    let grid = load().map_err(failed)?;
     fs::create_dir_all(&folder).map_err(PyramidError::io(&folder, "creating"))?;
-    bake(&grid, &cached, &BakeOptions::default(), progress)?;
-    drop(grid);
+    make(&cached)?;
     trim(&folder, &cached, CACHE_LIMIT_BYTES);
     Pyramid::open(&cached)
 }
 
 /// The folder of cached pyramids.
-fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
+pub(super) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
     if let Some(folder) = named {
         return Ok(folder.to_owned());
     }

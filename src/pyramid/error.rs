@@ -4,6 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::TileAddress;
+use crate::remote::RemoteError;
+use crate::source::SourceError;
 
 /// Why a pyramid could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -89,6 +91,26 @@ pub enum PyramidError {
     /// The system names no folder for caches.
     #[error("no folder for baked terrain: set HACHURE_CACHE")]
     NoCacheFolder,
+    /// The file has too few overviews to fly over it as it is.
+    #[error("{}: {cause}; bake it first, where it lies: hachure bake FILE -o OUT.tif", path.display())]
+    NoOverviews {
+        /// The file or its address.
+        path: PathBuf,
+        /// What is missing.
+        cause: String,
+    },
+    /// The file, here or elsewhere, could not be had.
+    #[error(transparent)]
+    Remote(RemoteError),
+    /// Its bytes could not be had while they were decoded: the words of the source, which name the file.
+    #[error(transparent)]
+    Unread {
+        /// The source's words.
+        source: SourceError,
+    },
+    /// It is no height file that can be read.
+    #[error(transparent)]
+    Source(#[from] SourceError),
     /// Nobody wants the tile any more.
     #[error("no longer wanted")]
     Cancelled,
@@ -106,6 +128,12 @@ pub enum PyramidError {
     /// The heights to bake could not be had: the loader's own words, which name the file.
     #[error(transparent)]
     Load(Box<dyn std::error::Error + Send + Sync>),
+}
+
+impl From<RemoteError> for PyramidError {
+    fn from(error: RemoteError) -> Self {
+        if matches!(error, RemoteError::Cancelled) { Self::Cancelled } else { Self::Remote(error) }
+    }
 }
 
 impl PyramidError {

@@ -5,9 +5,12 @@
 //! samples, `fill` gives voids a height so that the surface can be evaluated beside them.
 
 pub mod bicubic;
+pub mod continent_store;
+pub mod derive;
 pub mod fill;
 pub mod ground;
 pub mod levels;
+pub mod mosaic_store;
 pub mod statistics;
 pub mod store;
 
@@ -15,20 +18,31 @@ mod bake;
 mod bytes;
 mod cache;
 mod cog;
+mod cog_levels;
+mod cog_store;
 mod encode;
 mod error;
+mod exaggerated;
 mod geotags;
 mod link;
+mod measured;
 mod open;
+mod open_store;
 mod record;
+mod served;
 mod sidecar;
 mod stored;
 
 pub use bake::{BakeOptions, BakeReport, BakeWork, Baked, bake, bake_reader, parts_path};
-pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_key, trim};
+pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_key, trim};
+pub use cog_store::CogStore;
+pub use continent_store::ContinentStore;
 pub use error::PyramidError;
+pub use exaggerated::Exaggerated;
 pub use levels::LevelSize;
+pub use mosaic_store::MosaicStore;
 pub use open::Pyramid;
+pub use open_store::{open_local_cog, open_remote, open_remote_with};
 pub use sidecar::{LevelSummary, sidecar_path};
 pub use statistics::{PatchStatistics, TileStatistics, Voids};
 pub use store::{Cancel, LoadedTile, PatchPage, TileStore};

@@ -1,6 +1,7 @@
 //! What is looked at and from where: camera, camera path, light, scene file.
 
 pub mod camera;
+pub mod earth;
 pub mod path;
 pub mod scene_file;
 
@@ -20,6 +21,8 @@ pub struct Scene {
     pub haze: Haze,
     /// Where a flight starts; none means a view that the world's extent suggests.
     pub start: Option<Camera>,
+    /// The curvature of the earth; none is a flat map.
+    pub earth: Option<earth::Earth>,
     /// What heights are multiplied by; 1 is true to nature.
     pub vertical_exaggeration: f64,
 }
@@ -35,6 +38,17 @@ pub enum World {
     Procedural {
         /// Another seed is another world.
         seed: u32,
+    },
+    /// Several DEMs in one world, in order of their precedence among equal spacings.
+    Files(Vec<PathBuf>),
+    /// The procedural continent, or a square from its middle.
+    Continent {
+        /// Another seed is another continent.
+        seed: u32,
+        /// Samples along a side.
+        size_samples: u32,
+        /// Metres between them; other than 10 stretches the land.
+        spacing_m: f64,
     },
 }
 
@@ -66,7 +80,7 @@ impl Default for Scene {
 impl Scene {
     /// A world with everything else at its default: what a bare DEM means on the command line.
     pub fn of_world(world: World) -> Self {
-        Self { world, sun: Sun::default(), haze: Haze::default(), start: None, vertical_exaggeration: 1.0 }
+        Self { world, sun: Sun::default(), haze: Haze::default(), start: None, earth: None, vertical_exaggeration: 1.0 }
     }
 }
 

@@ -3,6 +3,9 @@
 //! The spline is a cubic Hermite one over the rows' own times. A row's tangent is the derivative of the parabola
 //! through it and its two neighbours, which on evenly spaced rows is Catmull-Rom's; the first and last row take the
 //! slope of their only side.
+//!
+//! Two rows at one time are a jump: the curve ends at the first and begins anew at the second, and at that very time
+//! the second holds. Neither looks across for its slope.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -68,7 +71,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov`; no row; a row that is no camera;
-    /// times that do not increase; z of both kinds.
+    /// times that do not increase but for jumps; z of both kinds.
     pub fn read(path: &Path) -> Result<Self, PathError> {
         Self::parse(path, open(path)?)
     }
@@ -133,7 +136,7 @@ impl CameraPath {
         Self { times_s, values, tangents, height_above_ground: rows[0].camera.height_above_ground }
     }
 
-    /// The times of the rows in seconds, increasing; at least one.
+    /// The times of the rows in seconds, increasing but for jumps, which have their time twice; at least one.
     pub fn times_s(&self) -> &[f64] {
         &self.times_s
     }
@@ -203,7 +206,7 @@ fn open(path: &Path) -> Result<std::fs::File, PathError> {
     std::fs::File::open(path).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
 }
 
-/// The rows of a path: the header is right, there is at least one, and the times increase.
+/// The rows of a path: the header is right, there is at least one, and the times increase but for jumps.
 fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let wrong = |line: u64, cause: String| PathError::Line { path: name.to_owned(), line, cause };
     let csv_error = |error: csv::Error| {
@@ -234,9 +237,13 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         }
         if let Some(previous) = rows.last()
             && time_s - previous.time_s < SHORTEST_STEP_S
+            && !is_jump(&rows, time_s)
         {
             let before = previous.time_s;
-            return Err(wrong(line, format!("t is {time_s} after {before}; times must increase by 1 µs at least")));
+            return Err(wrong(
+                line,
+                format!("t is {time_s} after {before}; times must increase by 1 µs at least, or two rows be a jump"),
+            ));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;
         rows.push(Row { line, time_s, camera });
@@ -247,16 +254,21 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     Ok(rows)
 }
 
+/// Whether a row at `time_s` after these begins anew at their last time: once, and not at the very start.
+fn is_jump(rows: &[Row], time_s: f64) -> bool {
+    matches!(rows, [.., before, last] if time_s == last.time_s && before.time_s < last.time_s)
+}
+
 fn tangents(times_s: &[f64], values: &[Values]) -> Vec<Values> {
     let last = times_s.len() - 1;
     let slope = |row: usize, k: usize| (values[row + 1][k] - values[row][k]) / (times_s[row + 1] - times_s[row]);
-    let tangent = |row: usize, k: usize| match row {
-        _ if last == 0 => 0.0,
-        0 => slope(0, k),
-        row if row == last => slope(last - 1, k),
-        row => {
-            let before_s = times_s[row] - times_s[row - 1];
-            let after_s = times_s[row + 1] - times_s[row];
+    // Across a jump there is no slope.
+    let step_s = |row: usize| Some(times_s.get(row + 1)? - times_s[row]).filter(|&step_s| step_s > 0.0);
+    let tangent = |row: usize, k: usize| match (row.checked_sub(1).and_then(step_s), step_s(row)) {
+        (None, None) => 0.0,
+        (None, Some(_)) => slope(row, k),
+        (Some(_), None) => slope(row - 1, k),
+        (Some(before_s), Some(after_s)) => {
             (slope(row - 1, k) * after_s + slope(row, k) * before_s) / (before_s + after_s)
         }
     };

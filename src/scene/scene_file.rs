@@ -5,7 +5,9 @@
 //!
 //! [world]
 //! dem = "mountain.tif"              # beside the scene file, or an address (https://…, s3://…)
+//! # dem = ["a.tif", "b.tif"]        # several in one world; a folder means all DEMs in it
 //! # procedural = { seed = 1 }       # instead of dem
+//! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # likewise; all of it optional
 //!
 //! [sun]
 //! azimuth_deg = 315                 # clockwise from north
@@ -14,6 +16,10 @@
 //! [haze]
 //! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
 //! color = "#dfe6ea"                 # without it, the style's paper
+//!
+//! [earth]
+//! curvature = true                  # bends the map; without it, the map is flat
+//! refraction = 0.13                 # of the air; without it, 0
 //!
 //! [camera]
 //! start = "0,-2000,+300,0,-10,50"   # x,y,z,yaw,pitch,fov
@@ -25,7 +31,10 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::camera::Camera;
+use super::earth::Earth;
 use super::{Haze, Scene, Sun, World};
+use crate::pyramid::continent_store::SMALLEST_SAMPLES;
+use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
 /// Why a file is no scene. One line that names the file, the key and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -71,6 +80,8 @@ struct FileToml {
     #[serde(default)]
     haze: HazeToml,
     #[serde(default)]
+    earth: EarthToml,
+    #[serde(default)]
     camera: CameraToml,
     vertical_exaggeration: Option<f64>,
 }
@@ -78,8 +89,29 @@ struct FileToml {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WorldToml {
-    dem: Option<String>,
+    dem: Option<DemToml>,
     procedural: Option<ProceduralToml>,
+    continent: Option<ContinentToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "it must be a file's name or a list of them")]
+enum DemToml {
+    One(String),
+    Several(Vec<String>),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ContinentToml {
+    #[serde(default = "one")]
+    seed: u32,
+    size_samples: Option<u32>,
+    spacing_m: Option<f64>,
+}
+
+fn one() -> u32 {
+    1
 }
 
 #[derive(Deserialize)]
@@ -100,6 +132,14 @@ struct SunToml {
 struct HazeToml {
     distance_m: Option<f64>,
     color: Option<String>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct EarthToml {
+    #[serde(default)]
+    curvature: bool,
+    refraction: Option<f64>,
 }
 
 #[derive(Deserialize, Default)]
@@ -127,7 +167,7 @@ impl Scene {
         let wrong =
             |key: &'static str, cause: &str| SceneError::Value { path: path.to_owned(), key, cause: cause.to_owned() };
 
-        let mut scene = Self::of_world(world(path, file.world).map_err(|cause| wrong("world", cause))?);
+        let mut scene = Self::of_world(world(path, file.world).map_err(|cause| wrong("world", &cause))?);
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
         scene.sun = Sun {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
@@ -149,6 +189,11 @@ impl Scene {
             None => None,
         };
         scene.haze = Haze { distance_m: file.haze.distance_m, color_srgb };
+        let refraction = file.earth.refraction.unwrap_or(0.0);
+        if !(-1.0..1.0).contains(&refraction) {
+            return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
+        }
+        scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }
@@ -162,16 +207,40 @@ impl Scene {
     }
 }
 
-fn world(scene_path: &Path, world: WorldToml) -> Result<World, &'static str> {
-    match (world.dem, world.procedural) {
-        (Some(_), Some(_)) => Err("it has both dem and procedural, and must have one of them"),
-        (None, None) => Err("it needs dem = \"FILE\" or procedural = { seed = 1 }"),
-        (None, Some(procedural)) => Ok(World::Procedural { seed: procedural.seed }),
-        (Some(dem), None) if dem.is_empty() => Err("dem is empty"),
-        (Some(dem), None) if dem.contains("://") => Ok(World::Url(dem)),
-        // An absolute path replaces the folder.
-        (Some(dem), None) => Ok(World::File(scene_path.parent().unwrap_or(Path::new("")).join(dem))),
+fn world(scene_path: &Path, world: WorldToml) -> Result<World, String> {
+    // An absolute path replaces the folder.
+    let beside = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
+    match (world.dem, world.procedural, world.continent) {
+        (None, None, None) => Err("it needs dem = \"FILE\" or procedural = { seed = 1 } or continent = {}".into()),
+        (None, Some(procedural), None) => Ok(World::Procedural { seed: procedural.seed }),
+        (None, None, Some(continent)) => self::continent(&continent),
+        (Some(DemToml::One(dem)), None, None) if dem.is_empty() => Err("dem is empty".into()),
+        (Some(DemToml::One(dem)), None, None) if dem.contains("://") => Ok(World::Url(dem)),
+        (Some(DemToml::One(dem)), None, None) => Ok(World::File(beside(&dem))),
+        (Some(DemToml::Several(dems)), None, None) => match dems.iter().find(|dem| dem.contains("://")) {
+            _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err("dem is empty".into()),
+            Some(url) => Err(format!("{url}: a list holds files of this machine only")),
+            None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
+        },
+        (dem, procedural, continent) => {
+            let names =
+                [("dem", dem.is_some()), ("procedural", procedural.is_some()), ("continent", continent.is_some())];
+            let given: Vec<&str> = names.iter().filter(|name| name.1).map(|name| name.0).collect();
+            Err(format!("it has both {}, and must have one of them", given.join(" and ")))
+        }
     }
+}
+
+fn continent(continent: &ContinentToml) -> Result<World, String> {
+    let size_samples = continent.size_samples.unwrap_or(SIZE_SAMPLES);
+    if !(SMALLEST_SAMPLES..=SIZE_SAMPLES).contains(&size_samples) {
+        return Err(format!("continent.size_samples must lie within {SMALLEST_SAMPLES} to {SIZE_SAMPLES}"));
+    }
+    let spacing_m = continent.spacing_m.unwrap_or(SPACING_M);
+    if !(0.1..=100.0).contains(&spacing_m) {
+        return Err("continent.spacing_m must lie within 0.1 to 100".into());
+    }
+    Ok(World::Continent { seed: continent.seed, size_samples, spacing_m })
 }
 
 /// `#rrggbb` as three numbers of 0 to 1.

@@ -32,9 +32,13 @@ pub enum SourceError {
         /// Of the file.
         path: PathBuf,
     },
-    /// Something else than TIFF.
-    #[error("{}: {looks_like}; hachure reads GeoTIFF", path.display())]
-    NotTiff {
+    /// None of the formats that are read.
+    #[error(
+        "{}: {looks_like}; hachure reads GeoTIFF, SRTM .hgt (also zipped), DTED, USGS DEM, ESRI and GRASS ASCII grids, \
+         BIL, GridFloat and ENVI rasters, 16-bit PNG, raw .r16, terrain-RGB pictures and tiles, XYZ grids",
+        path.display()
+    )]
+    UnknownFormat {
         /// Of the file.
         path: PathBuf,
         /// What it is instead: "is a PNG picture".
@@ -49,7 +53,7 @@ pub enum SourceError {
         #[source]
         source: TiffError,
     },
-    /// The TIFF contradicts itself in a way that the reader could not put into words.
+    /// The file contradicts itself or ends too early, in words of ours.
     #[error("{}: is damaged: {what}", path.display())]
     Inconsistent {
         /// Of the file.
@@ -65,13 +69,27 @@ pub enum SourceError {
         /// The compression or sample type: "compression LZMA (34925)".
         what: String,
     },
-    /// A TIFF, but not of heights.
+    /// A picture, but not of heights.
     #[error("{}: holds {what}, not heights", path.display())]
     NotHeights {
         /// Of the file.
         path: PathBuf,
         /// What it holds: "an RGB picture".
         what: &'static str,
+    },
+    /// What the file leaves open has to be said elsewhere: in its name, a file beside it, an option.
+    #[error("{}: {why}", path.display())]
+    Unclear {
+        /// Of the file.
+        path: PathBuf,
+        /// What is missing, and where it could be said.
+        why: String,
+    },
+    /// A folder without a single height file.
+    #[error("{}: the folder holds no height files", path.display())]
+    NoMembers {
+        /// Of the folder.
+        path: PathBuf,
     },
     /// A single row or column.
     #[error("{}: has {width}×{height} samples, but a surface needs at least 2×2", path.display())]
@@ -84,7 +102,10 @@ pub enum SourceError {
         height: u32,
     },
     /// More samples than can be held at once.
-    #[error("{}: {width}×{height} samples are more than can be read at once", path.display())]
+    #[error(
+        "{}: {width}×{height} samples are more than can be read at once; convert it to GeoTIFF, or bake it in parts",
+        path.display()
+    )]
     TooLarge {
         /// Of the file.
         path: PathBuf,
@@ -98,6 +119,14 @@ pub enum SourceError {
     AllNoData {
         /// Of the file.
         path: PathBuf,
+    },
+    /// Several files that are no single grid.
+    #[error("{}: {cause}", path.display())]
+    Mosaic {
+        /// Of the first file.
+        path: PathBuf,
+        /// What does not fit.
+        cause: String,
     },
     /// The place on the earth is unknown or impossible.
     #[error("{}: {source}", path.display())]

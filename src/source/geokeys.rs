@@ -8,6 +8,10 @@ pub(super) const RASTER_TYPE: u16 = 1025;
 pub(super) const CITATION: u16 = 1026;
 pub(super) const GEOGRAPHIC_CRS: u16 = 2048;
 pub(super) const GEOGRAPHIC_CITATION: u16 = 2049;
+pub(super) const GEOGRAPHIC_DATUM: u16 = 2050;
+pub(super) const ELLIPSOID: u16 = 2056;
+pub(super) const PROJECTION: u16 = 3074;
+pub(super) const PROJECTION_METHOD: u16 = 3075;
 pub(super) const ANGULAR_UNITS: u16 = 2054;
 pub(super) const ANGULAR_UNIT_SIZE: u16 = 2055;
 pub(super) const SEMI_MAJOR_AXIS: u16 = 2057;
@@ -25,6 +29,7 @@ pub(super) const VERTICAL_UNITS: u16 = 4099;
 /// The code by which a key says "my own definition".
 pub(super) const USER_DEFINED: u16 = 32767;
 pub(super) const METRE: u16 = 9001;
+pub(super) const DEGREE: u16 = 9102;
 
 /// The keys of a GeoTIFF; empty for a file that has none.
 ///
@@ -72,7 +77,11 @@ impl GeoKeys {
         let Some(parsed) = upstream::GeoKeyDirectory::parse(directory, doubles, ascii) else {
             return Self::default();
         };
-        let keys = parsed.keys.into_iter().map(|key| GeoKey { id: key.id, value: key.value.into() }).collect();
+        Self::from_keys(parsed.keys.into_iter().map(|key| GeoKey { id: key.id, value: key.value.into() }).collect())
+    }
+
+    /// Of a CRS that is described elsewhere than in a GeoTIFF.
+    pub(super) fn from_keys(keys: Vec<GeoKey>) -> Self {
         let mut this = Self { keys, ..Self::default() };
         this.model_type = this.short(MODEL_TYPE);
         this.raster_type = this.short(RASTER_TYPE);
@@ -122,6 +131,21 @@ impl GeoKeys {
 
     fn value(&self, id: u16) -> Option<&GeoKeyValue> {
         self.keys.iter().find(|key| key.id == id).map(|key| &key.value)
+    }
+}
+
+impl GeoKey {
+    pub(super) fn short(id: u16, code: u16) -> Self {
+        Self { id, value: GeoKeyValue::Short(code) }
+    }
+
+    pub(super) fn double(id: u16, value: f64) -> Self {
+        Self { id, value: GeoKeyValue::Double(vec![value]) }
+    }
+
+    /// Characters that a GeoTIFF cannot hold are left out.
+    pub(super) fn ascii(id: u16, text: &str) -> Self {
+        Self { id, value: upstream::GeoKeyValue::Ascii(text.to_owned()).into() }
     }
 }
 

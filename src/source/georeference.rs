@@ -107,14 +107,26 @@ pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, Geore
         let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
         return Ok(Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() });
     };
+    from_transform(crs_from_grid, tags.geokeys, file)
+}
+
+/// The georeference of a transform for sample centres and the keys of its CRS.
+///
+/// # Errors
+/// As [`from_tags`].
+pub(super) fn from_transform(
+    crs_from_grid: [f64; 6],
+    geokeys: GeoKeys,
+    file: &str,
+) -> Result<Georeference, GeoreferenceError> {
     let [_, a, b, _, c, d] = crs_from_grid;
     let (determinant, scale) = (a * d - b * c, a.hypot(c) * b.hypot(d));
     let is_finite = crs_from_grid.iter().all(|value| value.is_finite());
     if !is_finite || determinant == 0.0 || determinant.abs() < 1e-9 * scale {
         return Err(GeoreferenceError::PixelSize);
     }
-    let crs = crs_from_keys(&tags.geokeys, file)?;
-    Ok(Georeference { crs_from_grid, crs, geokeys: tags.geokeys })
+    let crs = crs_from_keys(&geokeys, file)?;
+    Ok(Georeference { crs_from_grid, crs, geokeys })
 }
 
 /// `crs_from_grid` for sample centres; `None` without any transform.

@@ -1,14 +1,15 @@
 //! What a TIFF's header claims, checked before anything of that size is allocated or decoded.
 
+use std::ops::Range;
 use std::path::Path;
 
 use tiff_reader::{Ifd, TiffFile};
 
 use super::SourceError;
+use super::flat::Strides;
+use super::reader::Window;
 use super::samples::SampleType;
 
-/// More samples than this are not read into memory at once: 8 GiB of heights.
-const MAX_SAMPLES: u64 = 1 << 31;
 /// One strip or tile, decoded, all bands.
 const MAX_BLOCK_BYTES: u64 = 1 << 31;
 /// What a file may always decode to, however small it is.
@@ -21,28 +22,66 @@ const TAG_SUBFILE_TYPE: u16 = 254;
 const TAG_TILE_OFFSETS: u16 = 324;
 
 /// A picture in the file that can be read as heights.
-pub(super) struct Layout<'a> {
-    pub ifd: &'a Ifd,
+pub(super) struct Layout {
+    pub ifd: Ifd,
     pub width: u32,
     pub height: u32,
     pub sample_type: SampleType,
     /// Size of a strip or tile in samples.
     pub block: [usize; 2],
-    /// Columns and rows of the first band's strips or tiles that the file leaves out, as [first, end).
-    pub absent_blocks: Vec<[[usize; 2]; 2]>,
+    /// Where samples that are not compressed lie one after the other from the first strip to the last.
+    pub strides: Option<Strides>,
+    /// For each of the first band's strips or tiles, by rows, whether the file leaves it out. Empty where it leaves out
+    /// none.
+    is_absent: Vec<bool>,
+}
+
+impl Layout {
+    /// Columns and rows, from the window's first sample on, of the blocks in it that the file leaves out.
+    pub fn absent_in(&self, window: Window) -> impl Iterator<Item = [Range<usize>; 2]> + '_ {
+        let window = [window.x, window.y, window.width, window.height].map(|it| it as usize);
+        let [x, y, width, height] = window;
+        let blocks_across = (self.width as usize).div_ceil(self.block[0]);
+        let blocks = |axis: usize| {
+            let (first, count) = (window[axis], window[axis + 2]);
+            first / self.block[axis]..(first + count).div_ceil(self.block[axis])
+        };
+        let across = blocks(0);
+        let all = blocks(1).filter(|_| !self.is_absent.is_empty());
+        let all = all.flat_map(move |row| across.clone().map(move |column| (column, row)));
+        all.filter(move |(column, row)| self.is_absent[row * blocks_across + column]).map(move |(column, row)| {
+            let span = |at: usize, size: usize, first: usize, count: usize| {
+                (at * size).saturating_sub(first)..((at + 1) * size - first).min(count)
+            };
+            [span(column, self.block[0], x, width), span(row, self.block[1], y, height)]
+        })
+    }
 }
 
 /// Chooses the picture and checks everything about it that can be known without decoding.
 ///
 /// # Errors
 /// Anything that is damaged, not a height field, not supported, too small or too large.
-pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Result<Layout<'a>, SourceError> {
+pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
     let inconsistent = |what: &str| SourceError::Inconsistent { path: path.into(), what: what.to_owned() };
     let subfile_type = |ifd: &Ifd| ifd.tag(TAG_SUBFILE_TYPE).and_then(|tag| tag.value.as_u32()).unwrap_or(0);
     // Bit 0 marks an overview, bit 2 a mask; a cloud-optimised file has both behind the full resolution.
     let full = file.ifds().iter().find(|ifd| subfile_type(ifd) & 0b101 == 0);
     let ifd = full.or(file.ifds().first()).ok_or_else(|| inconsistent("it holds no picture"))?;
+    check_image(ifd, file_bytes, path)
+}
 
+/// Whether the picture is an overview: a smaller copy of another one, and no mask.
+pub(super) fn is_overview(ifd: &Ifd) -> bool {
+    ifd.tag(TAG_SUBFILE_TYPE).and_then(|tag| tag.value.as_u32()).unwrap_or(0) & 0b101 == 1
+}
+
+/// Checks everything about one picture that can be known without decoding.
+///
+/// # Errors
+/// As [`check`].
+pub(super) fn check_image(ifd: &Ifd, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
+    let inconsistent = |what: &str| SourceError::Inconsistent { path: path.into(), what: what.to_owned() };
     let (width, height) = (ifd.width(), ifd.height());
     if width == 0 || height == 0 {
         return Err(inconsistent("its width or height is missing or zero"));
@@ -102,7 +141,10 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     }
     let is_absent = |index: usize| offsets[index] == 0 || counts[index] == 0;
     // Within both tables by the check above, so the conversion cannot cut anything off.
-    let absent: Vec<usize> = (0..block_count as usize).filter(|&index| is_absent(index)).collect();
+    let mut absent: Vec<bool> = (0..block_count as usize).map(is_absent).collect();
+    if !absent.contains(&true) {
+        absent.clear();
+    }
 
     let allowed = if ifd.compression() == 1 && absent.is_empty() {
         // Uncompressed samples lie in the file as they are; bit-packed ones grow at most eightfold.
@@ -112,7 +154,22 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     };
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
     let band_bytes = samples.saturating_mul(sample_bytes);
-    if samples > MAX_SAMPLES || block_bytes > MAX_BLOCK_BYTES {
+    let row_bytes = u64::from(width) * interleaved * sample_bytes;
+    let is_plain = ifd.compression() == 1
+        && ifd.predictor() == 1
+        && ifd.fill_order() == 1
+        && ifd.tag(TAG_TILE_OFFSETS).is_none()
+        && absent.is_empty()
+        && ifd.bits_per_sample().is_ok_and(|bits| bits.iter().all(|&bits| u64::from(bits) == 8 * sample_bytes));
+    let strip = |index: usize| offsets[0].checked_add(index as u64 * u64::from(block[1]) * row_bytes);
+    // Only the first band's strips, should each band have its own.
+    let follow = || offsets.iter().take(block_count as usize).enumerate().all(|(index, &at)| strip(index) == Some(at));
+    let strides = (is_plain && follow()).then(|| Strides {
+        offset: offsets[0],
+        row: row_bytes,
+        sample: interleaved * sample_bytes,
+    });
+    if block_bytes > MAX_BLOCK_BYTES && strides.is_none() {
         return Err(too_large());
     }
     // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
@@ -121,15 +178,7 @@ pub(super) fn check<'a>(file: &'a TiffFile, file_bytes: u64, path: &Path) -> Res
     }
 
     let block = block.map(|size| size as usize);
-    let absent_blocks = absent
-        .into_iter()
-        .map(|index| {
-            let (column, row) = (index % blocks_across as usize, index / blocks_across as usize);
-            let span = |at: usize, size: usize, end: u32| [at * size, ((at + 1) * size).min(end as usize)];
-            [span(column, block[0], width), span(row, block[1], height)]
-        })
-        .collect();
-    Ok(Layout { ifd, width, height, sample_type, block, absent_blocks })
+    Ok(Layout { ifd: ifd.clone(), width, height, sample_type, block, strides, is_absent: absent })
 }
 
 fn is_bit_packed(ifd: &Ifd) -> bool {

@@ -23,6 +23,8 @@ use super::relief::Relief;
 use super::{HeightGrid, Progress, erosion, hillslope, valley};
 use rayon::prelude::*;
 
+/// Raised whenever [`generate`] gives other heights for a seed: part of keys in the cache.
+pub const VERSION: u32 = 1;
 /// Samples per side of [`generate`].
 pub const SIZE_SAMPLES: u32 = 2048;
 /// Sample spacing of [`generate`], metres.

@@ -1,5 +1,8 @@
 //! From the samples of a file to metres: which samples are voids, and what the others mean.
 
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 /// How a sample is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleType {
@@ -42,6 +45,27 @@ pub(super) struct Tally {
     pub implied_voids: u64,
 }
 
+/// Says once for each file what was taken as void without being declared so. Windows are read from many threads and
+/// in any order, so it is said when the first such sample is met, without a count.
+#[derive(Debug, Default)]
+pub(super) struct Told {
+    absurd: AtomicBool,
+    implied_voids: AtomicBool,
+}
+
+impl Told {
+    /// Warns of what `tally` holds, unless it was said before.
+    pub fn tell(&self, path: &Path, tally: &Tally) {
+        let name = path.display();
+        if tally.absurd > 0 && !self.absurd.swap(true, Ordering::Relaxed) {
+            tracing::warn!("{name}: samples beyond ±1000 km are taken as no-data");
+        }
+        if tally.implied_voids > 0 && !self.implied_voids.swap(true, Ordering::Relaxed) {
+            tracing::warn!("{name}: samples of -32767 or -32768 are taken as no-data");
+        }
+    }
+}
+
 impl SampleType {
     /// From the TIFF's SampleFormat (1 unsigned, 2 signed, 3 floating point) and the bytes of a decoded sample.
     pub fn from_format(format: u16, bytes: usize) -> Option<Self> {
@@ -72,6 +96,11 @@ impl SampleType {
 }
 
 impl Meaning {
+    /// Metres as they are.
+    pub fn metres(sample_type: SampleType, no_data: Option<f64>) -> Self {
+        Self { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0 }
+    }
+
     /// Appends one height in metres, or NaN, for each sample in `bytes`, which are in the machine's byte order.
     pub fn append_heights_m(&self, bytes: &[u8], heights_m: &mut Vec<f32>, tally: &mut Tally) {
         match self.sample_type {
@@ -100,7 +129,8 @@ impl Meaning {
         heights_m.extend(samples.iter().map(|&sample| self.height_m(value(sample), tally)));
     }
 
-    fn height_m(&self, value: f64, tally: &mut Tally) -> f32 {
+    /// One height in metres, or NaN.
+    pub fn height_m(&self, value: f64, tally: &mut Tally) -> f32 {
         if !value.is_finite() || self.is_no_data(value) {
             return f32::NAN;
         }
@@ -198,19 +228,15 @@ impl BandMetadata {
 mod tests {
     use super::*;
 
-    fn meaning(sample_type: SampleType, no_data: Option<f64>) -> Meaning {
-        Meaning { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0 }
-    }
-
     #[test]
     fn decimal_text_matches_the_nearest_single() {
         for text in ["-3.4e+38", "-3.39999999999999996e+38", "-3.4028234663852886e+38", "-3.4028235e+38", "-9999.9"] {
             let no_data = parse_no_data(text).unwrap();
-            let meaning = meaning(SampleType::F32, Some(no_data));
+            let meaning = Meaning::metres(SampleType::F32, Some(no_data));
             assert!(meaning.is_no_data(f64::from(no_data as f32)), "{text}");
             assert!(!meaning.is_no_data(-9999.0), "{text}");
         }
-        assert!(meaning(SampleType::F32, Some(-1.797e308)).is_no_data(f64::from(f32::MIN)));
+        assert!(Meaning::metres(SampleType::F32, Some(-1.797e308)).is_no_data(f64::from(f32::MIN)));
         assert_eq!(parse_no_data(" -1.#INF\0"), Some(f64::NEG_INFINITY));
         assert_eq!(parse_no_data("none"), None);
     }
@@ -220,14 +246,14 @@ mod tests {
         let mut tally = Tally::default();
         let mut heights_m = Vec::new();
         let samples: Vec<u8> = [-32768i16, -32767, -32766, 8848].into_iter().flat_map(i16::to_ne_bytes).collect();
-        meaning(SampleType::I16, None).append_heights_m(&samples, &mut heights_m, &mut tally);
+        Meaning::metres(SampleType::I16, None).append_heights_m(&samples, &mut heights_m, &mut tally);
         assert!(heights_m[0].is_nan() && heights_m[1].is_nan());
         assert_eq!(heights_m[2..], [-32766.0, 8848.0]);
         assert_eq!(tally, Tally { heights: 2, absurd: 0, implied_voids: 2 });
 
         let samples: Vec<u8> = [f64::NAN, f64::INFINITY, 1e7, 5.0].into_iter().flat_map(f64::to_ne_bytes).collect();
         heights_m.clear();
-        meaning(SampleType::F64, None).append_heights_m(&samples, &mut heights_m, &mut tally);
+        Meaning::metres(SampleType::F64, None).append_heights_m(&samples, &mut heights_m, &mut tally);
         assert_eq!(heights_m.iter().filter(|height| height.is_nan()).count(), 3);
         assert_eq!(tally.absurd, 1);
     }

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec2, DVec3, DVec4};
 use crate::tiles::frustum::Frustum;
 
 /// The near plane. Reversed infinite depth loses nothing by a small one.
-const NEAR_M: f64 = 0.01;
+const NEAR_M: f64 = 1e-4;
 
 /// Where an eye is and where it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -57,7 +57,9 @@ impl Blocked {
             for corner in corners(tile) {
                 if !is_there || !parent_is_free {
                     now.insert(corner, 1.0);
-                } else if seen.insert(corner) && let Some(value) = fading.get(&corner) {
+                } else if seen.insert(corner)
+                    && let Some(value) = fading.get(&corner)
+                {
                     now.entry(corner).or_insert(*value);
                 }
             }
@@ -78,7 +80,8 @@ mod tests {
         let mut wanted = vec![(tile(2, 0, 0), true)];
         for level in [1, 0] {
             let side = 4 >> level;
-            wanted.extend((0..side * side).map(|i| tile(level, i % side, i / side)).map(|t| (t, !missing.contains(&t))));
+            wanted
+                .extend((0..side * side).map(|i| tile(level, i % side, i / side)).map(|t| (t, !missing.contains(&t))));
         }
         wanted
     }

@@ -1,6 +1,7 @@
 //! Pyramid → GPU: which tiles of heights are there, which patches are drawn, and the one surface that both describe.
 
 pub mod atlas;
+pub mod bending;
 pub mod blocked;
 pub mod cache;
 pub mod frustum;

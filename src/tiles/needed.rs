@@ -9,6 +9,7 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
 use super::warp::Warp;
 use crate::pyramid::{LevelSize, TILE_SAMPLES, TileAddress, TileStatistics, TileStore, Voids};
@@ -24,6 +25,8 @@ pub struct LevelRule {
     pub focal_px: f64,
     /// Height error that the level may add.
     pub error_px: f64,
+    /// The earth.
+    pub bending: Bending,
 }
 
 /// A tile that a view needs.
@@ -83,14 +86,16 @@ pub fn needed<'a>(
     let levels = land.store.levels();
     let mut needed = Vec::new();
     let top = levels.len() as u32 - 1;
-    let mut wave = vec![(Needed { address: TileAddress { level: top, x: 0, y: 0 }, urgency: f32::MAX }, land.store.range_m())];
+    let mut wave =
+        vec![(Needed { address: TileAddress { level: top, x: 0, y: 0 }, urgency: f32::MAX }, land.store.range_m())];
     while !wave.is_empty() {
         needed.extend(wave.iter().map(|(tile, _)| *tile));
         let mut next = Vec::new();
         for (tile, range_m) in wave {
             let statistics = known(tile.address);
             let range_m = statistics.map_or(range_m, |known| [known.min_m, known.max_m]);
-            let error_m = statistics.map_or(0.0, |statistics| error_around_m(land.store, &known, tile.address, statistics));
+            let error_m =
+                statistics.map_or(0.0, |statistics| error_around_m(land.store, &known, tile.address, statistics));
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }
@@ -140,8 +145,11 @@ fn urgency_below(
     // The surface overshoots its samples.
     let slack_m = 0.15 * f64::from(range_m[1] - range_m[0]).max(0.0);
     let at_height = |z_m: f32, slack_m: f64| f64::from(z_m) + slack_m - rule.camera_m.z;
-    let bounds =
-        Bounds { low_m: low.extend(at_height(range_m[0], -slack_m)), high_m: high.extend(at_height(range_m[1], slack_m)) };
+    let bounds = Bounds {
+        low_m: low.extend(at_height(range_m[0], -slack_m)),
+        high_m: high.extend(at_height(range_m[1], slack_m)),
+    };
+    let bounds = rule.bending.bend_bounds(&bounds)?;
     if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {
         return None;
     }

@@ -12,6 +12,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
+use super::bending::Bending;
 use super::blocked::Blocked;
 use super::cache::TileCache;
 use super::loader::Loader;
@@ -143,14 +144,17 @@ impl Residency {
         let places = &mut self.places;
         self.needed = needed(&land, places, known, &movement.rule);
         let mut urgent = self.needed.clone();
-        urgent.extend(movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }));
+        urgent.extend(
+            movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
+        );
         let mut soon = Vec::new();
         if fade_step_s.is_some() {
             let rule = &movement.rule;
             let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
             if movement.velocity_m != DVec3::ZERO {
                 let camera_m = rule.camera_m + movement.velocity_m * AHEAD_S;
-                let ahead = LevelRule { camera_m, ..rule.clone() };
+                let bending = Bending { camera_z_m: camera_m.z, ..rule.bending };
+                let ahead = LevelRule { camera_m, bending, ..rule.clone() };
                 soon.extend(in_order(needed(&land, places, known, &ahead)));
             }
             soon.extend(in_order(needed(&land, places, known, &LevelRule { frusta: wider(), ..rule.clone() })));
@@ -256,7 +260,8 @@ impl Residency {
             // A pyramid that is sparse is blocked for ever where it ends.
             let is_sparse = self.needed.iter().any(|tile| {
                 tile.address.level > 0
-                    && super::needed::children(self.store.levels(), tile.address).any(|child| !self.store.has_tile(child))
+                    && super::needed::children(self.store.levels(), tile.address)
+                        .any(|child| !self.store.has_tile(child))
             });
             is_sparse || self.needed.iter().all(free)
         }

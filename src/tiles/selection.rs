@@ -17,6 +17,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
 use super::patches::{Known, Patches};
 use super::warp::Warp;
@@ -93,6 +94,8 @@ pub struct Viewpoint {
     pub focal_px: f64,
     /// Allowed mesh error.
     pub error_px: f64,
+    /// The earth.
+    pub bending: Bending,
     /// No part of the surface is nearer than this: half the camera's height above ground.
     pub nearest_m: f64,
 }
@@ -210,7 +213,10 @@ impl Walk<'_> {
     fn mesh_error_m(&self, key: PatchKey) -> f64 {
         let Known::Patch { statistics, .. } = self.known(key) else { return 0.0 };
         // Halving the quads of a smooth surface quarters the error.
-        f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2()
+        let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
+        // A quad is flat and the earth is not: the sagitta of its diagonal.
+        let quad_m = self.warp.spacing_m() * f64::from(key.level).exp2();
+        error_m + 0.25 * quad_m * quad_m * self.viewpoint.bending.inverse_radius
     }
 
     fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
@@ -227,7 +233,7 @@ impl Walk<'_> {
         let camera_m = self.viewpoint.camera_m;
         let low_m = low.extend(f64::from(statistics.min_m) - 0.15 * relief_m) - camera_m;
         let high_m = high.extend(f64::from(statistics.max_m) + 0.15 * relief_m) - camera_m;
-        Some(Bounds { low_m, high_m })
+        self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m })
     }
 
     fn add_leaf(&mut self, seen: &Seen, parent_allowed_m: f64) {

@@ -99,7 +99,8 @@ impl Tables {
                 tables.rows.resize(first_row + (first.y - top) as usize, TileRow::default());
                 let first_tile = tables.tiles.len();
                 while let Some(tile) = next.next_if(|tile| (tile.level, tile.y) == (first.level, first.y)) {
-                    let nothing = TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, pad: 0 };
+                    let nothing =
+                        TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, pad: 0 };
                     tables.tiles.resize(first_tile + (tile.x - first.x) as usize, nothing);
                     tables.tiles.push(record(store, atlas, blocked, tile, corner_errors.as_ref()));
                 }
@@ -165,7 +166,13 @@ fn record(
         errors_m = [at(0), at(1), at(2), at(3)];
     }
     let bytes = blocked.at(tile).map(|value| (value.clamp(0.0, 1.0) * 255.0).ceil() as u8);
-    TileRecord { errors_m, blocked: u32::from_le_bytes(bytes), slot, is_finest: u32::from(is_finest(store, tile)), pad: 0 }
+    TileRecord {
+        errors_m,
+        blocked: u32::from_le_bytes(bytes),
+        slot,
+        is_finest: u32::from(is_finest(store, tile)),
+        pad: 0,
+    }
 }
 
 /// Whether somewhere in this tile nothing finer exists.

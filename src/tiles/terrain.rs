@@ -8,6 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::bending::Bending;
 use super::frustum::Frustum;
 use super::needed::LevelRule;
 use super::patches::ResidentPatches;
@@ -18,10 +19,10 @@ use super::warp::{MAX_TERMS, Warp};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::Named;
-use crate::tiles::atlas::SLOT_BYTES;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
+use crate::tiles::atlas::SLOT_BYTES;
 
 /// Whether a frame waits for its tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,11 +43,13 @@ pub struct TerrainOptions {
     pub tile_memory_bytes: u64,
     /// Whether frames wait for tiles.
     pub loading: Loading,
+    /// One over the radius of the earth that light sees, per metre; 0 is a flat map.
+    pub inverse_radius: f64,
 }
 
 impl Default for TerrainOptions {
     fn default() -> Self {
-        Self { lod_error_px: 1.0, tile_memory_bytes: 512 << 20, loading: Loading::Wait }
+        Self { lod_error_px: 1.0, tile_memory_bytes: 512 << 20, loading: Loading::Wait, inverse_radius: 0.0 }
     }
 }
 
@@ -102,6 +105,10 @@ pub struct Prepared {
     pub selection: Selection,
     /// What the tiles did.
     pub tiles: Loaded,
+    /// What the frame thread spent on tiles and patches, in milliseconds.
+    pub prepare_ms: f64,
+    /// Whether the camera has jumped: detail is on its way.
+    pub jumped: bool,
 }
 
 /// The terrain.
@@ -153,10 +160,10 @@ pub(crate) struct TerrainUniform {
     focal_px: f32,
     world_origin_m: [f32; 2],
     units_per_sample: f32,
-    pad: f32,
+    inverse_radius: f32,
 }
 
-crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, level_bias, focal_px, world_origin_m, units_per_sample, pad);
+crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, level_bias, focal_px, world_origin_m, units_per_sample, inverse_radius);
 
 /// A view as the terrain sees it.
 #[derive(Clone, Debug)]
@@ -287,12 +294,14 @@ impl Terrain {
     /// the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         self.frame += 1;
-        let mut now_s = self.start.elapsed().as_secs_f64();
+        let begun_s = self.start.elapsed().as_secs_f64();
+        let mut now_s = begun_s;
         let rule = LevelRule {
             camera_m: view.camera_m,
             frusta: view.frusta.clone(),
             focal_px: view.focal_px,
             error_px: self.options.lod_error_px * LEVEL_SHARE,
+            bending: self.bending(view.camera_m.z),
         };
         let streams = self.options.loading == Loading::Stream;
         let flown = self.fly_on(view.camera_m, now_s);
@@ -325,11 +334,18 @@ impl Terrain {
             if !streams && idle < 3 && self.asked.keys().any(|tile| self.residency.can_come(*tile)) {
                 continue;
             }
-            tiles.pending += self.asked.len() as u64;
+            tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
             tiles.late |= !self.asked.is_empty();
             self.tell(gpu, &rule, view.camera_m);
-            return Prepared { selection, tiles };
+            let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
+            return Prepared { selection, tiles, prepare_ms, jumped: flown.jumped_s == begun_s };
         }
+    }
+
+    /// The earth as a camera at a height sees it.
+    pub fn bending(&self, camera_z_m: f64) -> Bending {
+        let lowest_m = f64::from(self.store.range_m()[0]);
+        Bending { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
     }
 
     /// How the camera moves: a step much longer than the one before is a jump, and says nothing of the next.
@@ -360,10 +376,12 @@ impl Terrain {
             frusta: view.frusta.clone(),
             focal_px: view.focal_px,
             error_px: self.options.lod_error_px,
+            bending: self.bending(camera_m.z),
             nearest_m: (0.5 * clearance_m).max(0.02),
         };
         let atlas = &self.residency.atlas;
-        let patches = ResidentPatches { store: &*self.store, atlas, frame: self.frame, now_s, asked: RefCell::default() };
+        let patches =
+            ResidentPatches { store: &*self.store, atlas, frame: self.frame, now_s, asked: RefCell::default() };
         let anchor = self.warp.anchor(camera_m.truncate());
         let selection = selection::select(&patches, &self.warp, anchor, &viewpoint);
         self.asked = patches.asked.into_inner();
@@ -412,7 +430,7 @@ impl Terrain {
             focal_px: rule.focal_px as f32,
             world_origin_m: local.world_origin_m,
             units_per_sample: units as f32,
-            pad: 0.0,
+            inverse_radius: self.options.inverse_radius as f32,
         }
     }
 

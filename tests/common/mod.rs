@@ -7,6 +7,7 @@ pub mod field;
 pub mod hill;
 pub mod shot;
 pub mod silhouette;
+pub mod stores;
 
 use std::path::PathBuf;
 

@@ -37,7 +37,7 @@ pub fn decode(codec: Codec, own: Region, tiles: &[Vec<u8>], out: &Path) -> Resul
         for (out, height) in heights_m.iter_mut().zip(read) {
             *out = height;
         }
-        Ok(())
+        Ok::<(), PyramidError>(())
     })?;
     Ok(heights_m)
 }

@@ -62,7 +62,7 @@ fn certain(view: &LevelView<'_>, x0: u32, y0: u32, x1: u32, y1: u32) -> bool {
 const LANES: usize = 8;
 
 /// The weights of the four samples along an axis at the quarter steps; their f32 values are exact.
-struct Steps {
+pub struct Steps {
     /// By step.
     down: [[f32; 4]; STEPS + 1],
     /// By sample, then by lane.
@@ -72,7 +72,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn new() -> Self {
+    pub fn new() -> Self {
         let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
         let step = |lane: usize| if lane <= STEPS { lane } else { 0 };
         Self {
@@ -84,7 +84,7 @@ impl Steps {
 }
 
 /// The largest difference in metres between the bicubic surface in a cell and the cell's two triangles.
-fn cell_error_m(served: &Field, finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
+pub fn cell_error_m(served: &Field, finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
     let left = served.region.x;
     let columns: [usize; 4] =
         std::array::from_fn(|i| (bicubic::neighbour(column, i as u32, finest.width) - left) as usize);

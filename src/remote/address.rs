@@ -1,0 +1,174 @@
+//! What an address means, and how it is told without its secrets.
+
+use std::path::PathBuf;
+
+use super::RemoteError;
+
+/// Where a file lies.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// On this machine.
+    File(PathBuf),
+    /// Behind HTTP or HTTPS.
+    Http {
+        /// Without name, password and fragment.
+        url: String,
+        /// `name:password`, where the address had them.
+        login: Option<String>,
+    },
+    /// In a bucket.
+    S3 {
+        /// Its name.
+        bucket: String,
+        /// Of the object.
+        key: String,
+    },
+}
+
+/// An address, understood.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Address {
+    pub place: Place,
+    /// For messages: without name, password and query, which may be a signature.
+    pub name: String,
+    /// What no message may hold.
+    secrets: Vec<String>,
+}
+
+/// Whether the text is the address of a file on another machine: `http://`, `https://` or `s3://`.
+pub fn is_remote(location: &str) -> bool {
+    scheme(location).is_some_and(|scheme| matches!(scheme.as_str(), "http" | "https" | "s3"))
+}
+
+/// The address of the file beside: `suffix` goes behind the path, before a query.
+pub fn beside(location: &str, suffix: &str) -> String {
+    let end = if is_remote(location) { location.find(['?', '#']).unwrap_or(location.len()) } else { location.len() };
+    format!("{}{suffix}{}", &location[..end], &location[end..])
+}
+
+fn scheme(location: &str) -> Option<String> {
+    let (scheme, _) = location.split_once("://")?;
+    let is_scheme = scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
+    is_scheme.then(|| scheme.to_ascii_lowercase())
+}
+
+impl Address {
+    pub fn parse(location: &str) -> Result<Self, RemoteError> {
+        let Some(scheme) = scheme(location) else {
+            return Ok(Self { place: Place::File(location.into()), name: location.to_owned(), secrets: Vec::new() });
+        };
+        let rest = &location[scheme.len() + 3..];
+        let rest = rest.split('#').next().unwrap_or_default();
+        let (path, query) = rest.split_once('?').map_or((rest, None), |(path, query)| (path, Some(query)));
+        let (authority, path) = path.split_at(path.find('/').unwrap_or(path.len()));
+        let (login, host) = authority.rsplit_once('@').map_or((None, authority), |(login, host)| (Some(login), host));
+        let name = format!("{scheme}://{host}{path}");
+        let bad = |cause: String| RemoteError::BadAddress { name: name.clone(), cause };
+        if host.is_empty() {
+            return Err(bad("the address names no server".into()));
+        }
+        let mut secrets = Vec::new();
+        let place = match scheme.as_str() {
+            "http" | "https" => {
+                secrets.extend(query.filter(|query| !query.is_empty()).map(str::to_owned));
+                secrets.extend(login.filter(|login| !login.is_empty()).map(str::to_owned));
+                let query = query.map(|query| format!("?{query}")).unwrap_or_default();
+                let path = if path.is_empty() { "/" } else { path };
+                let url = format!("{scheme}://{host}{path}{query}");
+                Place::Http { url, login: login.map(percent_decoded) }
+            }
+            "s3" => {
+                let key = path.trim_start_matches('/').to_owned();
+                if key.is_empty() {
+                    return Err(bad("the address names a bucket and nothing in it".into()));
+                }
+                Place::S3 { bucket: host.to_owned(), key }
+            }
+            _ => return Err(bad(format!("{scheme}:// is not read; http, https and s3 are"))),
+        };
+        Ok(Self { place, name, secrets })
+    }
+
+    /// What a library says of a failure, in one line of bounded length and without secrets.
+    pub fn told(&self, said: &str) -> String {
+        let mut line = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        for secret in &self.secrets {
+            line = line.replace(secret.as_str(), "…");
+        }
+        match line.char_indices().nth(300) {
+            Some((end, _)) => format!("{}…", &line[..end]),
+            None => line,
+        }
+    }
+}
+
+fn percent_decoded(text: &str) -> String {
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let Some((&first, tail)) = rest.split_first() {
+        let escaped = tail.get(..2).filter(|_| first == b'%').and_then(|hex| std::str::from_utf8(hex).ok());
+        match escaped.and_then(|hex| u8::from_str_radix(hex, 16).ok()) {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &tail[2..];
+            }
+            None => {
+                bytes.push(first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// For the header of basic authentication.
+pub fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for three in bytes.chunks(3) {
+        let byte = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
+        let bits = byte(0) << 16 | byte(1) << 8 | byte(2);
+        for letter in 0..4 {
+            let filled = letter <= three.len();
+            text.push(if filled { char::from(LETTERS[(bits >> (18 - 6 * letter) & 63) as usize]) } else { '=' });
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_understood_and_told_without_secrets() {
+        let address = Address::parse("https://me:p%40ss@host.org:8080/a/b.tif?X-Signature=abc&x=1#page").unwrap();
+        assert_eq!(address.name, "https://host.org:8080/a/b.tif");
+        let url = "https://host.org:8080/a/b.tif?X-Signature=abc&x=1".to_owned();
+        let said = address.told(&format!("GET {url}\n failed for me:p%40ss"));
+        assert_eq!(said, "GET https://host.org:8080/a/b.tif?… failed for …");
+        assert_eq!(address.place, Place::Http { url, login: Some("me:p@ss".into()) });
+
+        let address = Address::parse("s3://bucket/a/b c.tif").unwrap();
+        assert_eq!(address.place, Place::S3 { bucket: "bucket".into(), key: "a/b c.tif".into() });
+        assert!(matches!(Address::parse("/a/b.tif").unwrap().place, Place::File(_)));
+        assert!(matches!(Address::parse("C:\\a.tif").unwrap().place, Place::File(_)));
+        for bad in ["ftp://host/a", "s3://bucket", "s3://bucket/", "http:///a", "http://me@/a"] {
+            let message = Address::parse(bad).unwrap_err().to_string();
+            assert!(!message.contains('\n') && !message.contains("me@"), "{message}");
+        }
+    }
+
+    #[test]
+    fn what_lies_beside() {
+        assert_eq!(beside("http://h/a.tif?k=1", ".tiles"), "http://h/a.tif.tiles?k=1");
+        assert_eq!(beside("s3://b/a.tif", ".tiles"), "s3://b/a.tif.tiles");
+        assert_eq!(beside("/tmp/what?.tif", ".tiles"), "/tmp/what?.tif.tiles");
+    }
+
+    #[test]
+    fn base64_is_right() {
+        let all: Vec<String> = ["", "f", "fo", "foo", "foob"].iter().map(|text| base64(text.as_bytes())).collect();
+        assert_eq!(all, ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]);
+    }
+}

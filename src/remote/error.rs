@@ -1,0 +1,85 @@
+//! What can go wrong with a file that lies elsewhere.
+
+use std::io;
+
+/// Why bytes could not be had. The message is one line with the address, without the secrets in it, and the cause.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RemoteError {
+    /// It cannot be understood.
+    #[error("{name}: {cause}")]
+    BadAddress {
+        /// The address.
+        name: String,
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// The server, or the file system, knows no such file.
+    #[error("{name}: there is no such file")]
+    NotFound {
+        /// The address.
+        name: String,
+    },
+    /// The server wants to know who asks, or knows and does not give.
+    #[error("{name}: access is denied ({cause})")]
+    Denied {
+        /// The address.
+        name: String,
+        /// In the server's words.
+        cause: String,
+    },
+    /// The server does not do what is needed: ranges of bytes.
+    #[error("{name}: {cause}")]
+    Unusable {
+        /// The address.
+        name: String,
+        /// What it does not do.
+        cause: String,
+    },
+    /// The file is another one than when it was opened.
+    #[error("{name}: has changed since it was opened")]
+    Changed {
+        /// The address.
+        name: String,
+    },
+    /// All tries failed.
+    #[error("{name}: no answer after {tries} tries: {cause}")]
+    Failed {
+        /// The address.
+        name: String,
+        /// How many requests were made.
+        tries: u32,
+        /// Of the last one.
+        cause: String,
+    },
+    /// The file on this machine.
+    #[error("{name}: {source}")]
+    Io {
+        /// Its path.
+        name: String,
+        /// The system's reason.
+        source: io::Error,
+    },
+    /// Bytes beyond the end were asked for.
+    #[error("{name}: has {size} bytes, and {length} from {offset} on were asked for")]
+    OutOfRange {
+        /// The address.
+        name: String,
+        /// First byte.
+        offset: u64,
+        /// How many.
+        length: u64,
+        /// How many there are.
+        size: u64,
+    },
+    /// Nobody wants the bytes any more.
+    #[error("no longer wanted")]
+    Cancelled,
+}
+
+impl RemoteError {
+    /// Whether there is no such file for all that we may know: some servers deny what they do not have.
+    pub fn is_absent(&self) -> bool {
+        matches!(self, Self::NotFound { .. } | Self::Denied { .. })
+    }
+}

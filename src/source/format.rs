@@ -1,0 +1,178 @@
+//! What kind of file this is, by its content: its first bytes, its length, what lies beside it. The ending decides only
+//! where the content says nothing (`.hgt`, `.r16`), or where it says two things at once (`.hdr`).
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::SourceError;
+use super::place::{cannot_open, ending};
+use super::side_file::{OpenOptions, side_path};
+use super::{dted, ehdr, hgt, usgs_dem, xyz};
+
+/// Enough for every signature and for the header words of the text formats.
+const HEAD_BYTES: u64 = 2048;
+
+/// A format that is read, with what was found out on the way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    GeoTiff,
+    Png,
+    Hgt,
+    ZippedHgt,
+    Dted { offset: u64 },
+    AsciiGrid,
+    UsgsDem,
+    Xyz,
+    Ehdr { data: PathBuf, header: PathBuf },
+    Envi { data: PathBuf, header: PathBuf },
+    Raw,
+}
+
+/// First bytes of what is not read, and what they mean.
+const SIGNATURES: &[(&[u8], &str)] = &[
+    (b"\xff\xd8\xff", "is a JPEG picture"),
+    (b"GIF8", "is a GIF picture"),
+    (b"BM", "is a BMP picture"),
+    (b"RIFF", "is a RIFF file (WebP?)"),
+    (b"\0\0\0\x0cjP  ", "is a JPEG 2000 picture"),
+    (b"\x76\x2f\x31\x01", "is an EXR picture"),
+    (b"\x1f\x8b", "is a gzip archive"),
+    (b"\x28\xb5\x2f\xfd", "is a Zstandard archive"),
+    (b"\x89HDF\r\n\x1a\n", "is an HDF5 file"),
+    (b"CDF\x01", "is a netCDF file"),
+    (b"CDF\x02", "is a netCDF file"),
+    (b"GRIB", "is a GRIB file"),
+    (b"LASF", "is a LAS point cloud"),
+    (b"DSAA", "is a Surfer grid"),
+    (b"DSBB", "is a Surfer grid"),
+    (b"DSRB", "is a Surfer grid"),
+    (b"EHFA_HEADER_TAG", "is an ERDAS Imagine file"),
+    (b"%PDF", "is a PDF"),
+    (b"<VRT", "is a GDAL virtual raster"),
+    (b"<?xml", "is an XML file"),
+    (b"<", "is a markup file"),
+    (b"{", "is a JSON file"),
+];
+
+/// First words of texts that are not read, in lower case.
+const FIRST_WORDS: &[(&str, &str)] = &[
+    ("v", "is an OBJ model"),
+    ("o", "is an OBJ model"),
+    ("g", "is an OBJ model"),
+    ("mtllib", "is an OBJ model"),
+    ("newmtl", "is an OBJ material library"),
+];
+
+/// First words of ASCII grids, in lower case.
+const GRID_WORDS: [&str; 17] = [
+    "ncols",
+    "nrows",
+    "xllcorner",
+    "yllcorner",
+    "xllcenter",
+    "yllcenter",
+    "cellsize",
+    "dx",
+    "dy",
+    "nodata_value",
+    "north:",
+    "south:",
+    "east:",
+    "west:",
+    "rows:",
+    "cols:",
+    "null:",
+];
+
+/// The format of a file.
+///
+/// # Errors
+/// [`SourceError::Open`], `NotAFile`, `Empty`, `UnknownFormat`; a header whose data is not there.
+pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceError> {
+    let metadata = std::fs::metadata(path).map_err(cannot_open(path))?;
+    // Asked before opening: to open a pipe that nobody writes to waits forever.
+    if !metadata.is_file() {
+        return Err(SourceError::NotAFile { path: path.into() });
+    }
+    if metadata.len() == 0 {
+        return Err(SourceError::Empty { path: path.into() });
+    }
+    let mut head = Vec::new();
+    File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head)).map_err(cannot_open(path))?;
+    if let Some(format) = by_signature(&head) {
+        return Ok(format);
+    }
+    let (ending, length) = (ending(path), metadata.len());
+    if let Some(format) = with_header(path, &ending, &head)? {
+        return Ok(format);
+    }
+    let is_tile = hgt::size_by_length(length).is_some()
+        && path.file_name().and_then(|name| hgt::corner_by_name(&name.to_string_lossy())).is_some();
+    if ending == "hgt" || is_tile {
+        return Ok(Format::Hgt);
+    }
+    if ending == "r16" || side_path(path).is_some() || (options.size.is_some() && !is_text(&head)) {
+        return Ok(Format::Raw);
+    }
+    if ending == "raw" && !is_text(&head) {
+        return Ok(Format::Raw);
+    }
+    let unknown = |looks_like| Err(SourceError::UnknownFormat { path: path.into(), looks_like });
+    if let Some((_, what)) = SIGNATURES.iter().find(|(signature, _)| head.starts_with(signature)) {
+        return unknown(what);
+    }
+    if !is_text(&head) {
+        return unknown("is nothing that is known");
+    }
+    if usgs_dem::is_header(&head) {
+        return Ok(Format::UsgsDem);
+    }
+    let text = String::from_utf8_lossy(&head).to_ascii_lowercase();
+    let words = text.lines().filter(|line| !line.trim_start().starts_with('#')).flat_map(str::split_whitespace);
+    let first_word = words.into_iter().next().unwrap_or("");
+    if GRID_WORDS.contains(&first_word) {
+        return Ok(Format::AsciiGrid);
+    }
+    if let Some((_, what)) = FIRST_WORDS.iter().find(|(word, _)| *word == first_word) {
+        return unknown(what);
+    }
+    match xyz::is_beginning(&text, length <= HEAD_BYTES) {
+        true => Ok(Format::Xyz),
+        false => unknown("is a text file"),
+    }
+}
+
+fn by_signature(head: &[u8]) -> Option<Format> {
+    match head {
+        [b'I', b'I', b'*' | b'+', 0, ..] | [b'M', b'M', 0, b'*' | b'+', ..] => Some(Format::GeoTiff),
+        _ if head.starts_with(b"\x89PNG\r\n\x1a\n") => Some(Format::Png),
+        _ if head.starts_with(b"PK\x03\x04") => Some(Format::ZippedHgt),
+        _ => dted::header_offset(head).map(|offset| Format::Dted { offset }),
+    }
+}
+
+/// Data with a header beside it, or a header with its data.
+fn with_header(path: &Path, ending: &str, head: &[u8]) -> Result<Option<Format>, SourceError> {
+    let is_header = ending == "hdr" || head.starts_with(b"ENVI");
+    let Some(partner) = ehdr::partner(path) else {
+        return match is_header && is_text(head) {
+            true => {
+                Err(SourceError::Unclear { path: path.into(), why: "is a header without its data beside it".into() })
+            }
+            false => Ok(None),
+        };
+    };
+    let (data, header) = if is_header { (partner, path.to_owned()) } else { (path.to_owned(), partner) };
+    let mut beginning = Vec::new();
+    let read = File::open(&header).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut beginning));
+    read.map_err(cannot_open(&header))?;
+    if beginning.starts_with(b"ENVI") {
+        return Ok(Some(Format::Envi { data, header }));
+    }
+    Ok(ehdr::is_header(&String::from_utf8_lossy(&beginning)).then_some(Format::Ehdr { data, header }))
+}
+
+fn is_text(head: &[u8]) -> bool {
+    head.iter().all(|&byte| matches!(byte, b'\t' | b'\n' | b'\r' | b' '..=b'~') || byte >= 0x80)
+}

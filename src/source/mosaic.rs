@@ -1,0 +1,177 @@
+//! Several DEMs as one grid: for baking them into one pyramid.
+//!
+//! The lattice is that of the finest member, extended to the union of all. Members whose samples lie on it are copied
+//! bit for bit. Others are resampled: bicubic, bilinear beside voids, and NaN where that would need a void; beyond their
+//! outermost samples by half of their spacing, which closes the seam between members that abut. Where members overlap,
+//! the finer one holds, then the one named first; a void of the one shows the other.
+
+mod place;
+
+pub use place::{MosaicGrid, Placed};
+
+use super::georeference::Georeference;
+use super::{HeightReader, SourceError, Window};
+
+/// Several readers as one.
+pub struct MosaicReader {
+    grid: MosaicGrid,
+    members: Vec<Box<dyn HeightReader>>,
+    /// Indices of members: who holds before whom.
+    precedence: Vec<usize>,
+}
+
+impl MosaicReader {
+    /// Over `members`, of which the first stands before the others in messages.
+    ///
+    /// # Errors
+    /// [`SourceError::Mosaic`] for no member, reference systems without a way between them, an extent that is no grid.
+    pub fn new(members: Vec<Box<dyn HeightReader>>) -> Result<Self, SourceError> {
+        let places: Vec<_> = members.iter().map(|member| (member.georeference(), member.size())).collect();
+        let grid = MosaicGrid::new(&places).map_err(|cause| {
+            let name = members.first().map_or(String::new(), |member| member.identity());
+            SourceError::Mosaic { path: name.lines().next().unwrap_or("a mosaic").into(), cause }
+        })?;
+        let precedence = precedence(&grid);
+        Ok(Self { grid, members, precedence })
+    }
+}
+
+/// The members' indices, finest first, then in the order given.
+pub(crate) fn precedence(grid: &MosaicGrid) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..grid.members.len()).collect();
+    // The sort is stable. A hundredth is the difference of two latitudes.
+    let step = |index: usize| (grid.members[index].ratio.ln() / 0.01).round() as i64;
+    order.sort_by_key(|&index| step(index));
+    order
+}
+
+impl HeightReader for MosaicReader {
+    fn size(&self) -> [u32; 2] {
+        self.grid.size
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.grid.georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        let mut heights_m = vec![f32::NAN; window.samples()];
+        for &index in &self.precedence {
+            let placed = &self.grid.members[index];
+            if placed.meets(window) && heights_m.iter().any(|height| height.is_nan()) {
+                match placed.shift() {
+                    Some(shift) => copy(&*self.members[index], shift, window, &mut heights_m)?,
+                    None => resample(&*self.members[index], placed, window, &mut heights_m)?,
+                }
+            }
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        let first = self.precedence.first().map_or([256, 256], |&index| self.members[index].block());
+        first.map(|side| side.clamp(16, 4096))
+    }
+
+    fn identity(&self) -> String {
+        let names: Vec<String> = self.members.iter().map(|member| member.identity()).collect();
+        format!("mosaic\n{}", names.join("\n"))
+    }
+}
+
+/// Puts a member whose samples lie on the lattice where nothing is yet.
+fn copy(member: &dyn HeightReader, shift: [i64; 2], window: Window, heights_m: &mut [f32]) -> Result<(), SourceError> {
+    let size = member.size();
+    let (x, y) = (i64::from(window.x) - shift[0], i64::from(window.y) - shift[1]);
+    let (left, right) = (x.max(0), (x + i64::from(window.width)).min(size[0].into()));
+    let (top, bottom) = (y.max(0), (y + i64::from(window.height)).min(size[1].into()));
+    if left >= right || top >= bottom {
+        return Ok(());
+    }
+    let part = Window { x: left as u32, y: top as u32, width: (right - left) as u32, height: (bottom - top) as u32 };
+    let read_m = member.read(part)?;
+    for (row, read_m) in read_m.chunks_exact(part.width as usize).enumerate() {
+        let start = (top - y) as usize + row;
+        let start = start * window.width as usize + (left - x) as usize;
+        for (height, &read) in heights_m[start..start + read_m.len()].iter_mut().zip(read_m) {
+            if height.is_nan() {
+                *height = read;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Puts a member of another lattice where nothing is yet.
+fn resample(
+    member: &dyn HeightReader,
+    placed: &Placed,
+    window: Window,
+    heights_m: &mut [f32],
+) -> Result<(), SourceError> {
+    let first = [window.x, window.y].map(f64::from);
+    let places = placed.coordinates(first, [1.0, 1.0], [window.width, window.height]);
+    let size = member.size();
+    let inside = |place: &[f64; 2]| (0..2).all(|axis| (-0.5..f64::from(size[axis]) - 0.5).contains(&place[axis]));
+    let wanted = || places.iter().zip(&*heights_m).filter(|(place, height)| height.is_nan() && inside(place));
+    let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
+    for (place, _) in wanted() {
+        for axis in 0..2 {
+            let cell = (place[axis].floor().max(0.0) as u32).min(size[axis] - 2);
+            low[axis] = low[axis].min(cell.saturating_sub(1));
+            high[axis] = high[axis].max((cell + 3).min(size[axis]));
+        }
+    }
+    if low[0] >= high[0] || low[1] >= high[1] {
+        return Ok(());
+    }
+    let part = Window { x: low[0], y: low[1], width: high[0] - low[0], height: high[1] - low[1] };
+    let read_m = member.read(part)?;
+    for (height, place) in heights_m.iter_mut().zip(&places) {
+        if height.is_nan() && inside(place) {
+            *height = between(&read_m, part, size, *place);
+        }
+    }
+    Ok(())
+}
+
+/// The height at a place between samples, or NaN.
+fn between(read_m: &[f32], part: Window, size: [u32; 2], [x, y]: [f64; 2]) -> f32 {
+    // Catmull-Rom, as `pyramid::bicubic` has it.
+    let weights = |t: f64| {
+        [
+            ((-0.5 * t + 1.0) * t - 0.5) * t,
+            (1.5 * t - 2.5) * t * t + 1.0,
+            ((-1.5 * t + 2.0) * t + 0.5) * t,
+            (0.5 * t - 0.5) * t * t,
+        ]
+    };
+    let cell = |c: f64, count: u32| (c.floor().max(0.0) as u32).min(count - 2);
+    let (column, row) = (cell(x, size[0]), cell(y, size[1]));
+    let (u, v) = (x - f64::from(column), y - f64::from(row));
+    let at = |column: u32, row: u32| f64::from(read_m[((row - part.y) * part.width + column - part.x) as usize]);
+    // Beyond the outermost samples the land goes on as steep as it was there.
+    let four_of = |first: u32, count: u32, of: &dyn Fn(u32) -> f64| {
+        let (near, far) = (of(first), of(first + 1));
+        let before = if first > 0 { of(first - 1) } else { 2.0 * near - far };
+        let after = if first + 2 < count { of(first + 2) } else { 2.0 * far - near };
+        [before, near, far, after]
+    };
+    let line = |row: u32| four_of(column, size[0], &|column| at(column, row));
+    let mut four = [[0.0; 4]; 4];
+    for i in 0..4 {
+        let down = four_of(row, size[1], &|row| line(row)[i]);
+        for (line, height) in four.iter_mut().zip(down) {
+            line[i] = height;
+        }
+    }
+    let lines = four.iter().zip(weights(v)).map(|(line, weight)| {
+        weight * line.iter().zip(weights(u)).map(|(height, weight)| height * weight).sum::<f64>()
+    });
+    let cubic: f64 = lines.sum();
+    if !cubic.is_nan() {
+        return cubic as f32;
+    }
+    let across = |line: &[f64; 4]| line[1] * (1.0 - u) + line[2] * u;
+    (across(&four[1]) * (1.0 - v) + across(&four[2]) * v) as f32
+}

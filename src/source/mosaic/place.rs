@@ -1,0 +1,255 @@
+//! How the grids of several DEMs lie in one: the lattice, its extent, and the way from it to each member's own grid.
+
+use proj4rs::Proj;
+use proj4rs::transform::transform;
+
+use super::super::georeference::{Crs, Georeference};
+use super::super::{Window, WorldMapping};
+
+/// Offsets from a whole number of samples that count as none.
+const ALIGNED_SAMPLES: f64 = 1e-3;
+
+/// Nodes of a reprojection are this many samples apart; between them it is taken as bilinear.
+const NODES_APART: u32 = 16;
+
+/// No mosaic has more samples on a side.
+const LARGEST_SIDE: f64 = (1 << 24) as f64;
+
+/// The grid of a mosaic: the lattice of its finest member (the first of them), extended to all.
+#[derive(Debug)]
+pub struct MosaicGrid {
+    /// Where it lies.
+    pub georeference: Georeference,
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// In the order given.
+    pub members: Vec<Placed>,
+}
+
+/// A member's place in the grid.
+#[derive(Debug)]
+pub struct Placed {
+    /// Columns and rows of its own grid.
+    pub size: [u32; 2],
+    /// Its spacing in units of the mosaic's, 1 or more.
+    pub ratio: f64,
+    way: Way,
+}
+
+#[derive(Debug)]
+enum Way {
+    /// Its sample (0, 0) lies at this sample of the grid.
+    Whole([i64; 2]),
+    /// `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` of its coordinates by the grid's.
+    Affine([f64; 6]),
+    /// Through both reference systems.
+    Projected { from: Box<Side>, to: Box<Side> },
+}
+
+/// A grid with its reference system.
+#[derive(Debug)]
+struct Side {
+    crs_from_grid: [f64; 6],
+    proj: Proj,
+    /// What `proj` takes, radians or metres, for a unit of the CRS.
+    per_unit: f64,
+}
+
+impl MosaicGrid {
+    /// Of members with these places and sizes.
+    ///
+    /// # Errors
+    /// In one line: no member; reference systems between which there is no way; an extent that is no grid.
+    pub fn new(members: &[(&Georeference, [u32; 2])]) -> Result<Self, String> {
+        let spacings_m: Vec<f64> =
+            members.iter().map(|(place, size)| spacing_m(place, *size)).collect::<Result<_, _>>()?;
+        let finest_m = spacings_m.iter().copied().fold(f64::INFINITY, f64::min);
+        // A hundredth is the difference of two latitudes, not of two products.
+        let first = spacings_m.iter().position(|&spacing_m| spacing_m < finest_m * 1.01);
+        let (lattice, lattice_size) = members[first.ok_or("it has no member")?];
+        let mut bounds = [0.0, 0.0, f64::from(lattice_size[0] - 1), f64::from(lattice_size[1] - 1)];
+        for (place, size) in members {
+            let back = Way::between(place, lattice)?;
+            let steps = 16;
+            for i in 0..=steps {
+                let at = |count: u32| f64::from(count - 1) * f64::from(i) / f64::from(steps);
+                let (x, y, right, bottom) = (at(size[0]), at(size[1]), f64::from(size[0] - 1), f64::from(size[1] - 1));
+                for (column, row) in [(x, 0.0), (x, bottom), (0.0, y), (right, y)] {
+                    let [x, y] = back.map(column, row);
+                    if !(x.abs() < LARGEST_SIDE && y.abs() < LARGEST_SIDE) {
+                        return Err("its members lie too far from one another to be one grid".into());
+                    }
+                    bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
+                }
+            }
+        }
+        let first = [bounds[0], bounds[1]].map(|c| (c + ALIGNED_SAMPLES).floor());
+        let last = [bounds[2], bounds[3]].map(|c| (c - ALIGNED_SAMPLES).ceil());
+        let [x0, a, b, y0, c, d] = lattice.crs_from_grid;
+        let crs_from_grid = [x0 + a * first[0] + b * first[1], a, b, y0 + c * first[0] + d * first[1], c, d];
+        let georeference = Georeference { crs_from_grid, ..lattice.clone() };
+        let size = [0, 1].map(|axis| (last[axis] - first[axis]) as u32 + 1);
+        let members = members.iter().zip(spacings_m).map(|((place, size), spacing_m)| {
+            Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way: Way::between(&georeference, place)? })
+        });
+        let members = members.collect::<Result<_, String>>()?;
+        Ok(Self { georeference, size, members })
+    }
+}
+
+impl Placed {
+    /// Where the member's sample (0, 0) lies among the grid's, if its samples lie on the grid's.
+    pub fn shift(&self) -> Option<[i64; 2]> {
+        match self.way {
+            Way::Whole(shift) => Some(shift),
+            _ => None,
+        }
+    }
+
+    /// (column, row) in the member of `columns` × `rows` points of the grid, row by row: the first at `first`, `step`
+    /// apart, in samples. Points that a projection cannot show are NaN.
+    pub fn coordinates(&self, first: [f64; 2], step: [f64; 2], [columns, rows]: [u32; 2]) -> Vec<[f64; 2]> {
+        let at = |column: u32, row: u32| {
+            self.way.map(first[0] + step[0] * f64::from(column), first[1] + step[1] * f64::from(row))
+        };
+        if !matches!(self.way, Way::Projected { .. }) {
+            return (0..columns * rows).map(|i| at(i % columns, i / columns)).collect();
+        }
+        let nodes = columns / NODES_APART + 2;
+        let node_rows = rows / NODES_APART + 2;
+        let exact: Vec<[f64; 2]> =
+            (0..nodes * node_rows).map(|i| at(i % nodes * NODES_APART, i / nodes * NODES_APART)).collect();
+        let part = |c: u32| f64::from(c % NODES_APART) / f64::from(NODES_APART);
+        (0..columns * rows)
+            .map(|i| {
+                let (column, row) = (i % columns, i / columns);
+                let corner = (row / NODES_APART * nodes + column / NODES_APART) as usize;
+                let (u, v) = (part(column), part(row));
+                [0, 1].map(|axis| {
+                    let across = |corner: usize| exact[corner][axis] * (1.0 - u) + exact[corner + 1][axis] * u;
+                    across(corner) * (1.0 - v) + across(corner + nodes as usize) * v
+                })
+            })
+            .collect()
+    }
+
+    /// Whether a place of the grid lies in the member or within half a sample of it.
+    pub fn holds(&self, place: [f64; 2]) -> bool {
+        let place = self.way.map(place[0], place[1]);
+        (0..2).all(|axis| (-0.5..=f64::from(self.size[axis]) - 0.5).contains(&place[axis]))
+    }
+
+    /// Whether a window of the grid may hold something of the member.
+    pub fn meets(&self, window: Window) -> bool {
+        let steps = [window.width, window.height].map(|count| f64::from(count) / 8.0);
+        let first = [window.x, window.y].map(|c| f64::from(c) - 0.5);
+        let places = self.coordinates(first, steps, [9, 9]);
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for place in places {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(place[axis]);
+                high[axis] = high[axis].max(place[axis]);
+            }
+        }
+        (0..2).all(|axis| high[axis] > -0.5 && low[axis] < f64::from(self.size[axis]) - 0.5)
+    }
+}
+
+impl Way {
+    /// From the grid at `from` to that at `to`.
+    fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
+        let back = inverse(to.crs_from_grid);
+        if !same(&from.crs, &to.crs) {
+            let (from, to) = (Side::new(from)?, Side::new(to)?);
+            return Ok(Self::Projected { from: Box::new(from), to: Box::new(Side { crs_from_grid: back, ..to }) });
+        }
+        let ([fx, a, b, fy, c, d], [bx, e, f, by, g, h]) = (from.crs_from_grid, back);
+        let ways =
+            [bx + e * fx + f * fy, e * a + f * c, e * b + f * d, by + g * fx + h * fy, g * a + h * c, g * b + h * d];
+        // Over 10⁵ samples nothing may add up to a part of one that would be seen.
+        let unit = [1.0, 0.0, 0.0, 1.0];
+        let is_unit =
+            [ways[1], ways[2], ways[4], ways[5]].iter().zip(unit).all(|(way, unit)| (way - unit).abs() < 1e-8);
+        let shift = [-ways[0], -ways[3]];
+        if is_unit && shift.iter().all(|c| (c - c.round()).abs() < ALIGNED_SAMPLES) {
+            return Ok(Self::Whole(shift.map(|c| c.round() as i64)));
+        }
+        Ok(Self::Affine(ways))
+    }
+
+    fn map(&self, column: f64, row: f64) -> [f64; 2] {
+        match self {
+            Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
+            Self::Affine(by) => apply(*by, column, row),
+            Self::Projected { from, to } => {
+                let [x, y] = apply(from.crs_from_grid, column, row).map(|c| c * from.per_unit);
+                let mut point = (x, y, 0.0);
+                match transform(&from.proj, &to.proj, &mut point) {
+                    Ok(()) => apply(to.crs_from_grid, point.0 / to.per_unit, point.1 / to.per_unit),
+                    Err(_) => [f64::NAN; 2],
+                }
+            }
+        }
+    }
+}
+
+impl Side {
+    fn new(place: &Georeference) -> Result<Self, String> {
+        let (text, per_unit) = match &place.crs {
+            Crs::Local => return Err("a member without a coordinate reference system lies beside one with one".into()),
+            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => {
+                let shape = match *inverse_flattening {
+                    0.0 => format!("+R={semi_major_axis_m}"),
+                    inverse => format!("+a={semi_major_axis_m} +rf={inverse}"),
+                };
+                (format!("+proj=longlat {shape} +no_defs"), *radians_per_unit)
+            }
+            Crs::Projected { metres_per_unit, name } => {
+                let code = name.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
+                let known = code.and_then(crs_definitions::from_code);
+                let known = known
+                    .ok_or_else(|| format!("there is no way from {name} to the other members' reference systems"))?;
+                // Everything in metres: the file's own unit goes before the code's.
+                let words = known
+                    .proj4
+                    .split_whitespace()
+                    .filter(|word| !word.starts_with("+units=") && !word.starts_with("+to_meter="));
+                (words.chain(["+units=m"]).collect::<Vec<_>>().join(" "), *metres_per_unit)
+            }
+        };
+        let proj =
+            Proj::from_proj_string(&text).map_err(|error| format!("its reference system cannot be set up: {error}"))?;
+        Ok(Self { crs_from_grid: place.crs_from_grid, proj, per_unit })
+    }
+}
+
+/// Whether coordinates of one are coordinates of the other.
+fn same(a: &Crs, b: &Crs) -> bool {
+    match (a, b) {
+        (
+            Crs::Geographic { radians_per_unit: a, semi_major_axis_m: major_a, .. },
+            Crs::Geographic { radians_per_unit: b, semi_major_axis_m: major_b, .. },
+        ) => a == b && (major_a - major_b).abs() < 300.0,
+        (a, b) => a == b,
+    }
+}
+
+/// The geometric mean of the steps along columns and rows in the middle of a grid, in metres.
+fn spacing_m(place: &Georeference, size: [u32; 2]) -> Result<f64, String> {
+    let mapping = WorldMapping::new(place, size[0], size[1]).map_err(|error| error.to_string())?;
+    let middle = size.map(|count| f64::from(count - 1) / 2.0);
+    let at = |x: f64, y: f64| mapping.world_from_grid(middle[0] + x, middle[1] + y);
+    let spacing_m = (at(0.5, 0.0).distance(at(-0.5, 0.0)) * at(0.0, 0.5).distance(at(0.0, -0.5))).sqrt();
+    if spacing_m > 0.0 && spacing_m.is_finite() { Ok(spacing_m) } else { Err("a member has no spacing".into()) }
+}
+
+fn apply([x0, a, b, y0, c, d]: [f64; 6], x: f64, y: f64) -> [f64; 2] {
+    [x0 + a * x + b * y, y0 + c * x + d * y]
+}
+
+/// A georeference's transform has an inverse.
+fn inverse([x0, a, b, y0, c, d]: [f64; 6]) -> [f64; 6] {
+    let determinant = a * d - b * c;
+    let [e, f, g, h] = [d, -b, -c, a].map(|part| part / determinant);
+    [-(e * x0 + f * y0), e, f, -(g * x0 + h * y0), g, h]
+}

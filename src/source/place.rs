@@ -1,0 +1,125 @@
+//! What the readers of formats other than GeoTIFF share: where a grid lies, and what a file was when it was opened.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+use super::georeference::{self, Georeference};
+use super::reader::Window;
+use super::{GeoKeys, SourceError, WorldMapping, geokeys as key};
+use key::GeoKey;
+
+/// The keys of an EPSG code: `is_geographic` says whether it stands for longitudes and latitudes.
+pub(super) fn epsg(code: u16, is_geographic: bool) -> GeoKeys {
+    let (model, id) = if is_geographic { (2, key::GEOGRAPHIC_CRS) } else { (1, key::PROJECTED_CRS) };
+    GeoKeys::from_keys(vec![GeoKey::short(key::MODEL_TYPE, model), GeoKey::short(id, code)])
+}
+
+/// Longitudes and latitudes in degrees on WGS 84.
+pub(super) fn wgs84() -> GeoKeys {
+    epsg(4326, true)
+}
+
+/// A grid of metres that lies nowhere on the earth, which nobody needs to be warned of.
+pub(super) fn local_metres() -> GeoKeys {
+    GeoKeys::from_keys(vec![GeoKey::short(key::LINEAR_UNITS, key::METRE)])
+}
+
+/// A grid whose rows run south: `first` is the centre of its first sample, `step` the distance between samples in
+/// columns and rows, both in units of the CRS.
+pub(super) fn north_up(first: [f64; 2], step: [f64; 2]) -> [f64; 6] {
+    [first[0], step[0], 0.0, first[1], 0.0, -step[1]]
+}
+
+/// The georeference of a grid, checked as far as the world's frame needs it.
+pub(super) fn locate(
+    path: &Path,
+    crs_from_grid: [f64; 6],
+    geokeys: GeoKeys,
+    size: [u32; 2],
+) -> Result<Georeference, SourceError> {
+    let located = |source| SourceError::Georeference { path: path.into(), source };
+    let georeference =
+        georeference::from_transform(crs_from_grid, geokeys, &path.display().to_string()).map_err(located)?;
+    WorldMapping::new(&georeference, size[0], size[1]).map_err(located)?;
+    Ok(georeference)
+}
+
+/// What the heights of a reader depend on: its files with their sizes and times of change, and `options`.
+pub(super) fn identity(files: &[&Path], options: &str) -> String {
+    let mut text = String::new();
+    for file in files {
+        // A file that is away by now has no size; that it is away is then part of the identity.
+        let metadata = std::fs::metadata(file).ok();
+        let length = metadata.as_ref().map_or(0, std::fs::Metadata::len);
+        let changed = metadata.and_then(|it| it.modified().ok()).and_then(|time| time.duration_since(UNIX_EPOCH).ok());
+        let absolute = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{}\t{length}\t{}", absolute.display(), changed.unwrap_or_default().as_nanos());
+    }
+    text + options
+}
+
+/// A size that a surface can have.
+pub(super) fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError> {
+    match width < 2 || height < 2 {
+        true => Err(SourceError::TooSmall { path: path.into(), width, height }),
+        false => Ok(()),
+    }
+}
+
+/// A window that lies inside the grid.
+pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Result<(), SourceError> {
+    let is_inside = |first: u32, count: u32, size: u32| first.checked_add(count).is_some_and(|end| end <= size);
+    if is_inside(window.x, window.width, size[0]) && is_inside(window.y, window.height, size[1]) {
+        return Ok(());
+    }
+    Err(inconsistent(path, format!("a window of it lies outside of its {}×{} samples", size[0], size[1])))
+}
+
+/// The file contradicts itself.
+pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {
+    SourceError::Inconsistent { path: path.into(), what: what.into() }
+}
+
+/// The file does not say all that is needed.
+pub(super) fn unclear(path: &Path, why: impl Into<String>) -> SourceError {
+    SourceError::Unclear { path: path.into(), why: why.into() }
+}
+
+/// The file system says no.
+pub(super) fn cannot_open(path: &Path) -> impl Fn(std::io::Error) -> SourceError + '_ {
+    |source| SourceError::Open { path: path.into(), source }
+}
+
+/// The file beside `path` that has its name with another ending, in lower or upper case: `dem.bil` and `dem.HDR`.
+pub(super) fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
+    let appended = |ending: &str| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(".");
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let upper = ending.to_ascii_uppercase();
+    [path.with_extension(ending), path.with_extension(&upper), appended(ending), appended(&upper)]
+        .into_iter()
+        .find(|beside| beside != path && beside.is_file())
+}
+
+/// The ending of a name in lower case; empty where it has none.
+pub(super) fn ending(path: &Path) -> String {
+    path.extension().map(|it| it.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+}
+
+/// More bytes than any header or side file has.
+const MAX_TEXT_BYTES: u64 = 1 << 20;
+
+/// A small text file, such as a header; what is no UTF-8 in it is replaced.
+pub(super) fn small_text(path: &Path) -> Result<String, SourceError> {
+    let length = std::fs::metadata(path).map_err(cannot_open(path))?.len();
+    if length > MAX_TEXT_BYTES {
+        return Err(inconsistent(path, format!("{length} bytes are too many for a header")));
+    }
+    let bytes = std::fs::read(path).map_err(cannot_open(path))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}

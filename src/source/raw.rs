@@ -1,0 +1,56 @@
+//! Raw heightmaps (`.r16`, `.raw`): unsigned 16-bit samples by rows and nothing else, as game engines and World Machine
+//! write them. Size, byte order, spacing and scale come from a side file or from options.
+
+use std::path::Path;
+
+use super::SourceError;
+use super::flat::{Description, FlatReader, Strides};
+use super::place::{self, cannot_open, unclear};
+use super::samples::{Meaning, SampleType};
+use super::side_file::Said;
+
+/// Opens a file whose content says nothing of itself.
+pub(super) fn open(path: &Path, said: &Said) -> Result<FlatReader, SourceError> {
+    let bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
+    let size = match said.size() {
+        Some(size) => size,
+        None => square(path, bytes)?,
+    };
+    place::check_size(path, size)?;
+    let [width, height] = size;
+    let needed = u64::from(width) * u64::from(height) * 2;
+    if bytes > needed {
+        tracing::warn!("{}: is {} bytes longer than {width}×{height} samples", path.display(), bytes - needed);
+    }
+    let is_big_endian = said.is_big_endian().unwrap_or_else(|| {
+        tracing::warn!("{}: nothing says its byte order; little-endian is assumed", path.display());
+        false
+    });
+    let [scale, offset] = said.steps(path);
+    let meaning =
+        Meaning { sample_type: SampleType::U16, no_data: said.side.no_data, scale, offset, metres_per_unit: 1.0 };
+    let described = Description {
+        size,
+        strides: Strides { offset: 0, row: u64::from(width) * 2, sample: 2 },
+        is_big_endian,
+        meaning,
+        georeference: said.georeference(path, size)?,
+        identity: said.identity(path),
+    };
+    FlatReader::new(path, None, described)
+}
+
+/// The size of a square of so many bytes: a guess, which is told.
+fn square(path: &Path, bytes: u64) -> Result<[u32; 2], SourceError> {
+    let side = (bytes / 2).isqrt();
+    match u32::try_from(side) {
+        Ok(short) if side * side * 2 == bytes => {
+            tracing::warn!("{}: nothing says its size; {side}×{side} samples are assumed", path.display());
+            Ok([short; 2])
+        }
+        _ => {
+            let name = path.display();
+            Err(unclear(path, format!("its size is unknown, and its {bytes} bytes are no square: see {name}.toml")))
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! What somebody says of a picture or a raw file that says nothing of itself: `NAME.ext.toml` beside it, and the
+//! options of the caller.
+//!
+//! ```toml
+//! width = 4097            # raw files only
+//! height = 4097
+//! spacing_m = 2.5         # between samples; spacing_degrees in a geographic CRS
+//! height_scale_m = 0.1    # metres for each step
+//! height_offset_m = -50.0 # of step 0
+//! endian = "little"       # or "big"; raw files only
+//! no_data = 0             # in steps
+//! crs = "EPSG:32610"
+//! origin = [594000.0, 5195000.0] # centre of the first sample, in the CRS
+//! encoding = "terrarium"  # or "mapbox", of terrain-RGB
+//! interval_m = 0.1        # a step of "mapbox"
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::georeference::Georeference;
+use super::place::{self, small_text, unclear};
+use super::{GeoKeys, SourceError, crs_catalogue as catalogue};
+
+/// What a caller says of a file that does not say it itself. It goes before the file beside it. Formats that say these
+/// things themselves pass over it, with a warning.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OpenOptions {
+    /// Metres between samples.
+    pub spacing_m: Option<f64>,
+    /// Columns and rows of a raw file.
+    pub size: Option<[u32; 2]>,
+    /// Metres for each step of a 16-bit sample.
+    pub height_scale_m: Option<f64>,
+    /// Metres of a sample of 0.
+    pub height_offset_m: Option<f64>,
+    /// Whether the larger byte of a raw sample comes first.
+    pub big_endian: Option<bool>,
+}
+
+/// How heights are packed into the colours of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Encoding {
+    /// (red × 256 + green + blue / 256) − 32768 metres.
+    Terrarium,
+    /// −10000 + (red × 65536 + green × 256 + blue) × 0.1 metres.
+    Mapbox,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Endian {
+    Little,
+    Big,
+}
+
+/// The file beside a picture or raw file. Keys that are not known are an error: they would be passed over in silence.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SideFile {
+    width: Option<u32>,
+    height: Option<u32>,
+    spacing_m: Option<f64>,
+    spacing_degrees: Option<f64>,
+    height_scale_m: Option<f64>,
+    height_offset_m: Option<f64>,
+    endian: Option<Endian>,
+    pub no_data: Option<f64>,
+    crs: Option<String>,
+    origin: Option<[f64; 2]>,
+    pub encoding: Option<Encoding>,
+    pub interval_m: Option<f64>,
+}
+
+/// A file's side file and the caller's options together.
+#[derive(Clone, Debug)]
+pub(super) struct Said {
+    /// Where it stands, if it does.
+    pub side_path: Option<PathBuf>,
+    pub side: SideFile,
+    options: OpenOptions,
+}
+
+/// `NAME.ext.toml` of `NAME.ext`, where there is one.
+pub(super) fn side_path(path: &Path) -> Option<PathBuf> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".toml");
+    Some(PathBuf::from(name)).filter(|path| path.is_file())
+}
+
+impl Said {
+    /// Reads the side file, if there is one.
+    pub fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
+        let side_path = side_path(path);
+        let side = match &side_path {
+            Some(side_path) => {
+                let parsed = toml::from_str::<SideFile>(&small_text(side_path)?);
+                parsed.map_err(|error| unclear(side_path, error.message().replace('\n', " ")))?
+            }
+            None => SideFile::default(),
+        };
+        let said = Self { side_path, side, options: *options };
+        let numbers = [said.spacing_m(), said.side.spacing_degrees, said.side.interval_m, said.height_scale_m()];
+        if numbers.into_iter().flatten().any(|number| !number.is_finite() || number == 0.0) {
+            return Err(unclear(path, "its spacing and the scale of its heights must be numbers other than 0"));
+        }
+        Ok(said)
+    }
+
+    /// Columns and rows of a raw file.
+    pub fn size(&self) -> Option<[u32; 2]> {
+        self.options.size.or_else(|| Some([self.side.width?, self.side.height?]))
+    }
+
+    /// Whether the larger byte of a raw sample comes first, where anybody says so.
+    pub fn is_big_endian(&self) -> Option<bool> {
+        self.options.big_endian.or_else(|| self.side.endian.map(|endian| endian == Endian::Big))
+    }
+
+    /// Metres for each step.
+    pub fn height_scale_m(&self) -> Option<f64> {
+        self.options.height_scale_m.or(self.side.height_scale_m)
+    }
+
+    /// Metres of a sample of 0.
+    pub fn height_offset_m(&self) -> f64 {
+        self.options.height_offset_m.or(self.side.height_offset_m).unwrap_or(0.0)
+    }
+
+    fn spacing_m(&self) -> Option<f64> {
+        self.options.spacing_m.or(self.side.spacing_m)
+    }
+
+    /// Scale and offset of 16-bit steps, with a warning where nobody gives the scale.
+    pub fn steps(&self, path: &Path) -> [f64; 2] {
+        let scale_m = self.height_scale_m().unwrap_or_else(|| {
+            let name = path.display();
+            tracing::warn!("{name}: nothing says how high a step of its samples is; 1 m is assumed ({name}.toml)");
+            1.0
+        });
+        [scale_m, self.height_offset_m()]
+    }
+
+    /// Where the grid lies.
+    pub fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
+        let (keys, metres_per_unit) = self.crs_keys(path)?;
+        let step = match (metres_per_unit, self.spacing_m(), self.side.spacing_degrees) {
+            (None, _, Some(degrees)) => degrees,
+            (None, _, None) => return Err(unclear(path, "a geographic CRS needs spacing_degrees in its side file")),
+            (Some(unit), Some(spacing_m), _) => spacing_m / unit,
+            (Some(unit), None, _) => {
+                let name = path.display();
+                tracing::warn!("{name}: nothing says how far its samples are apart; 1 m is assumed ({name}.toml)");
+                1.0 / unit
+            }
+        };
+        let first = self.side.origin.unwrap_or_default();
+        place::locate(path, place::north_up(first, [step; 2]), keys, size)
+    }
+
+    /// The keys of the CRS, and the metres of its unit; none for degrees.
+    fn crs_keys(&self, path: &Path) -> Result<(GeoKeys, Option<f64>), SourceError> {
+        let Some(crs) = &self.side.crs else { return Ok((place::local_metres(), Some(1.0))) };
+        if self.side.origin.is_none() {
+            return Err(unclear(path, "its side file gives a crs, but no origin = [x, y] in it"));
+        }
+        let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
+        let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
+        let (code, definition) =
+            definition.ok_or_else(|| unclear(path, format!("the crs {crs:?} of its side file is unknown")))?;
+        match definition.kind {
+            catalogue::Kind::Projected => Ok((place::epsg(code, false), Some(definition.unit))),
+            catalogue::Kind::Geographic => Ok((place::epsg(code, true), None)),
+            catalogue::Kind::Geocentric => {
+                Err(unclear(path, format!("the crs {crs:?} of its side file is geocentric")))
+            }
+        }
+    }
+
+    /// What the heights depend on besides the file itself.
+    pub fn identity(&self, path: &Path) -> String {
+        let files: Vec<&Path> = std::iter::once(path).chain(self.side_path.as_deref()).collect();
+        place::identity(&files, &format!("{:?}", self.options))
+    }
+}

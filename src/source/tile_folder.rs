@@ -1,0 +1,193 @@
+//! A folder of terrain-RGB tiles, `z/x/y.png`, in the numbering of web maps: the deepest zoom level is read, tiles that
+//! are not there are void.
+//!
+//! Level z has 2^z × 2^z tiles; x counts from 180° west, y from the north. The CRS is Web Mercator (EPSG:3857).
+
+use std::collections::HashSet;
+use std::fs::DirEntry;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+use super::SourceError;
+use super::georeference::Georeference;
+use super::picture::{self, Picture};
+use super::place::{self, cannot_open, check_window, inconsistent};
+use super::reader::{HeightReader, Window};
+use super::side_file::{OpenOptions, Said};
+use super::terrain_rgb::Packing;
+
+/// Half the width of the map in metres: π times the equator's radius on WGS 84.
+const HALF_MAP_M: f64 = 20_037_508.342_789_244;
+/// No map is deeper, and 2^22 tiles of 512 pixels are 2^31.
+const MAX_ZOOM: u32 = 22;
+/// So many tiles are looked at to find out how heights are packed.
+const SAMPLE_TILES: usize = 8;
+
+/// See the head of the file.
+pub(super) struct TileFolderReader {
+    folder: PathBuf,
+    zoom: u32,
+    tile_px: u32,
+    /// Numbers of the westernmost column and northernmost row of tiles.
+    first: [u32; 2],
+    present: HashSet<[u32; 2]>,
+    packing: Packing,
+    size: [u32; 2],
+    georeference: Georeference,
+    identity: String,
+}
+
+/// Whether a folder has the shape `z/x/y.png`.
+pub(super) fn is_tile_folder(folder: &Path) -> bool {
+    let folders = |folder: &Path| numbered(folder, "").unwrap_or_default();
+    let has_tiles = |folder: &Path| !numbered(folder, "png").unwrap_or_default().is_empty();
+    folders(folder).iter().any(|(_, zoom)| folders(zoom).iter().any(|(_, column)| has_tiles(column)))
+}
+
+/// Entries of a folder whose names are numbers: folders, or files with an ending.
+fn numbered(folder: &Path, ending: &str) -> Result<Vec<(u32, PathBuf)>, SourceError> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(cannot_open(folder))? {
+        let entry: DirEntry = entry.map_err(cannot_open(folder))?;
+        let path = entry.path();
+        let stem = if ending.is_empty() { path.file_name() } else { path.file_stem() };
+        let number = stem.and_then(|stem| stem.to_str()).and_then(|stem| stem.parse().ok());
+        // `7`, not `07`, which is some other scheme.
+        let number = number.filter(|number: &u32| stem.is_some_and(|stem| stem.to_str() == Some(&number.to_string())));
+        let fits = if ending.is_empty() {
+            path.is_dir()
+        } else {
+            path.extension().is_some_and(|it| it == ending) && path.is_file()
+        };
+        found.extend(number.filter(|_| fits).map(|number| (number, path)));
+    }
+    found.sort();
+    Ok(found)
+}
+
+impl TileFolderReader {
+    /// Opens the deepest level.
+    pub fn open(folder: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
+        let mut tiles: Vec<([u32; 2], PathBuf)> = Vec::new();
+        let mut zoom = 0;
+        for (level, level_folder) in numbered(folder, "")?.into_iter().rev() {
+            for (x, column_folder) in numbered(&level_folder, "")? {
+                tiles.extend(numbered(&column_folder, "png")?.into_iter().map(|(y, path)| ([x, y], path)));
+            }
+            if !tiles.is_empty() {
+                zoom = level;
+                break;
+            }
+        }
+        let count = 1u32.checked_shl(zoom).filter(|_| zoom <= MAX_ZOOM);
+        let count = count.ok_or_else(|| inconsistent(folder, format!("its zoom level {zoom} is too deep")))?;
+        if let Some((_, path)) = tiles.iter().find(|(tile, _)| tile.iter().any(|&number| number >= count)) {
+            return Err(inconsistent(path, format!("level {zoom} has {count}×{count} tiles")));
+        }
+        let Some((_, first_tile)) = tiles.first() else {
+            return Err(SourceError::NoMembers { path: folder.into() });
+        };
+        let [tile_px, tile_rows] = picture::header(first_tile)?.size;
+        if tile_px != tile_rows || !(2..=4096).contains(&tile_px) {
+            return Err(inconsistent(first_tile, format!("a tile is a square, not {tile_px}×{tile_rows}")));
+        }
+
+        let said = Said::of(folder, options)?;
+        let step = (tiles.len() / SAMPLE_TILES).max(1);
+        let samples = tiles.iter().step_by(step).take(SAMPLE_TILES).map(|(_, path)| decode(path, tile_px));
+        let packing = Packing::of(folder, &said, &samples.collect::<Result<Vec<_>, _>>()?)?;
+
+        let range = |axis: usize| {
+            let numbers = || tiles.iter().map(|(tile, _)| tile[axis]);
+            let first = numbers().min().unwrap_or(0);
+            (first, numbers().max().unwrap_or(0) - first + 1)
+        };
+        let ((x, columns), (y, rows)) = (range(0), range(1));
+        let samples = |tiles: u32| {
+            tiles.checked_mul(tile_px).ok_or_else(|| inconsistent(folder, "its tiles span too wide an area"))
+        };
+        let size = [samples(columns)?, samples(rows)?];
+        let pixel_m = 2.0 * HALF_MAP_M / (f64::from(count) * f64::from(tile_px));
+        let centre = |tile: u32| (f64::from(tile) * f64::from(tile_px) + 0.5) * pixel_m - HALF_MAP_M;
+        let crs_from_grid = place::north_up([centre(x), -centre(y)], [pixel_m; 2]);
+        let georeference = place::locate(folder, crs_from_grid, place::epsg(3857, false), size)?;
+        let identity = identity(folder, &said, &tiles);
+        let present = tiles.into_iter().map(|(tile, _)| tile).collect();
+        Ok(Self { folder: folder.into(), zoom, tile_px, first: [x, y], present, packing, size, georeference, identity })
+    }
+}
+
+/// Every tile's size and time of change; a hash of them, for there may be millions.
+fn identity(folder: &Path, said: &Said, tiles: &[([u32; 2], PathBuf)]) -> String {
+    let mut hasher = DefaultHasher::new();
+    for (tile, path) in tiles {
+        let metadata = std::fs::metadata(path).ok();
+        let changed = metadata.as_ref().and_then(|it| it.modified().ok());
+        (tile, metadata.as_ref().map(std::fs::Metadata::len), changed).hash(&mut hasher);
+    }
+    format!("{}\n{} tiles, {:016x}", said.identity(folder), tiles.len(), hasher.finish())
+}
+
+/// A tile in colours.
+fn decode(path: &Path, tile_px: u32) -> Result<Picture, SourceError> {
+    let header = picture::header(path)?;
+    if header.size != [tile_px; 2] {
+        let [width, height] = header.size;
+        return Err(inconsistent(path, format!("{width}×{height} pixels, but other tiles have {tile_px}×{tile_px}")));
+    }
+    let picture = picture::decode(path)?;
+    if picture.channels < 3 || picture.channel_bytes != 1 {
+        return Err(SourceError::NotHeights { path: path.into(), what: "a grey or 16-bit picture" });
+    }
+    Ok(picture)
+}
+
+impl HeightReader for TileFolderReader {
+    fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        check_window(&self.folder, window, self.size)?;
+        let mut heights_m = vec![f32::NAN; window.samples()];
+        if heights_m.is_empty() {
+            return Ok(heights_m);
+        }
+        let tile_px = self.tile_px;
+        let tiles = |first: u32, count: u32| first / tile_px..(first + count).div_ceil(tile_px);
+        for row in tiles(window.y, window.height) {
+            for column in tiles(window.x, window.width) {
+                let tile = [self.first[0] + column, self.first[1] + row];
+                if !self.present.contains(&tile) {
+                    continue;
+                }
+                let path = self.folder.join(format!("{}/{}/{}.png", self.zoom, tile[0], tile[1]));
+                let picture = decode(&path, tile_px)?;
+                let heights = self.packing.heights_m(&picture).collect::<Vec<_>>();
+                // The part of the tile that lies in the window, in samples of the grid.
+                let overlap = |tile: u32, first: u32, count: u32| {
+                    (tile * tile_px).max(first)..((tile + 1) * tile_px).min(first + count)
+                };
+                let columns = overlap(column, window.x, window.width);
+                for y in overlap(row, window.y, window.height) {
+                    let from = ((y - row * tile_px) * tile_px + columns.start - column * tile_px) as usize;
+                    let to = (y - window.y) as usize * window.width as usize + (columns.start - window.x) as usize;
+                    heights_m[to..to + columns.len()].copy_from_slice(&heights[from..from + columns.len()]);
+                }
+            }
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        [self.tile_px; 2]
+    }
+
+    fn identity(&self) -> String {
+        self.identity.clone()
+    }
+}

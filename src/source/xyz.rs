@@ -1,0 +1,124 @@
+//! XYZ: a line for each point with easting, northing and height, which together must be a full regular grid by rows, as
+//! GDAL and mapping agencies write them. Separators are spaces, tabs, commas or semicolons; a first line may hold names.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use super::SourceError;
+use super::memory::MemoryReader;
+use super::place::{self, cannot_open, inconsistent, unclear};
+use super::prj;
+use super::samples::{Meaning, SampleType, Tally, Told};
+
+/// As for every format that is decoded whole.
+const MAX_SAMPLES: usize = 1 << 28;
+/// Of the spacing: so far a point may lie from its place in the grid.
+const TOLERANCE: f64 = 0.01;
+
+/// Whether a text begins as XYZ does; `is_whole` says that it also ends here.
+pub(super) fn is_beginning(text: &str, is_whole: bool) -> bool {
+    let end = if is_whole { text.len() } else { text.rfind('\n').unwrap_or(0) };
+    let lines: Vec<&str> = text[..end].lines().filter(|line| !line.trim().is_empty()).collect();
+    lines.len() > 3 && lines[1..].iter().all(|line| point(line).is_some())
+}
+
+fn point(line: &str) -> Option<[f64; 3]> {
+    let mut numbers = line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';')).filter(|it| !it.is_empty());
+    let mut next = || numbers.next()?.parse::<f64>().ok();
+    let point = [next()?, next()?, next()?];
+    (point[0].is_finite() && point[1].is_finite()).then_some(point)
+}
+
+/// The columns and rows as they come in.
+#[derive(Default)]
+struct Grid {
+    /// Of the first row.
+    eastings: Vec<f64>,
+    /// Of the first point of each row.
+    northings: Vec<f64>,
+    count: usize,
+}
+
+impl Grid {
+    /// Takes the next point; false where it is not where a full grid by rows has it.
+    fn take(&mut self, x: f64, y: f64) -> bool {
+        let Some(&row_y) = self.northings.last() else {
+            self.eastings.push(x);
+            self.northings.push(y);
+            self.count = 1;
+            return true;
+        };
+        let width = self.eastings.len();
+        if self.northings.len() == 1 && y == row_y {
+            self.eastings.push(x);
+        } else {
+            let column = self.count % width;
+            let spacing = (self.eastings[width - 1] - self.eastings[0]).abs() / (width as f64 - 1.0);
+            // A single column is a grid by columns.
+            if width < 2 || (x - self.eastings[column]).abs() > TOLERANCE * spacing {
+                return false;
+            }
+            match column {
+                0 => self.northings.push(y),
+                _ if (y - row_y).abs() > TOLERANCE * spacing => return false,
+                _ => {}
+            }
+        }
+        self.count += 1;
+        true
+    }
+}
+
+/// First number and spacing of numbers that are evenly spaced.
+fn even(numbers: &[f64]) -> Option<[f64; 2]> {
+    let (first, last) = (*numbers.first()?, *numbers.last()?);
+    let step = (last - first) / (numbers.len() as f64 - 1.0);
+    let is_even =
+        |(index, number): (usize, &f64)| (number - (first + index as f64 * step)).abs() <= TOLERANCE * step.abs();
+    (step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_even)).then_some([first, step])
+}
+
+/// Reads a grid.
+pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
+    let irregular = || unclear(path, "its points are no full regular grid by rows; convert it to GeoTIFF (gdal_grid)");
+    let reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(cannot_open(path))?);
+    let (mut grid, mut heights_m, mut tally) = (Grid::default(), Vec::new(), Tally::default());
+    let meaning = Meaning::metres(SampleType::F64, None);
+    for (number, line) in reader.split(b'\n').enumerate() {
+        let line = line.map_err(cannot_open(path))?;
+        let line = String::from_utf8_lossy(&line);
+        if line.trim().is_empty() {
+            continue;
+        }
+        let Some([x, y, z]) = point(&line) else {
+            if number == 0 {
+                continue;
+            }
+            return Err(inconsistent(path, format!("line {} is no point", number + 1)));
+        };
+        if !grid.take(x, y) {
+            return Err(irregular());
+        }
+        if heights_m.len() == MAX_SAMPLES {
+            return Err(unclear(path, "has more points than can be read at once; convert it to GeoTIFF"));
+        }
+        heights_m.push(meaning.height_m(z, &mut tally));
+    }
+    Told::default().tell(path, &tally);
+    let (Ok(width), Ok(height)) = (u32::try_from(grid.eastings.len()), u32::try_from(grid.northings.len())) else {
+        return Err(irregular());
+    };
+    let size = [width, height];
+    place::check_size(path, size)?;
+    if heights_m.len() != width as usize * height as usize {
+        return Err(inconsistent(path, "its last row is not full: it is truncated"));
+    }
+    let [x0, dx] = even(&grid.eastings).ok_or_else(irregular)?;
+    let [y0, dy] = even(&grid.northings).ok_or_else(irregular)?;
+    let crs_from_grid = [x0, dx, 0.0, y0, 0.0, dy];
+    let (keys, prj) = prj::keys(path, crs_from_grid, size)?;
+    let georeference = place::locate(path, crs_from_grid, keys, size)?;
+    let files: Vec<&Path> = std::iter::once(path).chain(prj.as_deref()).collect();
+    Ok(MemoryReader { path: path.into(), size, heights_m, georeference, identity: place::identity(&files, "") })
+}

@@ -1,0 +1,13 @@
+//! Every format that is read: written here byte by byte, and by GDAL where it is installed.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+mod compare;
+mod damage;
+mod dem;
+mod folders;
+mod gdal;
+mod hostile;
+mod round_trip;
+mod side_files;
+mod windows;
+mod write;

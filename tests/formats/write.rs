@@ -1,0 +1,236 @@
+//! Writers of every format, by their specifications; each returns `crs_from_grid` of what it wrote.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use crate::dem::Dem;
+
+pub const WEST: f64 = 594_000.0;
+/// A whole multiple of the spacing, as USGS DEMs in UTM have it.
+pub const NORTH: f64 = 5_195_010.0;
+pub const SPACING: f64 = 30.0;
+/// Of a grid whose first sample is centred at (`WEST`, `NORTH`).
+pub const PLACE: [f64; 6] = [WEST, SPACING, 0.0, NORTH, 0.0, -SPACING];
+/// Without a place.
+pub const NOWHERE: [f64; 6] = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+
+pub const UTM_PRJ: &str = r#"PROJCS["WGS_1984_UTM_Zone_10N",GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",
+SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],
+PROJECTION["Transverse_Mercator"],PARAMETER["Central_Meridian",-123.0],UNIT["Meter",1.0]]"#;
+
+/// A tile of 1201 × 1201 samples.
+pub fn hgt_bytes(dem: &Dem) -> Vec<u8> {
+    dem.heights.iter().flat_map(|height| height.to_be_bytes()).collect()
+}
+
+pub fn hgt(path: &Path, dem: &Dem) {
+    std::fs::write(path, hgt_bytes(dem)).unwrap();
+}
+
+pub fn hgt_zip(path: &Path, member: &str, dem: &Dem) {
+    let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    let options = zip::write::SimpleFileOptions::default();
+    archive.start_file("readme.txt", options).unwrap();
+    archive.write_all(b"not this one").unwrap();
+    archive.start_file(member, options).unwrap();
+    archive.write_all(&hgt_bytes(dem)).unwrap();
+    archive.finish().unwrap();
+}
+
+/// `is_centre`: by the centre of the lower left sample instead of its corner.
+pub fn ascii(path: &Path, dem: &Dem, is_centre: bool) -> [f64; 6] {
+    let (word, half) = if is_centre { ("CENTER", 0.0) } else { ("CORNER", SPACING / 2.0) };
+    let (x, y) = (WEST - half, NORTH - (dem.height - 1) as f64 * SPACING - half);
+    let (width, height) = (dem.width, dem.height);
+    let mut text = format!("NCOLS {width}\r\nnrows {height}\nXLL{word} {x}\nyll{word} {y}\nCellSize {SPACING}\n");
+    text += "NODATA_value -32768\n";
+    // Broken over lines as it comes.
+    for (index, height) in dem.heights.iter().enumerate() {
+        let _ = write!(text, "{height}{}", if index % 13 == 12 { "\r\n  " } else { "\t" });
+    }
+    std::fs::write(path, text).unwrap();
+    PLACE
+}
+
+pub fn grass(path: &Path, dem: &Dem) -> [f64; 6] {
+    let (north, west) = (NORTH + SPACING / 2.0, WEST - SPACING / 2.0);
+    let (south, east) = (north - dem.height as f64 * SPACING, west + dem.width as f64 * SPACING);
+    let (width, height) = (dem.width, dem.height);
+    let mut text =
+        format!("north: {north}\nsouth: {south}\neast: {east}\nwest: {west}\nrows: {height}\ncols: {width}\n");
+    for row in dem.rows() {
+        let words: Vec<String> =
+            row.iter().map(|&it| if it == i16::MIN { "*".to_owned() } else { it.to_string() }).collect();
+        text += &(words.join(" ") + "\n");
+    }
+    std::fs::write(path, text).unwrap();
+    PLACE
+}
+
+pub fn xyz(path: &Path, dem: &Dem) -> [f64; 6] {
+    let mut text = String::from("x,y,z\n");
+    for (row, heights) in dem.rows().enumerate() {
+        for (column, height) in heights.iter().enumerate() {
+            let (x, y) = (WEST + column as f64 * SPACING, NORTH - row as f64 * SPACING);
+            let _ = writeln!(text, "{x},{y},{height}.0");
+        }
+    }
+    std::fs::write(path, text).unwrap();
+    PLACE
+}
+
+/// `order`: `I` for little-endian, `M` for big-endian.
+pub fn ehdr(path: &Path, dem: &Dem, order: &str) -> [f64; 6] {
+    let sample = |it: &i16| if order == "I" { it.to_le_bytes() } else { it.to_be_bytes() };
+    let bytes: Vec<u8> = dem.heights.iter().flat_map(sample).collect();
+    std::fs::write(path, bytes).unwrap();
+    let header = format!(
+        "BYTEORDER {order}\nLAYOUT BIL\nNROWS {}\nNCOLS {}\nNBANDS 1\nNBITS 16\nPIXELTYPE SIGNEDINT\nULXMAP {WEST}\n\
+         ULYMAP {NORTH}\nXDIM {SPACING}\nYDIM {SPACING}\nNODATA -32768\n",
+        dem.height, dem.width
+    );
+    std::fs::write(path.with_extension("hdr"), header).unwrap();
+    std::fs::write(path.with_extension("prj"), UTM_PRJ).unwrap();
+    PLACE
+}
+
+/// GridFloat as the USGS wrote it.
+pub fn grid_float(path: &Path, dem: &Dem) -> [f64; 6] {
+    let sample = |it: &i16| if *it == i16::MIN { -9999.0 } else { f32::from(*it) }.to_le_bytes();
+    std::fs::write(path, dem.heights.iter().flat_map(sample).collect::<Vec<u8>>()).unwrap();
+    let (x, y) = (WEST - SPACING / 2.0, NORTH - (dem.height as f64 - 0.5) * SPACING);
+    let header = format!(
+        "ncols {}\nnrows {}\nxllcorner {x}\nyllcorner {y}\ncellsize {SPACING}\nNODATA_value -9999\nbyteorder LSBFIRST\n",
+        dem.width, dem.height
+    );
+    std::fs::write(path.with_extension("hdr"), header).unwrap();
+    std::fs::write(path.with_extension("prj"), "Projection UTM\nZone 10\nDatum NAD83\nUnits METERS\n").unwrap();
+    PLACE
+}
+
+/// Three bands in one file, of which the first holds the heights; `interleave` is `bip`, `bil` or `bsq`.
+pub fn envi(path: &Path, dem: &Dem, interleave: &str) -> [f64; 6] {
+    let (width, height) = (dem.width, dem.height);
+    let mut bytes = vec![0xee; 11];
+    let band = |band: usize, height: i16| if band == 0 { height } else { 77 }.to_be_bytes();
+    match interleave {
+        "bip" => bytes.extend(dem.heights.iter().flat_map(|&it| (0..3).flat_map(move |index| band(index, it)))),
+        "bil" => {
+            bytes.extend(
+                dem.rows()
+                    .flat_map(|row| (0..3).flat_map(move |index| row.iter().flat_map(move |&it| band(index, it)))),
+            );
+        }
+        _ => bytes.extend((0..3).flat_map(|index| dem.heights.iter().flat_map(move |&it| band(index, it)))),
+    }
+    std::fs::write(path, bytes).unwrap();
+    let header = format!(
+        "ENVI\ndescription = {{\n  a grid}}\nsamples = {width}\nlines = {height}\nbands = 3\nheader offset = 11\n\
+         data type = 2\ninterleave = {interleave}\nbyte order = 1\ndata ignore value = -32768\n\
+         map info = {{UTM, 1.5, 1.5, {WEST}, {NORTH}, {SPACING}, {SPACING}, 10, North, WGS-84, units=Meters}}\n"
+    );
+    std::fs::write(path.with_extension("hdr"), header).unwrap();
+    PLACE
+}
+
+/// Level 0 at 8° east, 46° north, with columns twice as far apart as rows; it ends after so many columns.
+pub fn dted(path: &Path, dem: &Dem, columns: usize) -> [f64; 6] {
+    let mut header = vec![b' '; 80 + 648 + 2700];
+    let mut put = |at: usize, text: &str| header[at..at + text.len()].copy_from_slice(text.as_bytes());
+    put(0, "UHL10080000E0460000N06000300");
+    put(47, &format!("{:04}{:04}", dem.width, dem.height));
+    put(80, "DSIU");
+    put(80 + 144, "WGS84");
+    put(728, "ACC");
+    let mut bytes = header;
+    for column in 0..columns {
+        let mut record = vec![0xaa, 0, 0, column as u8];
+        record.extend((column as u16).to_be_bytes());
+        record.extend([0, 0]);
+        for row in (0..dem.height).rev() {
+            let raw = match dem.at(column, row) {
+                i16::MIN => 0xffff,
+                height if height < 0 => 0x8000 | height.unsigned_abs(),
+                height => height as u16,
+            };
+            record.extend(raw.to_be_bytes());
+        }
+        let sum: u32 = record.iter().map(|&byte| u32::from(byte)).sum();
+        record.extend(sum.to_be_bytes());
+        bytes.extend(record);
+    }
+    std::fs::write(path, bytes).unwrap();
+    let (dx, dy) = (60.0 / 3600.0, 30.0 / 3600.0);
+    [8.0, dx, 0.0, 46.0 + (dem.height - 1) as f64 * dy, 0.0, -dy]
+}
+
+pub fn png(path: &Path, [width, height]: [usize; 2], color: png::ColorType, depth: png::BitDepth, bytes: &[u8]) {
+    let mut encoder = png::Encoder::new(std::fs::File::create(path).unwrap(), width as u32, height as u32);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    encoder.write_header().unwrap().write_image_data(bytes).unwrap();
+}
+
+/// Voids are 0.
+pub fn png16(path: &Path, dem: &Dem) {
+    let bytes: Vec<u8> = dem.heights.iter().flat_map(|&it| (it.max(0) as u16).to_be_bytes()).collect();
+    png(path, [dem.width, dem.height], png::ColorType::Grayscale, png::BitDepth::Sixteen, &bytes);
+}
+
+/// Voids are 0.
+pub fn raw(path: &Path, dem: &Dem, is_big_endian: bool) {
+    let sample = |&it: &i16| {
+        let it = it.max(0) as u16;
+        if is_big_endian { it.to_be_bytes() } else { it.to_le_bytes() }
+    };
+    std::fs::write(path, dem.heights.iter().flat_map(sample).collect::<Vec<u8>>()).unwrap();
+}
+
+/// Voids are black.
+pub fn terrain_rgb(path: &Path, dem: &Dem, is_mapbox: bool) {
+    let pixel = |&it: &i16| {
+        let code = match it {
+            i16::MIN => 0,
+            it if is_mapbox => ((i32::from(it) + 10_000) * 10) as u32,
+            it => (i32::from(it) + 32_768) as u32 * 256,
+        };
+        [(code >> 16) as u8, (code >> 8) as u8, code as u8]
+    };
+    let bytes: Vec<u8> = dem.heights.iter().flat_map(pixel).collect();
+    png(path, [dem.width, dem.height], png::ColorType::Rgb, png::BitDepth::Eight, &bytes);
+}
+
+/// A quadrangle in UTM zone 10 on NAD27; columns begin above their voids in the south. `line_breaks` after each record.
+pub fn usgs_dem(path: &Path, dem: &Dem, line_breaks: bool) -> [f64; 6] {
+    let d = |value: f64| format!("{:>24}", format!("{value:.15E}").replace('E', "D+0").replace("D+0-", "D-0"));
+    let e = |value: f64| format!("{:>12}", format!("{value:.6E}").replace('E', "E+0"));
+    let (east, south) = (WEST + (dem.width - 1) as f64 * SPACING, NORTH - (dem.height - 1) as f64 * SPACING);
+    let mut a = format!("{:<144}{:>6}{:>6}{:>6}{:>6}", "A GRID", 1, 1, 1, 10);
+    a += &d(0.0).repeat(15);
+    a += &format!("{:>6}{:>6}{:>6}", 2, 2, 4);
+    for [x, y] in [[WEST, south], [WEST, NORTH], [east, NORTH], [east, south]] {
+        a += &(d(x) + &d(y));
+    }
+    a += &(d(0.0) + &d(3000.0) + &d(0.0) + &format!("{:>6}", 0));
+    a += &(e(SPACING) + &e(SPACING) + &e(1.0) + &format!("{:>6}{:>6}", 1, dem.width));
+    let mut records = vec![a];
+    for column in 0..dem.width {
+        let values: Vec<i16> = (0..dem.height).rev().map(|row| dem.at(column, row)).collect();
+        let skipped = values.iter().take_while(|&&it| it == i16::MIN).count();
+        let mut record = format!("{:>6}{:>6}{:>6}{:>6}", 1, column + 1, values.len() - skipped, 1);
+        record += &(d(WEST + column as f64 * SPACING) + &d(south + skipped as f64 * SPACING));
+        record += &(d(0.0) + &d(0.0) + &d(3000.0));
+        for value in &values[skipped..] {
+            if record.len() + 6 > 1024 {
+                records.push(std::mem::take(&mut record));
+            }
+            let _ = write!(record, "{:>6}", if *value == i16::MIN { -32_767 } else { *value });
+        }
+        records.push(record);
+    }
+    let end = if line_breaks { "\n" } else { "" };
+    let text: String = records.iter().map(|record| format!("{record:<1024}{end}")).collect();
+    std::fs::write(path, text).unwrap();
+    PLACE
+}
