@@ -4,7 +4,7 @@ use geotiff_writer::{Compression, LercAdditionalCompression, LercOptions, Predic
 use lerc_writer::{EncodeOptions, EncoderProfile, MaskView, RasterView};
 use tiff_reader::ByteOrder;
 use tiff_writer::ImageBuilder;
-use tiff_writer::compress::{BlockEncodingOptions, compress, compress_block};
+use tiff_writer::compress::{BlockEncodingOptions, compress_block, compress_with_level};
 
 use super::TILE_SAMPLES;
 use super::levels::Region;
@@ -22,6 +22,9 @@ pub enum Codec {
 }
 
 const DEFLATE_LEVEL: u32 = 3;
+
+/// What LERC leaves is short and hardly repeats: the best level costs little.
+const LERC_DEFLATE_LEVEL: u32 = 9;
 
 impl Codec {
     /// Adds the codec to the description of an image.
@@ -59,7 +62,7 @@ impl Codec {
                 };
                 let options = EncodeOptions::new().with_max_z_error(max_z_error).with_profile(EncoderProfile::Gdal);
                 let blob = lerc_writer::encode(raster, mask, options)?;
-                Ok(compress(&blob, Compression::Deflate, index)?)
+                Ok(compress_with_level(&blob, Compression::Deflate, Some(LERC_DEFLATE_LEVEL), index)?)
             }
         }
     }

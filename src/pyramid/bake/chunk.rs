@@ -234,7 +234,6 @@ impl Work<'_> {
     }
 
     /// The statistics of the tiles of each level that is made, row-major, raised to their children's.
-    #[expect(clippy::type_complexity, reason = "by level, and what was put off")]
     fn tiles(
         &self,
         base: &Field,
