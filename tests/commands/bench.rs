@@ -57,7 +57,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is no list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
-        keys(run, &[&names[..], &["triangles", "strokes", "temporal", "stereo"]].concat())?;
+        keys(run, &[&names[..], &["triangles", "strokes", "temporal", "stereo", "prepare_ms", "hitches"]].concat())?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
         // Null where the GPU has no timers.
         if !run["gpu_ms"].is_null() {
@@ -69,9 +69,10 @@ fn check_schema(report: &Value) -> Result<(), String> {
                 all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
             }
         }
-        keys(&run["memory"], &["gpu_bytes", "tile_cache_bytes", "rss_bytes"])?;
-        keys(&run["tiles"], &["loaded", "evicted", "cancelled", "failed", "late_frames"])?;
-        is_null(&run["tiles"], "cancelled")?;
+        keys(&run["memory"], &["gpu_bytes", "tile_cache_bytes", "cpu_tile_bytes", "rss_bytes"])?;
+        let counts = ["loaded", "evicted", "cancelled", "failed", "late_frames"];
+        keys(&run["tiles"], &[&counts[..], &["late_frames_after_1s", "full_detail_ms"]].concat())?;
+        all_numbers(&run["tiles"], &counts)?;
         all_numbers(&run["lod_error_px"], &["p50", "p99", "max"])?;
         ["strokes", "temporal", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
     }

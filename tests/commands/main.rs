@@ -132,7 +132,7 @@ fn failures_are_one_line_that_names_the_file() {
         (&["bake", "notes.md", "-o", "out.tif"], "notes.md", "text file"),
         (&["bake", "empty.tif", "-o", "out.png"], "out.png", "ends with .tif"),
         (&["bake", "empty.tif", "-o", "nowhere/out.tif"], "out.tif", "no folder"),
-        (&["bake", "empty.tif", "notes.md", "-o", "out.tif"], "notes.md", "one file"),
+        (&["bake", "empty.tif", "notes.md", "-o", "out.tif"], "empty.tif", "empty"),
         (&["bake", "empty.tif", "-o", "out.tif", "--shard", "1/2"], "empty.tif", "empty"),
         (&["bench", "--path", "nowhere.csv", "-o", "out"], "nowhere.csv", "cannot read"),
         (&["bench", "--path", "path.csv", "-o", "out"], "path.csv:3", "here"),
