@@ -307,7 +307,7 @@ fn a_planted_error_is_found() {
         ("the format of an attachment", changed("surface/terrain", "R32Uint", "R32Float")),
         ("a picture that is not read", changed("tones/toon", "`normal`", "`position`")),
         ("a buffer that is not there", changed("lines/lsa", "`lsa`", "`lsb`")),
-        ("a buffer less", changed("surface/resolve", ", `pages`", "")),
+        ("a buffer less", changed("surface/resolve", ", `tile_rows`", "")),
         ("a buffer that is written", changed("surface/vertices", "`positions` buffer", "")),
         ("a picture that is not written", changed("lines/smooth", "`smoothed`", "`line`")),
         ("a wrong condition", changed("tones/plain", "not toon", "toon")),

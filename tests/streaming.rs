@@ -130,7 +130,8 @@ fn failures_are_tried_again_and_stood_in_for() {
     });
     let Some((mut world, _)) = bumpy(1, ROOM, accident) else { return };
     let expected = awaited(&world, VIEW);
-    let pose = world.pose(VIEW);
+    // Of the still world: here the ground under the camera is one of the tiles that never come.
+    let pose = expected.view.pose;
     let mut frame = None;
     let start = Instant::now();
     let mut shot = shoot(&mut world, &mut frame, pose, SIZE_PX);

@@ -99,6 +99,8 @@ pub struct Viewpoint {
     pub error_px: f64,
     /// The earth.
     pub bending: Bending,
+    /// Whether near land hides far land: the camera stands above the ground. From below one sees through.
+    pub is_above_ground: bool,
     /// No part of the surface is nearer than this: half the camera's height above ground.
     pub nearest_m: f64,
 }
@@ -189,7 +191,7 @@ impl Walk<'_> {
             self.pinned.insert(seen.key);
         }
         self.add_leaf(&seen, parent_allowed_m);
-        if seen.statistics.voids == Voids::None {
+        if seen.statistics.voids == Voids::None && self.viewpoint.is_above_ground {
             // The patch as drawn may lie below its lowest sample by as much as it may be wrong, on either level.
             let land_m = seen.bounds.low_m.z - 2.0 * allowed_m.max(error_m);
             self.horizon.add(&seen.bounds, self.corners_m(seen.key), land_m);

@@ -369,14 +369,17 @@ impl Terrain {
     /// Chooses the patches; what they miss is asked for in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>) -> Selection {
         let camera_m = view.camera_m;
-        let clearance_m =
-            self.height_at_hand_m(camera_m.truncate()).map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
+        let ground_m = self.height_at_hand_m(camera_m.truncate());
+        let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
+        // Beside the land one looks under it.
+        let highest_m = f64::from(self.store.range_m()[1]);
         let viewpoint = Viewpoint {
             camera_m,
             frusta: view.frusta.clone(),
             focal_px: view.focal_px,
             error_px: self.options.lod_error_px,
             bending: self.bending(camera_m.z),
+            is_above_ground: camera_m.z > ground_m.unwrap_or(highest_m),
             nearest_m: (0.5 * clearance_m).max(0.02),
         };
         let atlas = &self.residency.atlas;
