@@ -21,8 +21,8 @@ use super::warp::Warp;
 use crate::gpu::Gpu;
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
-/// How far ahead tiles are asked for, in seconds.
-const AHEAD_S: f64 = 1.0;
+/// How far ahead tiles are asked for, in seconds: the second is for what shows only when the first has come.
+const AHEAD_S: [f64; 2] = [1.0, 3.0];
 /// How far outside of the view, in radians.
 const ASIDE_RAD: f64 = 0.35;
 /// The pause after a failure; it doubles with each, up to the longest.
@@ -151,8 +151,8 @@ impl Residency {
         if fade_step_s.is_some() {
             let rule = &movement.rule;
             let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
-            if movement.velocity_m != DVec3::ZERO {
-                let camera_m = rule.camera_m + movement.velocity_m * AHEAD_S;
+            for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m != DVec3::ZERO) {
+                let camera_m = rule.camera_m + movement.velocity_m * ahead_s;
                 let bending = Bending { camera_z_m: camera_m.z, ..rule.bending };
                 let ahead = LevelRule { camera_m, bending, ..rule.clone() };
                 soon.extend(in_order(needed(&land, places, known, &ahead)));
