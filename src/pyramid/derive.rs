@@ -18,7 +18,7 @@
 //! what is too small lies beside voids; what is too large (3.5 times) in the procedural world, whose finest level is
 //! smooth.
 //!
-//! A mesh patch of stride 2^L is held against the bicubic surface of its own tile, as [`super::bake::mesh_error`] does for
+//! A mesh patch of stride 2^L is held against the bicubic surface of its own tile, as `bake::mesh_error` does for
 //! stride 1, and gets its share of the tile's estimate by its own r. At level 0, where nothing is lost, everything
 //! equals what a bake measures.
 
