@@ -12,7 +12,7 @@ use common::stores::{Accident, Bumpy, Fate};
 use common::{World, grid_of, random, rough_height_m};
 use glam::DVec3;
 use hachure::frame::Frame;
-use hachure::pyramid::{LoadedTile, TILE_STRIDE, TileAddress, TileStore};
+use hachure::pyramid::{Exaggerated, LoadedTile, TILE_STRIDE, TileAddress, TileStore};
 use hachure::surface::view::{Part, View};
 use hachure::tiles::Terrain;
 use hachure::tiles::cache::{TILE_BYTES, TileCache};
@@ -181,6 +181,28 @@ fn a_view_that_turns_away_takes_its_requests_back() {
     let cancelled = world.terrain.tile_counts().cancelled;
     println!("{cancelled} cancelled, {} fetched", store.fetches.load(std::sync::atomic::Ordering::Relaxed));
     assert!(cancelled > 0);
+}
+
+#[test]
+fn an_exaggerated_land_is_that_much_higher() {
+    let Some((world, _)) = bumpy(0, ROOM, smooth()) else { return };
+    let store = Arc::clone(world.terrain.store());
+    let address = TileAddress { level: 1, x: 1, y: 1 };
+    let load = |factor: f64| Exaggerated::over(Arc::clone(&store), factor).load(address).unwrap();
+    let (plain, twice) = (load(1.0), load(2.0));
+    // The lowest bit of a height says whether it is void: twice the height has it all the same.
+    let is_twice = |a: &LoadedTile, b: &LoadedTile| {
+        let heights = a.tile.samples.iter().zip(&b.tile.samples);
+        let patches = a.patches.patches().iter().zip(b.patches.patches());
+        b.statistics.error_m == 2.0 * a.statistics.error_m
+            && b.statistics.corner_errors_m == a.statistics.corner_errors_m.map(|error_m| 2.0 * error_m)
+            && heights
+                .into_iter()
+                .all(|(a, b)| (b - 2.0 * a).abs() <= 1e-6 * a.abs() && a.to_bits() & 1 == b.to_bits() & 1)
+            && patches.into_iter().all(|(a, b)| b.mesh_error_m == 2.0 * a.mesh_error_m)
+    };
+    assert!(is_twice(&plain, &twice));
+    assert!(!is_twice(&plain, &plain) && !is_twice(&plain, &load(2.01)), "planted");
 }
 
 fn tile(seed: u32) -> Arc<LoadedTile> {

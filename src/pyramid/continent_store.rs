@@ -116,19 +116,6 @@ impl ContinentStore {
         Ok(store)
     }
 
-    /// The same land with every height, and every error of a height, times `factor`, which is above 0.
-    pub fn exaggerated(mut self, factor: f64) -> Self {
-        let factor = factor as f32;
-        self.scale *= factor;
-        self.range_m = self.range_m.map(|height| height * factor);
-        for patch in self.coarse_patches.iter_mut().flatten() {
-            patch.min_m *= factor;
-            patch.max_m *= factor;
-            patch.mesh_error_m *= factor;
-        }
-        self
-    }
-
     /// The heights in metres of a window of a level, row by row; the window lies inside the level.
     pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         let first = self.offset >> level;

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use super::fill::{HeightLevels, flagged, is_void, read_filled};
+use super::fill::{HeightLevels, read_filled};
+use super::ground::{height_in_tile, tile_at};
 use super::levels::LevelSize;
 use super::link::open_sidecar;
 use super::record::{self, RECORD_BYTES, Record};
@@ -12,7 +13,7 @@ use super::sidecar::{LevelSummary, Sidecar, sidecar_path};
 use super::statistics::{PatchStatistics, Statistics, TileStatistics, patch_counts, patch_levels, tile_index};
 use super::store::{Cancel, Decode, LoadedTile, PAGE_PATCHES, PatchPage, TileStore};
 use super::stored::StoredLevels;
-use super::{PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, bicubic};
+use super::{PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress};
 use crate::file::random_access::RandomAccess;
 use crate::source::georeference::Georeference;
 
@@ -25,7 +26,6 @@ pub struct Pyramid {
     stored: StoredLevels,
     sidecar: Sidecar,
     records: RandomAccess,
-    vertical_exaggeration: f32,
     /// Most recently used first.
     ground: Mutex<VecDeque<(TileAddress, Arc<Tile>)>>,
     /// Of all tiles, for tests and tools.
@@ -41,33 +41,7 @@ impl Pyramid {
     pub fn open(path: &Path) -> Result<Self, PyramidError> {
         let (sidecar, records) = open_sidecar(path)?;
         let stored = StoredLevels::open(path, path, sidecar.sizes.clone())?;
-        Ok(Self {
-            path: path.to_owned(),
-            stored,
-            sidecar,
-            records,
-            vertical_exaggeration: 1.0,
-            ground: Mutex::default(),
-            all: OnceLock::new(),
-        })
-    }
-
-    /// The same land with every height, and every error of a height, times `factor`, which is above 0.
-    pub fn exaggerated(mut self, factor: f64) -> Self {
-        let factor = factor as f32;
-        let sidecar = &mut self.sidecar;
-        sidecar.min_m *= factor;
-        sidecar.max_m *= factor;
-        for level in &mut sidecar.levels {
-            level.largest_error_m *= factor;
-        }
-        for patch in sidecar.coarse_patches.iter_mut().flatten() {
-            exaggerate_patch(patch, factor);
-        }
-        self.vertical_exaggeration *= factor;
-        self.ground = Mutex::default();
-        self.all = OnceLock::new();
-        self
+        Ok(Self { path: path.to_owned(), stored, sidecar, records, ground: Mutex::default(), all: OnceLock::new() })
     }
 
     /// The GeoTIFF.
@@ -120,17 +94,7 @@ impl Pyramid {
         let record = self.sidecar.parse_record(address, &bytes);
         let TileAddress { level, x, y } = address;
         let cause = || format!("the checksum of the record of tile {level} {x} {y} is wrong");
-        let mut record = record.ok_or_else(|| PyramidError::CorruptSidecar { path, cause: cause() })?;
-        if self.vertical_exaggeration != 1.0 {
-            let factor = self.vertical_exaggeration;
-            let tile = &mut record.statistics;
-            tile.min_m *= factor;
-            tile.max_m *= factor;
-            tile.error_m *= factor;
-            tile.corner_errors_m = tile.corner_errors_m.map(|error_m| error_m * factor);
-            record.patches.patches_mut().iter_mut().for_each(|patch| exaggerate_patch(patch, factor));
-        }
-        Ok(record)
+        record.ok_or_else(|| PyramidError::CorruptSidecar { path, cause: cause() })
     }
 
     /// The statistics of all tiles and patches, for tests and tools: reads the whole sidecar on first use. What cannot
@@ -217,13 +181,7 @@ impl Pyramid {
         let level = address.level as usize;
         let size = self.levels()[level];
         let region = size.tile_region(address.x, address.y, TILE_BORDER);
-        let lowest_m = self.sidecar.min_m / self.vertical_exaggeration;
-        let mut served = read_filled(&self.stored, level, region, lowest_m)?;
-        if self.vertical_exaggeration != 1.0 {
-            served
-                .iter_mut()
-                .for_each(|sample| *sample = flagged(*sample * self.vertical_exaggeration, is_void(*sample)));
-        }
+        let served = read_filled(&self.stored, level, region, self.sidecar.min_m)?;
         let mut samples = Vec::with_capacity((TILE_STRIDE * TILE_STRIDE) as usize);
         for row in 0..TILE_STRIDE {
             let row = inside(address.y, row, size.height) - region.y;
@@ -238,23 +196,8 @@ impl Pyramid {
     /// The height in metres of the level-0 surface at a place in grid coordinates (sample centres are whole numbers);
     /// none outside the outermost samples, in cells with a void corner, and where the file cannot be read.
     pub fn height_m(&self, column: f64, row: f64) -> Option<f64> {
-        let finest = self.levels()[0];
-        let inside = |c: f64, count: u32| (0.0..=f64::from(count - 1)).contains(&c);
-        if !inside(column, finest.width) || !inside(row, finest.height) {
-            return None;
-        }
-        let (cell_x, fx) = bicubic::cell(column, finest.width);
-        let (cell_y, fy) = bicubic::cell(row, finest.height);
-        let address = TileAddress { level: 0, x: cell_x / TILE_SAMPLES, y: cell_y / TILE_SAMPLES };
-        let tile = self.ground_tile(address)?;
-        // The tile's rows begin TILE_BORDER samples early and the four samples one early.
-        let (left, top) = (cell_x % TILE_SAMPLES + TILE_BORDER - 1, cell_y % TILE_SAMPLES + TILE_BORDER - 1);
-        let samples: [[f32; 4]; 4] = std::array::from_fn(|k| {
-            let start = ((top + k as u32) * TILE_STRIDE + left) as usize;
-            std::array::from_fn(|i| tile.samples[start + i])
-        });
-        let void = samples[1..3].iter().any(|row| row[1..3].iter().any(|&sample| is_void(sample)));
-        (!void).then(|| bicubic::height_and_gradient(&samples, fx, fy).0)
+        let address = tile_at(self.levels(), 0, column, row)?;
+        height_in_tile(self.levels(), address, &*self.ground_tile(address)?, column, row)
     }
 
     fn ground_tile(&self, address: TileAddress) -> Option<Arc<Tile>> {
@@ -323,12 +266,6 @@ impl TileStore for Pyramid {
             Ok(LoadedTile { tile: self.read_tile(address)?, statistics, patches })
         }))
     }
-}
-
-fn exaggerate_patch(patch: &mut PatchStatistics, factor: f32) {
-    patch.min_m *= factor;
-    patch.max_m *= factor;
-    patch.mesh_error_m *= factor;
 }
 
 /// The sample at offset `offset` of a tile's row or column, borders included, replicated beyond the level.
