@@ -23,7 +23,7 @@
 //! equals what a bake measures.
 
 use super::bake::field::{Field, Fields};
-use super::bake::mesh_error::{Steps, cell_error_m};
+use super::bake::mesh_error::{ROW_CELLS, ROW_SAMPLES, Steps, row_errors_m};
 use super::fill::{is_void, read_filled};
 use super::levels::{LevelSize, coordinate};
 use super::statistics::{PatchStatistics, Range, TileStatistics, patch_counts, patch_levels};
@@ -262,20 +262,25 @@ fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<
 /// For every cell of the tile, by the place of its first sample, the distance of its two triangles from the surface.
 fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32> {
     let steps = if address.level == 0 { Steps::new() } else { Steps::few() };
-    let served = Field {
-        region: LevelSize { width: TILE_STRIDE, height: TILE_STRIDE }.region(),
-        heights_m: tile.samples.clone(),
-    };
-    let square = LevelSize { width: TILE_STRIDE, height: TILE_STRIDE };
+    let stride = TILE_STRIDE as usize;
     let end = |index: u32, count: u32| (count - index * TILE_SAMPLES + TILE_BORDER).min(TILE_STRIDE - 1);
-    let (right, bottom) = (end(address.x, size.width), end(address.y, size.height));
-    let mut errors_m = vec![0.0; (TILE_STRIDE * TILE_STRIDE) as usize];
-    for row in 1..bottom.min(TILE_STRIDE - 2) {
-        for column in 1..right.min(TILE_STRIDE - 2) {
-            let corner = (row * TILE_STRIDE + column) as usize;
-            let corners = [corner, corner + 1, corner + TILE_STRIDE as usize, corner + TILE_STRIDE as usize + 1];
-            if corners.iter().all(|&corner| !is_void(tile.samples[corner])) {
-                errors_m[corner] = cell_error_m(&served, square, column, row, &steps);
+    let (right, bottom) = (end(address.x, size.width) as usize, end(address.y, size.height) as usize);
+    let mut errors_m = vec![0.0; stride * stride];
+    // In the parts in which level 0 has its patches; the first makes do with what is before them.
+    let firsts = [1].into_iter().chain((TILE_BORDER as usize..stride - ROW_CELLS - 1).step_by(ROW_CELLS));
+    for first in firsts.filter(|first| *first < right) {
+        for row in 1..bottom.min(stride - 2) {
+            let four = [row - 1, row, row + 1, row + 2].map(|row| {
+                let samples = &tile.samples[row * stride + first - 1..][..ROW_SAMPLES];
+                <&[f32; ROW_SAMPLES]>::try_from(samples).expect("it was cut to that length")
+            });
+            let errors = &mut errors_m[row * stride + first..][..ROW_CELLS];
+            errors.copy_from_slice(&row_errors_m(four, &steps));
+            for (i, error_m) in errors.iter_mut().enumerate() {
+                let corners = [four[1][i + 1], four[1][i + 2], four[2][i + 1], four[2][i + 2]];
+                if first + i >= right || corners.into_iter().any(is_void) {
+                    *error_m = 0.0;
+                }
             }
         }
     }

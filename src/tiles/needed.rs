@@ -7,7 +7,7 @@
 //! after the other.
 
 use glam::{DVec2, DVec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
@@ -91,11 +91,14 @@ pub fn needed<'a>(
     while !wave.is_empty() {
         needed.extend(wave.iter().map(|(tile, _)| *tile));
         let mut next = Vec::new();
+        // Neighbours count when they are needed themselves: what is known of others changes as they come and go.
+        let met: FxHashSet<TileAddress> = wave.iter().map(|(tile, _)| tile.address).collect();
+        let known_and_met = |address| known(address).filter(|_| met.contains(&address));
         for (tile, range_m) in wave {
             let statistics = known(tile.address);
             let range_m = statistics.map_or(range_m, |known| [known.min_m, known.max_m]);
             let error_m =
-                statistics.map_or(0.0, |statistics| error_around_m(land.store, &known, tile.address, statistics));
+                statistics.map_or(0.0, |statistics| error_around_m(land.store, &known_and_met, tile.address, statistics));
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }

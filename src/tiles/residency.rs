@@ -167,6 +167,7 @@ impl Residency {
         let slots = self.atlas.slots() as usize;
         loaded.without_room = urgent.len().saturating_sub(slots) as u64;
         urgent.truncate(slots);
+        soon.retain(|tile| met.insert(tile.address));
         soon.truncate(slots - urgent.len());
         let (request, offer) = self.sort_out(&urgent, &soon, frame, now_s);
         self.loader.want(&request);

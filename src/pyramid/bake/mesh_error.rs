@@ -6,10 +6,9 @@
 
 use rayon::prelude::*;
 
-use super::field::Field;
 use super::tile_error::{LARGEST_WEIGHTS, LevelView, range_of};
 use crate::pyramid::fill::is_void;
-use crate::pyramid::levels::{LevelSize, Region};
+use crate::pyramid::levels::Region;
 use crate::pyramid::statistics::PatchStatistics;
 use crate::pyramid::{PATCH_QUADS, bicubic};
 
@@ -28,11 +27,19 @@ pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatist
             let (x1, y1) = ((x0 + PATCH_QUADS).min(finest.width - 1), (y0 + PATCH_QUADS).min(finest.height - 1));
             let range = range_of(view, Region { x: x0, y: y0, width: x1 + 1 - x0, height: y1 + 1 - y0 });
             let mut worst = 0.0_f32;
+            let columns: [u32; ROW_SAMPLES] =
+                std::array::from_fn(|i| bicubic::neighbour(x0, i as u32, finest.width) - served.region.x);
+            let samples = |row: u32, k: u32| {
+                let line = served.row(bicubic::neighbour(row, k, finest.height));
+                columns.map(|column| line[column as usize])
+            };
             for row in y0..y1 {
-                for column in x0..x1 {
-                    let valid = |row| served.span(column, row, 2).iter().all(|&corner| !is_void(corner));
-                    if valid(row) && valid(row + 1) {
-                        worst = worst.max(cell_error_m(served, finest, column, row, &steps));
+                let four = [samples(row, 0), samples(row, 1), samples(row, 2), samples(row, 3)];
+                let is_valid = |i: usize| !(is_void(four[1][i + 1]) || is_void(four[2][i + 1]));
+                let errors_m = row_errors_m(four.each_ref(), &steps);
+                for (i, error_m) in errors_m.into_iter().enumerate().take((x1 - x0) as usize) {
+                    if error_m > worst && is_valid(i) && is_valid(i + 1) {
+                        worst = error_m;
                     }
                 }
             }
@@ -58,28 +65,23 @@ fn certain(view: &LevelView<'_>, x0: u32, y0: u32, x1: u32, y1: u32) -> bool {
             .all(|row| view.served.span(taken.x, row, taken.width).iter().all(|height| !is_void(*height)))
 }
 
-/// The quarter steps across a cell, five of them, in as many lanes as vector units like: the others repeat the first.
-const LANES: usize = 8;
+/// Cells that are worked on together.
+pub const ROW_CELLS: usize = PATCH_QUADS as usize;
+/// The samples that they take of a row: one before, two after.
+pub const ROW_SAMPLES: usize = ROW_CELLS + 3;
 
-/// The weights of the four samples along an axis at the quarter steps; their f32 values are exact.
+/// The weights of the four samples along an axis at the steps; their f32 values are exact.
 pub struct Steps {
-    /// The fraction of each step, and its weights.
     down: Vec<(f32, [f32; 4])>,
-    /// By sample, then by lane.
-    across: [[f32; LANES]; 4],
-    /// The fraction of each lane.
-    u: [f32; LANES],
+    across: Vec<(f32, [f32; 4])>,
 }
 
 impl Steps {
+    /// All quarters.
     pub fn new() -> Self {
         let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
-        let step = |lane: usize| if lane <= STEPS { lane } else { 0 };
-        Self {
-            down: (0..=STEPS).map(|step| (step as f32 / STEPS as f32, weights(step))).collect(),
-            across: std::array::from_fn(|i| std::array::from_fn(|lane| weights(step(lane))[i])),
-            u: std::array::from_fn(|lane| step(lane) as f32 / STEPS as f32),
-        }
+        let steps: Vec<_> = (0..=STEPS).map(|step| (step as f32 / STEPS as f32, weights(step))).collect();
+        Self { down: steps.clone(), across: steps }
     }
 
     /// Only along the upper side and the middle: for estimates.
@@ -90,38 +92,31 @@ impl Steps {
     }
 }
 
-/// The largest difference in metres between the bicubic surface in a cell and the cell's two triangles.
-pub fn cell_error_m(served: &Field, finest: LevelSize, column: u32, row: u32, steps: &Steps) -> f32 {
-    let left = served.region.x;
-    let columns: [usize; 4] =
-        std::array::from_fn(|i| (bicubic::neighbour(column, i as u32, finest.width) - left) as usize);
-    let origin = served.at(column, row);
+/// For the cells of a row, the largest difference in metres between the bicubic surface in the cell and the cell's two
+/// triangles. `rows` are the samples of the row before the cells, of the cells' upper and lower corners, and of the row
+/// after; each begins one sample before the first cell.
+pub fn row_errors_m(rows: [&[f32; ROW_SAMPLES]; 4], steps: &Steps) -> [f32; ROW_CELLS] {
     // Differences from the first corner, so that f32 is enough.
-    let four: [[f32; 4]; 4] = std::array::from_fn(|k| {
-        let line = served.row(bicubic::neighbour(row, k as u32, finest.height));
-        columns.map(|x| line[x] - origin)
-    });
-    let (right, down, opposite) = (four[1][2], four[2][1], four[2][2]);
-    let mut worst = [0.0_f32; LANES];
+    let origin = rows[1][1];
+    let rows = rows.map(|row| row.map(|sample| sample - origin));
+    let mut worst = [0.0_f32; ROW_CELLS];
     for &(v, weights) in &steps.down {
-        let mut columns = [0.0_f32; 4];
-        for (samples, weight) in four.iter().zip(weights) {
-            for (column, sample) in columns.iter_mut().zip(samples) {
-                *column += weight * sample;
+        let line: [f32; ROW_SAMPLES] = std::array::from_fn(|i| {
+            weights[0] * rows[0][i] + weights[1] * rows[1][i] + weights[2] * rows[2][i] + weights[3] * rows[3][i]
+        });
+        for &(u, weights) in &steps.across {
+            for (i, worst) in worst.iter_mut().enumerate() {
+                let surface = weights[0] * line[i]
+                    + weights[1] * line[i + 1]
+                    + weights[2] * line[i + 2]
+                    + weights[3] * line[i + 3];
+                let (first, opposite) = (rows[1][i + 1], rows[2][i + 2]);
+                let beside = if u >= v { rows[1][i + 2] } else { rows[2][i + 1] };
+                let flat = first + u.max(v) * (beside - first) + u.min(v) * (opposite - beside);
+                let error = (surface - flat).abs();
+                *worst = if error > *worst { error } else { *worst };
             }
-        }
-        let mut surface = [0.0_f32; LANES];
-        for (column, weights) in columns.iter().zip(&steps.across) {
-            for (surface, weight) in surface.iter_mut().zip(weights) {
-                *surface += column * weight;
-            }
-        }
-        for ((worst, surface), &u) in worst.iter_mut().zip(surface).zip(&steps.u) {
-            let upper = u * right + v * (opposite - right);
-            let lower = v * down + u * (opposite - down);
-            let error = (surface - if u >= v { upper } else { lower }).abs();
-            *worst = if error > *worst { error } else { *worst };
         }
     }
-    worst.into_iter().fold(0.0, f32::max)
+    worst
 }
