@@ -211,7 +211,7 @@ fn tile(seed: u32) -> Arc<LoadedTile> {
     let statistics =
         TileStatistics { min_m: 0.0, max_m: 1.0, error_m: 0.0, corner_errors_m: [0.0; 4], voids: Voids::None };
     let patches = PatchPage::new(vec![PatchPage::NOTHING; 256]);
-    Arc::new(LoadedTile { tile: Tile { samples }, statistics, patches })
+    Arc::new(LoadedTile::new(Tile { samples }, statistics, patches))
 }
 
 proptest! {

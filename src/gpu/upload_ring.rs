@@ -1,16 +1,19 @@
 //! A ring of staging memory: layers of a texture array go to the GPU through a few mapped buffers of fixed size.
 //!
 //! `Queue::write_texture` makes a staging buffer for every call and has no bound. Here a frame may send what one
-//! buffer holds, and when the GPU still reads all of them, nothing: the frame thread never waits.
+//! buffer holds, or several when frames are long anyway: the same part of the time goes into sending. When the GPU
+//! still reads all of them, nothing is sent: the frame thread never waits.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::Gpu;
 
-/// Bytes of a buffer: what one frame may send.
-pub const BUDGET_BYTES: u64 = 8 << 20;
+/// Bytes of a buffer: what a short frame may send.
+const BUFFER_BYTES: u64 = 8 << 20;
 /// One is being filled while the GPU reads others.
-const BUFFERS: usize = 3;
+const BUFFERS: usize = 4;
+/// For each so many seconds that a frame takes, it may send a buffer: filling one takes some 3 ms.
+const BUFFER_S: f64 = 0.03;
 
 /// The ring.
 pub struct UploadRing {
@@ -31,7 +34,7 @@ impl Default for UploadRing {
 impl UploadRing {
     /// Bytes of staging memory.
     pub fn bytes(&self) -> u64 {
-        self.made as u64 * BUDGET_BYTES
+        self.made as u64 * BUFFER_BYTES
     }
 
     /// Whether a buffer is free to be written.
@@ -41,7 +44,7 @@ impl UploadRing {
             self.made += 1;
             self.ready.push(gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("upload ring"),
-                size: BUDGET_BYTES,
+                size: BUFFER_BYTES,
                 usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: true,
             }));
@@ -49,16 +52,36 @@ impl UploadRing {
         !self.ready.is_empty()
     }
 
-    /// Sends square layers of `side` × `side` texels of four bytes to `texture`, as many as the budget of a frame
-    /// holds; each with the index of its layer. How many were sent: none while the GPU still reads all buffers.
-    pub fn send(&mut self, gpu: &Gpu, texture: &wgpu::Texture, side: u32, layers: &[(u32, &[f32])]) -> usize {
+    /// Sends square layers of `side` × `side` texels of four bytes to `texture`, as many as a frame of `frame_s` seconds
+    /// may; each with the index of its layer. How many were sent: none while the GPU still reads all buffers.
+    pub fn send(
+        &mut self,
+        gpu: &Gpu,
+        texture: &wgpu::Texture,
+        side: u32,
+        layers: &[(u32, &[f32])],
+        frame_s: f64,
+    ) -> usize {
+        let most = (frame_s / BUFFER_S).clamp(1.0, BUFFERS as f64) as usize;
+        let mut sent = 0;
+        for _ in 0..most {
+            match self.send_buffer(gpu, texture, side, &layers[sent..]) {
+                0 => break,
+                count => sent += count,
+            }
+        }
+        sent
+    }
+
+    /// Sends what one buffer holds.
+    fn send_buffer(&mut self, gpu: &Gpu, texture: &wgpu::Texture, side: u32, layers: &[(u32, &[f32])]) -> usize {
         if layers.is_empty() || !self.is_ready(gpu) {
             return 0;
         }
         let Some(buffer) = self.ready.pop() else { return 0 };
         let pitch = (side * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let layer_bytes = u64::from(pitch) * u64::from(side);
-        let count = layers.len().min((BUDGET_BYTES / layer_bytes) as usize);
+        let count = layers.len().min((BUFFER_BYTES / layer_bytes) as usize);
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("upload") });
         {
             let Ok(mut view) = buffer.get_mapped_range_mut(..layer_bytes * count as u64) else { return 0 };

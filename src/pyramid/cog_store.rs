@@ -152,7 +152,7 @@ impl CogStore {
         match served {
             Ok(tile) => {
                 let loaded = match record {
-                    Some(Record { statistics, patches, .. }) => LoadedTile { tile, statistics, patches },
+                    Some(Record { statistics, patches, .. }) => LoadedTile::new(tile, statistics, patches),
                     None => derive(self.levels.sizes(), address, tile),
                 };
                 if loaded.statistics.voids != Voids::None {

@@ -69,7 +69,7 @@ pub fn derive(levels: &[LevelSize], address: TileAddress, tile: Tile) -> LoadedT
         voids: range.voids(),
     };
     let patches = page(levels, address, &tile, &losses);
-    LoadedTile { tile, statistics, patches }
+    LoadedTile::new(tile, statistics, patches)
 }
 
 /// What the steps from `level` to level 0 lose together, for a loss of 1 in the step above.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::fill::{flagged, is_void};
 use super::levels::LevelSize;
 use super::statistics::PatchStatistics;
-use super::store::{Cancel, Decode, TileStore};
+use super::store::{Cancel, Decode, LoadedTile, TileStore};
 use super::{PyramidError, TileAddress};
 use crate::source::georeference::Georeference;
 
@@ -72,17 +72,16 @@ impl TileStore for Exaggerated {
         let decode = Arc::clone(&self.inner).fetch(address, cancel)?;
         let factor = self.factor;
         Ok(Box::new(move || {
-            let mut loaded = decode()?;
-            for sample in &mut loaded.tile.samples {
+            let LoadedTile { mut tile, mut statistics, mut patches, .. } = decode()?;
+            for sample in &mut tile.samples {
                 *sample = flagged(*sample * factor, is_void(*sample));
             }
-            let statistics = &mut loaded.statistics;
             statistics.min_m *= factor;
             statistics.max_m *= factor;
             statistics.error_m *= factor;
             statistics.corner_errors_m = statistics.corner_errors_m.map(|error_m| error_m * factor);
-            loaded.patches.patches_mut().iter_mut().for_each(|patch| exaggerate(patch, factor));
-            Ok(loaded)
+            patches.patches_mut().iter_mut().for_each(|patch| exaggerate(patch, factor));
+            Ok(LoadedTile::new(tile, statistics, patches))
         }))
     }
 }

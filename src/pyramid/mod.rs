@@ -10,6 +10,7 @@ pub mod derive;
 pub mod fill;
 pub mod ground;
 pub mod levels;
+pub mod lows;
 pub mod mosaic_store;
 pub mod statistics;
 pub mod store;

@@ -263,7 +263,7 @@ impl TileStore for Pyramid {
         }
         Ok(Box::new(move || {
             let Record { statistics, patches, .. } = record;
-            Ok(LoadedTile { tile: self.read_tile(address)?, statistics, patches })
+            Ok(LoadedTile::new(self.read_tile(address)?, statistics, patches))
         }))
     }
 }

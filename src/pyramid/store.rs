@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::levels::LevelSize;
+use super::lows::Lows;
 use super::statistics::{PatchStatistics, TileStatistics, Voids};
 use super::{PyramidError, Tile, TileAddress};
 use crate::source::georeference::Georeference;
@@ -76,6 +77,16 @@ pub struct LoadedTile {
     pub statistics: TileStatistics,
     /// Of the patches that come with it.
     pub patches: PatchPage,
+    /// How low it can be.
+    pub lows: Arc<Lows>,
+}
+
+impl LoadedTile {
+    /// From the heights and their statistics.
+    pub fn new(tile: Tile, statistics: TileStatistics, patches: PatchPage) -> Self {
+        let lows = Arc::new(Lows::of(&tile, &statistics));
+        Self { tile, statistics, patches, lows }
+    }
 }
 
 /// The second step: from what was fetched to a tile.

@@ -1,11 +1,13 @@
 //! Tiles of heights on the GPU: one texture array whose layers are slots, and who is in which.
 
 use std::cell::Cell;
+use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use crate::gpu::Gpu;
 use crate::gpu::upload_ring::UploadRing;
+use crate::pyramid::lows::Lows;
 use crate::pyramid::{LoadedTile, PatchPage, TILE_STRIDE, TileAddress, TileStatistics};
 
 /// Heights in metres; the lowest bit of a sample says whether it is void.
@@ -21,6 +23,8 @@ pub struct Resident {
     pub statistics: TileStatistics,
     /// Of the patches that come with it.
     pub patches: PatchPage,
+    /// How low it can be.
+    pub lows: Arc<Lows>,
     /// When it came, in seconds of the terrain's clock.
     pub arrived_s: f64,
     last_wanted: Cell<u64>,
@@ -89,13 +93,14 @@ impl Atlas {
 
     /// Sends tiles to the GPU, the first ones first: into free slots, or in the place of those that have not been wanted
     /// for longest, but never of one that is wanted in frame `frame`. Returns those that went; the others have to be
-    /// offered again: there was no room, or the frame's budget of bytes is used up.
+    /// offered again: there was no room, or the budget of bytes of a frame of `frame_s` seconds is used up.
     pub fn insert(
         &mut self,
         gpu: &Gpu,
         tiles: &[(TileAddress, &LoadedTile)],
         frame: u64,
         now_s: f64,
+        frame_s: f64,
     ) -> Vec<TileAddress> {
         if tiles.is_empty() || !self.ring.is_ready(gpu) {
             return Vec::new();
@@ -107,17 +112,18 @@ impl Atlas {
             placed.push((*address, slot, *tile));
         }
         let layers: Vec<_> = placed.iter().map(|(_, slot, tile)| (*slot, tile.tile.samples.as_slice())).collect();
-        let sent = self.ring.send(gpu, &self.texture, TILE_STRIDE, &layers);
+        let sent = self.ring.send(gpu, &self.texture, TILE_STRIDE, &layers, frame_s);
         self.free.extend(placed[sent..].iter().map(|(_, slot, _)| *slot));
         placed.truncate(sent);
         placed
             .into_iter()
             .map(|(address, slot, tile)| {
-                let LoadedTile { statistics, patches, .. } = tile;
+                let LoadedTile { statistics, patches, lows, .. } = tile;
                 let resident = Resident {
                     slot,
                     statistics: *statistics,
                     patches: patches.clone(),
+                    lows: Arc::clone(lows),
                     arrived_s: now_s,
                     last_wanted: Cell::new(frame),
                 };

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 
 use crate::pyramid::{LoadedTile, TILE_STRIDE, TileAddress};
 
-/// Bytes of a decoded tile: heights, and what is known of its 256 patches.
-pub const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 256;
+/// Bytes of a decoded tile: heights, what is known of its 256 patches, and how low its blocks are.
+pub const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 64 * 64 * 4 + 256;
 
 /// The tiles.
 pub struct TileCache {

@@ -1,6 +1,6 @@
 //! What land hides behind land: the skyline around the camera, as it grows from near to far.
 //!
-//! For each of 1024 directions the skyline holds the steepest slope (height over distance, from the camera) up to which
+//! For each of a few thousand directions (one to a pixel) the skyline holds the steepest slope (height over distance, from the camera) up to which
 //! the land that was looked at so far surely closes the view. A box of land closes it up to its measured lowest height,
 //! in the directions that it fills from side to side; a box whose measured highest height stays below the skyline in all
 //! of its directions cannot be seen. Both are bounds, so nothing is left out that is in view.
@@ -11,17 +11,16 @@ use glam::DVec2;
 
 use super::frustum::Bounds;
 
-const DIRECTIONS: usize = 1024;
+/// The fewest and the most directions.
+const FEWEST: usize = 1024;
+const MOST: usize = 8192;
+
+/// A part of a patch fills no direction from side to side unless it is wider than this many.
+const WIDE_ENOUGH: f64 = 2.5;
 
 /// The skyline.
 pub struct Horizon {
     slopes: Vec<f32>,
-}
-
-impl Default for Horizon {
-    fn default() -> Self {
-        Self { slopes: vec![f32::NEG_INFINITY; DIRECTIONS] }
-    }
 }
 
 /// A box as the camera sees it: its directions, and its distances in the plane.
@@ -49,20 +48,35 @@ impl Seen {
         Some(Self { first_rad: middle.to_angle() + least, width_rad: most - least, near_m, far_m })
     }
 
-    /// Directions, as steps of the skyline from the first to before the last; those that the box touches, or fills.
-    fn steps(&self, is_filled: bool) -> impl Iterator<Item = usize> + use<> {
-        let step = |angle_rad: f64| angle_rad / TAU * DIRECTIONS as f64;
+    /// Directions, as steps of a skyline of `count` from the first to before the last; those that the box touches, or
+    /// fills.
+    fn steps(&self, count: usize, is_filled: bool) -> impl Iterator<Item = usize> + use<> {
+        let step = |angle_rad: f64| angle_rad / TAU * count as f64;
         let (first, last) = (step(self.first_rad), step(self.first_rad + self.width_rad));
         let (first, last) = if is_filled {
             (first.ceil(), last.floor())
         } else {
             (first.floor(), last.ceil().max(first.floor() + 1.0))
         };
-        (first as i64..last as i64).map(|i| i.rem_euclid(DIRECTIONS as i64) as usize)
+        (first as i64..last as i64).map(move |i| i.rem_euclid(count as i64) as usize)
     }
 }
 
 impl Horizon {
+    /// Nothing closes the view yet; `focal_px` are pixels per radian.
+    pub fn new(focal_px: f64) -> Self {
+        // The cast saturates.
+        let directions = ((TAU * focal_px) as usize).clamp(FEWEST, MOST);
+        Self { slopes: vec![f32::NEG_INFINITY; directions] }
+    }
+
+    /// Into how many parts along its sides a patch in a box is best divided: 1, 2 or 4.
+    pub fn parts(&self, bounds: &Bounds) -> usize {
+        let side_m = (bounds.high_m - bounds.low_m).truncate().min_element();
+        let width = side_m / bounds.distance_m() / TAU * self.slopes.len() as f64;
+        [4, 2].into_iter().find(|parts| width >= WIDE_ENOUGH * *parts as f64).unwrap_or(1)
+    }
+
     /// Whether a box (camera-relative) is hidden by what was added so far.
     pub fn hides(&self, bounds: &Bounds) -> bool {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
@@ -70,7 +84,7 @@ impl Horizon {
         let Some(seen) = Seen::of(bounds, corners) else { return false };
         let top_m = bounds.high_m.z;
         let slope = (top_m / if top_m > 0.0 { seen.near_m } else { seen.far_m }) as f32;
-        seen.steps(false).all(|i| self.slopes[i] > slope)
+        seen.steps(self.slopes.len(), false).all(|i| self.slopes[i] > slope)
     }
 
     /// Adds land without holes, of which `corners` are the corners in the plane and `bounds` the box, and which is
@@ -78,7 +92,7 @@ impl Horizon {
     pub fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
         let Some(seen) = Seen::of(bounds, corners) else { return };
         let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
-        for i in seen.steps(true) {
+        for i in seen.steps(self.slopes.len(), true) {
             self.slopes[i] = self.slopes[i].max(slope);
         }
     }
@@ -102,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_ridge_hides_what_is_low_behind_it_and_nothing_else() {
-        let mut horizon = Horizon::default();
+        let mut horizon = Horizon::new(200.0);
         let behind = slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 250.0);
         assert!(!horizon.hides(&behind));
         // A ridge of at least 100 m, 900 to 1000 m away: it closes the view up to a slope of 0.1, less at its ends.
@@ -118,7 +132,7 @@ mod tests {
 
     #[test]
     fn land_below_the_camera_hides_only_what_is_lower() {
-        let mut horizon = Horizon::default();
+        let mut horizon = Horizon::new(200.0);
         let near = slab([-100.0, 100.0], [100.0, 200.0], -30.0, -20.0);
         add(&mut horizon, &near);
         // A slope of -0.3 at most is closed.

@@ -13,6 +13,7 @@ pub mod residency;
 pub mod selection;
 pub mod tables;
 pub mod terrain;
+mod walk;
 pub mod warp;
 
 pub use terrain::Terrain;

@@ -9,7 +9,8 @@ use super::atlas::Atlas;
 use super::blocked::FADE_S;
 use crate::pyramid::statistics::{PatchStatistics, Voids, patch_counts};
 use crate::pyramid::store::PAGE_PATCHES;
-use crate::pyramid::{LevelSize, PatchPage, PyramidError, TileAddress, TileStore};
+use crate::pyramid::lows::Lows;
+use crate::pyramid::{LevelSize, LoadedTile, PatchPage, PyramidError, TileAddress, TileStore};
 
 /// What is known of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +38,9 @@ pub trait Patches {
 
     /// The patch (`x`, `y`) of stride 2^`j`.
     fn patch(&self, j: u32, x: u32, y: u32) -> Known;
+
+    /// How low the land of a tile that is here can be.
+    fn lows(&self, tile: TileAddress) -> Option<&Lows>;
 
     /// Asks for the tile of a patch that is missing: its mesh error is `urgency` times the allowed one.
     fn ask(&self, j: u32, x: u32, y: u32, urgency: f64);
@@ -108,6 +112,10 @@ impl Patches for ResidentPatches<'_> {
         Known::Nothing
     }
 
+    fn lows(&self, tile: TileAddress) -> Option<&Lows> {
+        self.atlas.get(tile).map(|resident| &*resident.lows)
+    }
+
     fn ask(&self, j: u32, x: u32, y: u32, urgency: f64) {
         let tile = tile_of(j, x, y);
         if (j as usize) < self.store.levels().len() {
@@ -122,7 +130,7 @@ impl Patches for ResidentPatches<'_> {
 pub struct AllPatches {
     size: LevelSize,
     strides: u32,
-    pages: FxHashMap<TileAddress, PatchPage>,
+    pages: FxHashMap<TileAddress, (PatchPage, Arc<Lows>)>,
     store: Arc<dyn TileStore>,
 }
 
@@ -136,7 +144,8 @@ impl AllPatches {
         for (level, size) in store.levels().iter().enumerate() {
             for (x, y) in (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| (x, y))) {
                 let address = TileAddress { level: level as u32, x, y };
-                pages.insert(address, Arc::clone(store).load(address)?.patches);
+                let LoadedTile { patches, lows, .. } = Arc::clone(store).load(address)?;
+                pages.insert(address, (patches, lows));
             }
         }
         let strides = (store.levels().len() + store.coarse_patches().len()) as u32;
@@ -169,11 +178,15 @@ impl Patches for AllPatches {
         if j as usize >= self.store.levels().len() {
             return coarse(&*self.store, j, x, y);
         }
-        self.pages.get(&tile_of(j, x, y)).map_or(Known::Nothing, |page| {
+        self.pages.get(&tile_of(j, x, y)).map_or(Known::Nothing, |(page, _)| {
             let statistics = *page.get(x % PAGE_PATCHES, y % PAGE_PATCHES);
             debug_assert!(statistics.voids != Voids::All || statistics.min_m.is_nan());
             Known::Patch { statistics, above: 0.0 }
         })
+    }
+
+    fn lows(&self, tile: TileAddress) -> Option<&Lows> {
+        self.pages.get(&tile).map(|(_, lows)| &**lows)
     }
 
     fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}

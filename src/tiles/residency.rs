@@ -55,6 +55,8 @@ pub struct Movement {
     pub rule: LevelRule,
     /// Metres per second.
     pub velocity_m: DVec3,
+    /// Since the last frame, in seconds.
+    pub frame_s: f64,
     /// Tiles that the mesh wants, and how urgently.
     pub asked: FxHashMap<TileAddress, f64>,
 }
@@ -171,7 +173,7 @@ impl Residency {
         soon.truncate(slots - urgent.len());
         let (request, offer) = self.sort_out(&urgent, &soon, frame, now_s);
         self.loader.want(&request);
-        loaded.loaded = self.send(gpu, &offer, frame, now_s);
+        loaded.loaded = self.send(gpu, &offer, frame, now_s, movement.frame_s);
         for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
             let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MOST_TRIES);
             *(if given_up { &mut loaded.failed } else { &mut loaded.pending }) += 1;
@@ -231,11 +233,11 @@ impl Residency {
         (request, offer)
     }
 
-    fn send(&mut self, gpu: &Gpu, offer: &[TileAddress], frame: u64, now_s: f64) -> u64 {
+    fn send(&mut self, gpu: &Gpu, offer: &[TileAddress], frame: u64, now_s: f64, frame_s: f64) -> u64 {
         let tiles: Vec<(TileAddress, Arc<LoadedTile>)> =
             offer.iter().filter_map(|address| Some((*address, Arc::clone(self.cache.peek(*address)?)))).collect();
         let tiles: Vec<(TileAddress, &LoadedTile)> = tiles.iter().map(|(address, tile)| (*address, &**tile)).collect();
-        self.atlas.insert(gpu, &tiles, frame, now_s).len() as u64
+        self.atlas.insert(gpu, &tiles, frame, now_s, frame_s).len() as u64
     }
 
     /// Children that a needed tile does not have although it has others: nothing finer is known there.

@@ -314,7 +314,7 @@ impl Terrain {
             // While nothing fades, what has come stands at once.
             let fade_step_s = streams.then_some(if fades { step_s } else { f64::INFINITY });
             let asked = std::mem::take(&mut self.asked);
-            let movement = Movement { rule: rule.clone(), velocity_m: flown.velocity_m, asked };
+            let movement = Movement { rule: rule.clone(), velocity_m: flown.velocity_m, frame_s: step_s, asked };
             let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };

@@ -1,0 +1,328 @@
+//! The walk through the quadtree of patches that [`super::selection`] makes: from near to far, splitting where the error
+//! would be seen, leaving out what is hidden behind nearer land.
+
+use glam::DVec2;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::frustum::Bounds;
+use super::horizon::Horizon;
+use super::patches::{Known, Patches};
+use super::selection::{PatchInstance, PatchKey, Selection, Viewpoint, neighbours, patch_id, units_log2};
+use super::warp::Warp;
+use crate::pyramid::lows::{BLOCK_SAMPLES, TILE_BLOCKS};
+use crate::pyramid::statistics::{PatchStatistics, Voids};
+use crate::pyramid::{PATCH_QUADS, TileAddress};
+
+/// A neighbour may be this many levels coarser: 2^3 < 16 quads.
+const MAX_LEVEL_STEP: i32 = 3;
+/// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
+const LEVEL_STEPS: f64 = 4096.0;
+/// The bicubic surface passes its samples by this part of their relief at most.
+const OVERSHOOT: f64 = 0.15;
+
+#[derive(Clone, Copy)]
+struct Leaf {
+    distance_m: f64,
+    /// Continuous, absolute.
+    level: f64,
+    holes: bool,
+}
+
+/// The walk.
+pub(super) struct Walk<'a> {
+    patches: &'a dyn Patches,
+    warp: &'a Warp,
+    viewpoint: &'a Viewpoint,
+    /// These have a vertex at every grid unit.
+    finest_level: i32,
+    leaves: FxHashMap<PatchKey, Leaf>,
+    /// Leaves that may not be split: their children are not known, or they are coarse for the sake of such a one.
+    pinned: FxHashSet<PatchKey>,
+    /// What the patches that were chosen so far hide.
+    horizon: Horizon,
+}
+
+/// A patch that may be drawn.
+struct Seen {
+    key: PatchKey,
+    statistics: PatchStatistics,
+    bounds: Bounds,
+    /// Levels that it has to stay above its own while it fades in.
+    above: f64,
+}
+
+impl<'a> Walk<'a> {
+    /// Nothing is chosen yet.
+    pub fn new(patches: &'a dyn Patches, warp: &'a Warp, viewpoint: &'a Viewpoint) -> Self {
+        Self {
+            patches,
+            warp,
+            viewpoint,
+            finest_level: -units_log2(patches.size()),
+            leaves: FxHashMap::default(),
+            pinned: FxHashSet::default(),
+            horizon: Horizon::new(viewpoint.focal_px),
+        }
+    }
+
+    /// Chooses from a patch and what is under it. `parent_allowed_m` is the error that its parent was allowed.
+    pub fn visit(&mut self, key: PatchKey, parent_allowed_m: f64) {
+        if let Some(seen) = self.seen(key).filter(|seen| !self.horizon.hides(&seen.bounds)) {
+            self.visit_seen(seen, parent_allowed_m);
+        }
+    }
+
+    fn visit_seen(&mut self, seen: Seen, parent_allowed_m: f64) {
+        let allowed_m = self.allowed_m(&seen);
+        let error_m = self.mesh_error_m(seen.key);
+        if error_m > allowed_m && seen.key.level > self.finest_level {
+            if self.children_are_known(seen.key, error_m / allowed_m) {
+                for child in self.nearest_first(seen.key.children()) {
+                    self.visit(child, allowed_m);
+                }
+                return;
+            }
+            self.pinned.insert(seen.key);
+        }
+        self.add_leaf(&seen, parent_allowed_m);
+        if seen.statistics.voids == Voids::None && self.viewpoint.is_above_ground {
+            // The patch as drawn may lie below the land by as much as it may be wrong, on either level.
+            self.close(&seen, 2.0 * allowed_m.max(error_m));
+        }
+    }
+
+    /// Lets a patch hide what is behind it.
+    fn close(&mut self, seen: &Seen, slack_m: f64) {
+        let key = seen.key;
+        let (first, side) = key.area();
+        let size = self.patches.size();
+        let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
+        let parts = self.horizon.parts(&seen.bounds);
+        let place = |x: usize, y: usize| {
+            let grid = (first + DVec2::new(x as f64, y as f64) * (side / parts as f64)).min(last);
+            self.warp.world_from_grid(grid) - self.viewpoint.camera_m.truncate()
+        };
+        let places: [[DVec2; 5]; 5] =
+            std::array::from_fn(|y| std::array::from_fn(|x| place(x.min(parts), y.min(parts))));
+        let relief_m = f64::from(seen.statistics.max_m - seen.statistics.min_m);
+        let lowest_m = f64::from(seen.statistics.min_m) - OVERSHOOT * relief_m;
+        for (x, y) in (0..parts).flat_map(|y| (0..parts).map(move |x| (x, y))) {
+            let corners = [places[y][x], places[y + 1][x + 1], places[y][x + 1], places[y + 1][x]];
+            let land_m = self.low_m(key, parts, x, y).map_or(lowest_m, |low_m| lowest_m.max(low_m));
+            let z_m = land_m - slack_m - self.viewpoint.camera_m.z;
+            let low_m = corners.into_iter().fold(DVec2::INFINITY, DVec2::min).extend(z_m);
+            let high_m = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).extend(z_m);
+            if let Some(bent) = self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m }) {
+                self.horizon.add(&bent, corners, bent.low_m.z);
+            }
+        }
+    }
+
+    /// How low the land is in one of `parts` × `parts` parts of a patch.
+    fn low_m(&self, key: PatchKey, parts: usize, x: usize, y: usize) -> Option<f64> {
+        let level = key.level.max(0);
+        // In the blocks of the level, of which a patch has 4 × 4 or, finer than the data, a part of one.
+        let blocks = i64::from(PATCH_QUADS / BLOCK_SAMPLES);
+        let span = |patch: i64, part: usize| {
+            let (parts, part) = (parts as i64, part as i64);
+            let begin = |part: i64| patch * blocks * parts + part * blocks;
+            let block = |place: i64| (place >> (level - key.level)).div_euclid(parts);
+            (block(begin(part)), block(begin(part + 1) - 1))
+        };
+        let ((left, right), (top, bottom)) = (span(key.x, x), span(key.y, y));
+        let tile = |block: i64| u32::try_from(block / i64::from(TILE_BLOCKS)).ok();
+        let address = TileAddress { level: level as u32, x: tile(left)?, y: tile(top)? };
+        let lows = self.patches.lows(address)?;
+        let inside = |block: i64| (block % i64::from(TILE_BLOCKS)) as u32;
+        let mut low_m = f32::INFINITY;
+        for (x, y) in (top..=bottom).flat_map(|y| (left..=right).map(move |x| (x, y))) {
+            low_m = low_m.min(lows.get(inside(x), inside(y)));
+        }
+        Some(low_m.into())
+    }
+
+    /// Near patches hide far ones.
+    fn nearest_first(&self, mut patches: [PatchKey; 4]) -> [PatchKey; 4] {
+        let camera = self.warp.grid_from_world(self.viewpoint.camera_m.truncate());
+        patches.sort_by(|a, b| {
+            let distance = |key: &PatchKey| {
+                let (first, side) = key.area();
+                (camera.clamp(first, first + side) - camera).length_squared()
+            };
+            distance(a).total_cmp(&distance(b))
+        });
+        patches
+    }
+
+    fn allowed_m(&self, seen: &Seen) -> f64 {
+        let distance_m = seen.bounds.distance_m().max(self.viewpoint.nearest_m);
+        self.viewpoint.error_px * distance_m / self.viewpoint.focal_px
+    }
+
+    /// Whether a patch can be split; if not, what is missing is asked for.
+    fn children_are_known(&self, key: PatchKey, urgency: f64) -> bool {
+        key.children().into_iter().all(|child| match self.known(child) {
+            Known::Patch { .. } | Known::Nothing => true,
+            Known::Missing => {
+                // Children of a patch come with one tile.
+                self.patches.ask(child.level.max(0) as u32, child.x as u32, child.y as u32, urgency);
+                false
+            }
+        })
+    }
+
+    /// A patch, if it exists, is known, has data, and may be in view.
+    fn seen(&self, key: PatchKey) -> Option<Seen> {
+        let Known::Patch { statistics, above } = self.known(key) else { return None };
+        let bounds = self.bounds(key, &statistics)?;
+        let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
+        // Finer than the data, nothing has to come.
+        let above = if key.level < 0 { 0.0 } else { above };
+        seen.then_some(Seen { key, statistics, bounds, above })
+    }
+
+    fn known(&self, key: PatchKey) -> Known {
+        let up = (-key.level).max(0);
+        let (Ok(x), Ok(y)) = (u32::try_from(key.x >> up), u32::try_from(key.y >> up)) else { return Known::Nothing };
+        self.patches.patch(key.level.max(0) as u32, x, y)
+    }
+
+    fn mesh_error_m(&self, key: PatchKey) -> f64 {
+        let Known::Patch { statistics, .. } = self.known(key) else { return 0.0 };
+        // Halving the quads of a smooth surface quarters the error.
+        let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
+        // A quad is flat and the earth is not: the sagitta of its diagonal.
+        let quad_m = self.warp.spacing_m() * f64::from(key.level).exp2();
+        error_m + 0.25 * quad_m * quad_m * self.viewpoint.bending.inverse_radius
+    }
+
+    fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
+        let (first, side) = key.area();
+        let size = self.patches.size();
+        let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
+        if first.cmpge(last).any() {
+            return None;
+        }
+        let end = (first + side).min(last);
+        let (low, high) = self.warp.bounds(first, end);
+        // The surface overshoots its samples.
+        let relief_m = f64::from(statistics.max_m - statistics.min_m);
+        let camera_m = self.viewpoint.camera_m;
+        let low_m = low.extend(f64::from(statistics.min_m) - OVERSHOOT * relief_m) - camera_m;
+        let high_m = high.extend(f64::from(statistics.max_m) + OVERSHOOT * relief_m) - camera_m;
+        self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m })
+    }
+
+    fn add_leaf(&mut self, seen: &Seen, parent_allowed_m: f64) {
+        let key = seen.key;
+        let own_m = self.mesh_error_m(key);
+        let parent_m = self.mesh_error_m(key.parent());
+        let way = if parent_allowed_m.is_finite() && parent_m > own_m {
+            ((parent_allowed_m - own_m) / (parent_m - own_m)).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        // In steps that f32 holds exactly: the two patches at an edge count the same level from their own levels, and
+        // must come to the same vertices to the bit.
+        let level = f64::from(key.level) + (way.max(seen.above) * LEVEL_STEPS).round() / LEVEL_STEPS;
+        let distance_m = seen.bounds.distance_m().max(self.viewpoint.nearest_m);
+        self.leaves.insert(key, Leaf { distance_m, level, holes: seen.statistics.voids != Voids::None });
+    }
+
+    /// Splits leaves that have neighbours too much finer than themselves; where one cannot be split, its neighbours are
+    /// merged instead.
+    pub fn limit_steps(&mut self) {
+        loop {
+            let too_far_apart: Vec<_> = self
+                .leaves
+                .keys()
+                .flat_map(|key| neighbours(*key).map(move |neighbour| (*key, neighbour)))
+                .filter_map(|(key, neighbour)| {
+                    let (coarse, _) = self.leaf_over(neighbour)?;
+                    (coarse.level > key.level + MAX_LEVEL_STEP).then_some((key, coarse))
+                })
+                .collect();
+            if too_far_apart.is_empty() {
+                return;
+            }
+            for (fine, coarse) in too_far_apart {
+                // The same leaf may stand in the list twice.
+                if !self.leaves.contains_key(&coarse) || !self.leaves.contains_key(&fine) {
+                    continue;
+                }
+                if self.pinned.contains(&coarse) || !self.children_are_known(coarse, 1.0) {
+                    self.pinned.insert(coarse);
+                    self.merge(fine, coarse.level - MAX_LEVEL_STEP);
+                    continue;
+                }
+                self.leaves.remove(&coarse);
+                for child in coarse.children() {
+                    if let Some(seen) = self.seen(child) {
+                        self.add_leaf(&seen, f64::INFINITY);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Draws the ancestor of a leaf instead of it and all others under that ancestor.
+    fn merge(&mut self, mut key: PatchKey, level: i32) {
+        while key.level < level {
+            key = key.parent();
+        }
+        let is_under = |mut leaf: PatchKey| {
+            while leaf.level < key.level {
+                leaf = leaf.parent();
+            }
+            leaf == key
+        };
+        self.leaves.retain(|leaf, _| !is_under(*leaf));
+        self.pinned.insert(key);
+        if let Some(seen) = self.seen(key) {
+            self.add_leaf(&seen, f64::INFINITY);
+        }
+    }
+
+    /// The leaf that covers a patch: itself or an ancestor.
+    fn leaf_over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
+        let top = self.patches.strides() as i32 - 1;
+        while key.level <= top {
+            if let Some(leaf) = self.leaves.get(&key) {
+                return Some((key, *leaf));
+            }
+            key = key.parent();
+        }
+        None
+    }
+
+    /// What was chosen.
+    pub fn finish(self, anchor: DVec2) -> Selection {
+        let mut keys: Vec<_> = self.leaves.iter().map(|(key, leaf)| (*key, *leaf)).collect();
+        // The key breaks ties, so that the order is the same on every run.
+        keys.sort_by(|a, b| {
+            a.1.holes.cmp(&b.1.holes).then(a.1.distance_m.total_cmp(&b.1.distance_m)).then(a.0.cmp(&b.0))
+        });
+        let mut selection = Selection::default();
+        let units_log2 = -self.finest_level;
+        for (key, leaf) in keys {
+            let own = f64::from(key.level);
+            let [west, east, north, south] = neighbours(key).map(|neighbour| {
+                let other = self.leaf_over(neighbour).map_or(leaf.level, |(_, other)| other.level);
+                (leaf.level.max(other) - own) as f32
+            });
+            let (first, _) = key.area();
+            let origin = (first - anchor) * f64::from(units_log2).exp2();
+            let instance = PatchInstance {
+                origin_units: [origin.x as i32, origin.y as i32],
+                stride_exponent: (key.level + units_log2) as u32,
+                id: patch_id(key),
+                edge_levels: [west, east, north, south],
+                inner_level: (leaf.level - own) as f32,
+                padding: [0.0; 3],
+            };
+            if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
+            selection.leaves.push(key);
+        }
+        selection
+    }
+}
