@@ -42,12 +42,35 @@ impl ComputePass {
 
     /// Runs a number of workgroups in x and y.
     pub fn run_groups(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, groups: [u32; 2], resources: &[Named]) {
+        self.dispatch(gpu, recorder, resources, |pass| pass.dispatch_workgroups(groups[0], groups[1], 1));
+    }
+
+    /// Runs as many workgroups as three numbers in `arguments` say, from byte `offset` on; the buffer is not one of the
+    /// resources.
+    pub fn run_indirect(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        arguments: &wgpu::Buffer,
+        offset: u64,
+        resources: &[Named],
+    ) {
+        self.dispatch(gpu, recorder, resources, |pass| pass.dispatch_workgroups_indirect(arguments, offset));
+    }
+
+    fn dispatch(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        resources: &[Named],
+        run: impl FnOnce(&mut wgpu::ComputePass<'_>),
+    ) {
         let group =
             bind_group(gpu, self.name, &self.shader, |group| self.pipeline.get_bind_group_layout(group), resources);
         recorder.compute(self.name, |pass| {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(groups[0], groups[1], 1);
+            run(pass);
         });
     }
 }
