@@ -1,4 +1,4 @@
-//! Pictures from the GPU to memory: for files and measurements, never inside an interactive frame.
+//! Pictures and buffers from the GPU to memory: for files and measurements, never inside an interactive frame.
 
 use super::target::Target;
 use super::{Gpu, GpuError};
@@ -41,7 +41,40 @@ pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) 
         wgpu::Extent3d { width: size_px[0], height: size_px[1], depth_or_array_layers: 1 },
     );
     gpu.queue.submit([encoder.finish()]);
+    map(gpu, &buffer)?;
+    let padded = buffer.get_mapped_range(..).map_err(|error| GpuError::Readback(error.to_string()))?;
+    let mut rows = Vec::with_capacity(row_bytes as usize * size_px[1] as usize);
+    for row in padded.chunks_exact(padded_row_bytes as usize) {
+        rows.extend_from_slice(&row[..row_bytes as usize]);
+    }
+    Ok(rows)
+}
 
+/// Reads the first `count` numbers or structs of a buffer.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_buffer<T: bytemuck::Pod>(gpu: &Gpu, source: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let size = (count * size_of::<T>()) as u64;
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size,
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
+    encoder.copy_buffer_to_buffer(source, 0, &buffer, 0, size);
+    gpu.queue.submit([encoder.finish()]);
+    map(gpu, &buffer)?;
+    let bytes = buffer.get_mapped_range(..).map_err(|error| GpuError::Readback(error.to_string()))?;
+    Ok(bytemuck::pod_collect_to_vec(&bytes))
+}
+
+/// Waits for a buffer's content.
+fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
     let (sender, receiver) = std::sync::mpsc::channel();
     buffer.map_async(wgpu::MapMode::Read, .., move |result| {
         // The receiver waits below; it is gone only if this thread is.
@@ -51,13 +84,7 @@ pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) 
     receiver
         .recv()
         .map_err(|error| GpuError::Readback(error.to_string()))?
-        .map_err(|error| GpuError::Readback(error.to_string()))?;
-    let padded = buffer.get_mapped_range(..).map_err(|error| GpuError::Readback(error.to_string()))?;
-    let mut rows = Vec::with_capacity(row_bytes as usize * size_px[1] as usize);
-    for row in padded.chunks_exact(padded_row_bytes as usize) {
-        rows.extend_from_slice(&row[..row_bytes as usize]);
-    }
-    Ok(rows)
+        .map_err(|error| GpuError::Readback(error.to_string()))
 }
 
 /// As [`read`], with the texels' bytes taken as numbers.
