@@ -14,6 +14,7 @@ use crate::composite;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::timer::{PassTime, Timer};
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::{Lists, contour_edges};
 pub use crate::scene::Light;
 use crate::style::{Lines, Style, Tone};
 use crate::surface::terrain as draw;
@@ -33,6 +34,9 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::tiles::selection::PatchInstance::shared(),
         crate::lines::lsa::LsaUniform::shared(),
         crate::lines::threshold::ThresholdUniform::shared(),
+        crate::lines::strokes::StrokesUniform::shared(),
+        crate::lines::strokes::Edge::shared(),
+        crate::lines::strokes::Piece::shared(),
         crate::tones::plain::PlainUniform::shared(),
         crate::tones::toon::ToonUniform::shared(),
         composite::CompositeUniform::shared(),
@@ -90,6 +94,10 @@ impl Frame {
         let targets = &self.targets;
         let passes = &mut self.passes;
 
+        if let (Some(strokes), Some(pass)) = (&style.strokes, &mut passes.strokes) {
+            pass.begin(gpu, strokes, size_px, light.haze_m);
+        }
+
         let mut frame = self.timer.record(gpu);
         let recorder = &mut frame;
         // Surface: place the vertices, rasterise depth and id, compute the rest.
@@ -105,6 +113,10 @@ impl Frame {
                 surface_id: &targets.surface_id,
             };
             passes.terrain.run(gpu, recorder, &inputs);
+            if let (Some(_), Some(pass)) = (&style.strokes, &passes.strokes) {
+                let mesh = &passes.vertices;
+                pass.find(gpu, recorder, &contour_edges::Inputs { view: view_resource(), terrain: &world, batch, mesh });
+            }
         }
         let (position, normal) = (&targets.position, &targets.normal);
         passes.resolve.run(gpu, recorder, size_px, view_resource(), &world, &targets.depth, position, normal);
@@ -122,6 +134,11 @@ impl Frame {
                 pass.run(gpu, recorder, size_px, view_resource(), &drawn.line, &drawn.smoothed);
                 line = &drawn.smoothed;
             }
+        }
+
+        // Strokes: see what is visible of the edges, chain it, draw it.
+        if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &passes.strokes, &targets.strokes) {
+            pass.extract(gpu, recorder, view_resource(), &targets.depth, &drawn.id_image);
         }
 
         // Tones.
@@ -154,6 +171,11 @@ impl Frame {
     /// The times of the oldest finished frame that has not been asked for.
     pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
         self.timer.take()
+    }
+
+    /// The lists of the last frame's strokes, if its style has any: for measurements.
+    pub fn stroke_lists(&self) -> Option<&Lists> {
+        self.passes.strokes.as_ref().map(|strokes| strokes.lists())
     }
 
     /// Which line picture the style's composite read, if any.

@@ -11,7 +11,9 @@ struct Patch {
     // Levels above the patch's own, at its first column, last column, first row, last row.
     edge_levels: vec4<f32>,
     inner_level: f32,
-    padding: array<f32, 3>,
+    // The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row.
+    sides: u32,
+    padding: vec2<f32>,
 }
 
 const QUADS: i32 = 16;

@@ -7,6 +7,7 @@ use crate::gpu::timer::Recorder;
 use crate::lines::detector::{RoystanPass, SobelPass};
 use crate::lines::lsa::LsaPass;
 use crate::lines::smooth::SmoothPass;
+use crate::lines::strokes::StrokePasses;
 use crate::lines::threshold::ThresholdPass;
 use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::motion::MotionPass;
@@ -23,6 +24,8 @@ pub struct Requirements {
     pub detector: Option<Detector>,
     /// Whether lines are smoothed.
     pub antialias: bool,
+    /// Pixels of the strokes' reference image per pixel of the picture, in 1/64; none if there are no strokes.
+    pub strokes: Option<u32>,
     /// Tones in steps rather than Blinn-Phong.
     pub toon: bool,
     /// Whether screen motion is wanted.
@@ -35,6 +38,7 @@ impl Requirements {
         Self {
             detector: style.lines.as_ref().map(|lines| lines.detector),
             antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
+            strokes: style.strokes.as_ref().map(|strokes| (strokes.resolution * 64.0).round() as u32),
             toon: matches!(style.tone, Tone::Toon(_)),
             motion: false,
         }
@@ -50,11 +54,14 @@ impl Requirements {
         let passes = [
             Some("surface/vertices"),
             Some("surface/terrain"),
+            self.strokes.map(|_| "lines/strokes/contour_edges"),
             Some("surface/resolve"),
             self.motion.then_some("surface/motion"),
             detector,
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
+            self.strokes.map(|_| "lines/strokes/id_image"),
+            self.strokes.map(|_| "lines/strokes/extract"),
             Some(if self.toon { "tones/toon" } else { "tones/plain" }),
             Some("composite/composite"),
         ];
@@ -73,6 +80,7 @@ pub(super) struct Passes {
     pub roystan: Option<RoystanPass>,
     pub threshold: Option<ThresholdPass>,
     pub smooth: Option<SmoothPass>,
+    pub strokes: Option<StrokePasses>,
     pub toon: Option<ToonPass>,
     pub plain: Option<PlainPass>,
     pub composite: CompositePass,
@@ -99,6 +107,7 @@ impl Passes {
             roystan: None,
             threshold: None,
             smooth: None,
+            strokes: None,
             toon: None,
             plain: None,
             composite: CompositePass::new(gpu),
@@ -115,6 +124,7 @@ impl Passes {
         keep(&mut self.roystan, detector == Some(Detector::Roystan), || RoystanPass::new(gpu));
         keep(&mut self.threshold, detector.is_some(), || ThresholdPass::new(gpu));
         keep(&mut self.smooth, requirements.antialias, || SmoothPass::new(gpu));
+        keep(&mut self.strokes, requirements.strokes.is_some(), || StrokePasses::new(gpu));
         keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
     }

@@ -5,6 +5,7 @@ use crate::composite::PICTURE_FORMAT;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::detector::ERRORS_FORMAT;
+use crate::lines::strokes::id_image::IdTargets;
 use crate::lines::threshold::LINE_FORMAT;
 use crate::surface::motion::MOTION_FORMAT;
 use crate::surface::resolve::{NORMAL_FORMAT, POSITION_FORMAT};
@@ -27,6 +28,8 @@ pub struct Targets {
     pub motion: Option<Target>,
     /// Of a style with lines.
     pub lines: Option<LineTargets>,
+    /// Of a style with strokes.
+    pub strokes: Option<StrokeTargets>,
     /// One pixel, for styles without lines: reading outside of it gives 0.
     pub no_line: Target,
     /// Colour and tone.
@@ -43,6 +46,12 @@ pub struct LineTargets {
     pub line: Target,
     /// After smoothing.
     pub smoothed: Target,
+}
+
+/// The pictures of strokes.
+pub struct StrokeTargets {
+    /// Edges, by number.
+    pub id_image: IdTargets,
 }
 
 impl Targets {
@@ -70,6 +79,9 @@ impl Targets {
                 line: storage("line", LINE_FORMAT),
                 smoothed: storage("smoothed line", LINE_FORMAT),
             }),
+            strokes: requirements.strokes.map(|parts| StrokeTargets {
+                id_image: IdTargets::new(gpu, size_px, parts as f32 / 64.0),
+            }),
             no_line: Target::storage(gpu, "no line", [1, 1], LINE_FORMAT),
             tone: storage("tone", TONE_FORMAT),
             picture: storage("picture", PICTURE_FORMAT),
@@ -91,6 +103,7 @@ impl Targets {
         let always =
             [&self.depth, &self.surface_id, &self.position, &self.normal, &self.no_line, &self.tone, &self.picture];
         let lines = self.lines.iter().flat_map(|lines| [&lines.errors, &lines.line, &lines.smoothed]);
-        always.into_iter().chain(lines).chain(&self.motion).map(Target::bytes).sum()
+        let strokes = self.strokes.iter().flat_map(|strokes| [&strokes.id_image.ids, &strokes.id_image.depth]);
+        always.into_iter().chain(lines).chain(strokes).chain(&self.motion).map(Target::bytes).sum()
     }
 }

@@ -21,6 +21,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/earth"),
     shader!("shared/patch"),
     shader!("shared/color"),
+    shader!("shared/strokes"),
 ];
 
 /// The shaders that become pipelines: one for each pass.
@@ -34,6 +35,9 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/roystan"),
     shader!("lines/threshold"),
     shader!("lines/smooth"),
+    shader!("lines/strokes/contour_edges"),
+    shader!("lines/strokes/id_image"),
+    shader!("lines/strokes/extract"),
     shader!("tones/toon"),
     shader!("tones/plain"),
     shader!("composite/composite"),

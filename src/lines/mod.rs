@@ -4,4 +4,5 @@
 pub mod detector;
 pub mod lsa;
 pub mod smooth;
+pub mod strokes;
 pub mod threshold;

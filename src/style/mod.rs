@@ -13,6 +13,7 @@ const PRESETS: &[(&str, &str)] = &[
     ("plain", include_str!("presets/plain.toml")),
     ("ink", include_str!("presets/ink.toml")),
     ("sobel", include_str!("presets/sobel.toml")),
+    ("strokes", include_str!("presets/strokes.toml")),
     ("roystan", include_str!("presets/roystan.toml")),
 ];
 
@@ -54,6 +55,8 @@ pub struct Style {
     pub description: String,
     /// Which lines; none draws none.
     pub lines: Option<Lines>,
+    /// Pen strokes along contours; none draws none.
+    pub strokes: Option<Strokes>,
     /// How light becomes colour.
     pub tone: Tone,
     /// What it is drawn on.
@@ -91,6 +94,43 @@ pub struct Lines {
     #[serde(default)]
     pub faintest: f32,
     /// How much farther than tones lines reach into the haze.
+    #[serde(default = "one")]
+    pub reach: f32,
+}
+
+/// Strokes of a style.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Strokes {
+    /// Their colour.
+    #[serde(default)]
+    pub ink: Color,
+    /// Their width in pixels.
+    pub width_px: f32,
+    /// Over so many pixels they thin out at their ends.
+    #[serde(default)]
+    pub taper_px: f32,
+    /// How much wider near strokes are than far ones, 0 to 1.
+    #[serde(default)]
+    pub depth_width: f32,
+    /// Pixels of the reference image per pixel of the picture, 1/4 to 1: what is seen of an edge is found at this scale.
+    #[serde(default = "one")]
+    pub resolution: f32,
+    /// Ends this near in pixels may be joined.
+    #[serde(default = "four")]
+    pub join_px: f32,
+    /// And those that turn by this angle at most, in degrees.
+    #[serde(default = "sixty")]
+    pub join_deg: f32,
+    /// Edges that are sharper than this are drawn too, in degrees between their normals; none draws contours only.
+    pub crease_deg: Option<f32>,
+    /// Whether the border of the land is drawn.
+    #[serde(default = "yes")]
+    pub borders: bool,
+    /// What is left of a stroke in full haze, 0 to 1.
+    #[serde(default)]
+    pub faintest: f32,
+    /// How much farther than tones strokes reach into the haze.
     #[serde(default = "one")]
     pub reach: f32,
 }
@@ -192,6 +232,14 @@ fn one() -> f32 {
     1.0
 }
 
+fn four() -> f32 {
+    4.0
+}
+
+fn sixty() -> f32 {
+    60.0
+}
+
 fn yes() -> bool {
     true
 }
@@ -204,6 +252,24 @@ pub fn names() -> Vec<&'static str> {
 /// The text of a preset.
 pub fn preset_text(name: &str) -> Option<&'static str> {
     PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+impl Strokes {
+    fn check(&self) -> Result<(), String> {
+        let within = |what: &str, value: f32, low: f32, high: f32| {
+            let is_within = (low..=high).contains(&value);
+            is_within.then_some(()).ok_or_else(|| format!("strokes.{what} is {value}, not between {low} and {high}"))
+        };
+        within("width_px", self.width_px, 0.5, 64.0)?;
+        within("taper_px", self.taper_px, 0.0, 1000.0)?;
+        within("depth_width", self.depth_width, 0.0, 1.0)?;
+        within("resolution", self.resolution, 0.25, 1.0)?;
+        within("join_px", self.join_px, 1.0, 16.0)?;
+        within("join_deg", self.join_deg, 0.0, 90.0)?;
+        within("crease_deg", self.crease_deg.unwrap_or(0.0), 0.0, 180.0)?;
+        within("faintest", self.faintest, 0.0, 1.0)?;
+        within("reach", self.reach, 1e-3, 1e6)
+    }
 }
 
 impl Style {
@@ -253,6 +319,9 @@ impl Style {
                 return Err(format!("lines.reach is {}, not above 0", lines.reach));
             }
             part("lines.faintest", lines.faintest)?;
+        }
+        if let Some(strokes) = &self.strokes {
+            strokes.check()?;
         }
         if let Tone::Toon(toon) = &self.tone {
             if !(2..=64).contains(&toon.steps) {

@@ -74,10 +74,13 @@ pub struct PatchInstance {
     pub edge_levels: [f32; 4],
     /// The same inside.
     pub inner_level: f32,
-    pub(crate) padding: [f32; 3],
+    /// The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row. Where
+    /// two patches meet, the edges between them are those of one.
+    pub sides: u32,
+    pub(crate) padding: [f32; 2],
 }
 
-crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, padding);
+crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, sides, padding);
 
 /// What the selection is made for.
 #[derive(Clone, Debug)]

@@ -295,6 +295,32 @@ impl<'a> Walk<'a> {
         None
     }
 
+    /// The sides of a leaf whose edges are its own: of two leaves the finer one's, of equals those to the west and north.
+    fn sides(&self, key: PatchKey) -> u32 {
+        let mut sides = 0;
+        for (side, neighbour) in neighbours(key).into_iter().enumerate() {
+            let is_own = match self.leaf_over(neighbour) {
+                Some((other, _)) if other.level == key.level => side % 2 == 0,
+                Some(_) => true,
+                None => !self.has_leaf_at(neighbour, side, MAX_LEVEL_STEP),
+            };
+            sides |= u32::from(is_own) << side;
+        }
+        sides
+    }
+
+    /// Whether a leaf under `key` touches its side that faces side `side` of a neighbour.
+    fn has_leaf_at(&self, key: PatchKey, side: usize, depth: i32) -> bool {
+        if depth == 0 {
+            return false;
+        }
+        let facing: [usize; 2] = [[1, 3], [0, 2], [2, 3], [0, 1]][side];
+        let children = key.children();
+        facing.into_iter().map(|i| children[i]).any(|child| {
+            self.leaves.contains_key(&child) || self.has_leaf_at(child, side, depth - 1)
+        })
+    }
+
     /// What was chosen.
     pub fn finish(self, anchor: DVec2) -> Selection {
         let mut keys: Vec<_> = self.leaves.iter().map(|(key, leaf)| (*key, *leaf)).collect();
@@ -318,7 +344,8 @@ impl<'a> Walk<'a> {
                 id: patch_id(key),
                 edge_levels: [west, east, north, south],
                 inner_level: (leaf.level - own) as f32,
-                padding: [0.0; 3],
+                sides: self.sides(key),
+                padding: [0.0; 2],
             };
             if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
             selection.leaves.push(key);

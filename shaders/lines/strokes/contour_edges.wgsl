@@ -1,0 +1,171 @@
+// Contour edges: those between a triangle that faces the eye and one that does not, on the triangles as drawn.
+//
+// One workgroup for each patch, one thread for each of its quads. A quad has three edges of its own: its first column's,
+// its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them (`Patch.sides`);
+// the triangles beyond are those that this patch would have there (Loadholt 2021, section 4.2.1, has a geometry shader
+// and one mesh).
+//
+// A patch on its way to a coarser level has vertices that lie on each other, so some triangles have no area. They have
+// no side of their own: quads are looked at on the level that the patch has, and what has no area there follows the
+// other triangle of its quad.
+#import hachure::view::View
+#import hachure::mesh::{Patch, QUADS, VERTICES}
+#import hachure::terrain::{terrain, world_from_grid, vertex_height_m}
+#import hachure::earth::bend
+#import hachure::strokes::{Edge, Strokes, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+
+@group(0) @binding(0) var<storage, read> patches: array<Patch>;
+@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(2) var<uniform> view: View;
+@group(0) @binding(3) var<uniform> strokes: Strokes;
+@group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
+// As an indirect draw of lines: vertices, instances, 0, 0; then the numbers that follow from it.
+@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
+
+const RING: i32 = QUADS + 3;
+const RING_VERTICES: u32 = 361u;
+const RING_QUADS: i32 = QUADS + 2;
+
+// The patch's vertices with one more on each side.
+var<workgroup> at_m: array<vec3<f32>, 361>;
+// For each quad of the ring: the two unit normals, 0 for a triangle without area.
+var<workgroup> upper: array<vec3<f32>, 324>;
+var<workgroup> lower: array<vec3<f32>, 324>;
+
+fn vertex_of(ij: vec2<i32>) -> vec3<f32> {
+    let place = ij + 1;
+    return at_m[place.y * RING + place.x];
+}
+
+// A vertex beyond the patch, where its neighbour is.
+fn beyond(quads: Patch, ij: vec2<i32>) -> vec3<f32> {
+    let units = clamp(quads.origin_units + (ij << vec2<u32>(quads.stride_exponent)),
+        terrain.extent_units.xy, terrain.extent_units.zw);
+    let xy_m = world_from_grid(vec2<f32>(units) / terrain.units_per_sample);
+    let dz_m = max(max(terrain.min_z_m, -terrain.max_z_m), 0.0);
+    let distance_m = sqrt(dot(xy_m, xy_m) + dz_m * dz_m);
+    return bend(vec3<f32>(xy_m, vertex_height_m(vec2<f32>(units) / terrain.units_per_sample, distance_m)));
+}
+
+fn normal_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
+    let u = b - a;
+    let v = c - a;
+    let n = cross(v, u);
+    // A sliver has no side: its normal is rounding.
+    let longest = max(max(dot(u, u), dot(v, v)), dot(v - u, v - u));
+    let area = length(n);
+    return select(vec3<f32>(0.0), n / area, area > 2e-3 * longest && area > 0.0);
+}
+
+// Whether a triangle with this normal, through this point, faces the eye.
+fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
+    return dot(n, through_m) < 0.0;
+}
+
+fn emit(a: vec3<f32>, b: vec3<f32>, kind: u32, key: u32) {
+    let clip_a = view.clip_from_camera * vec4<f32>(a, 1.0);
+    let clip_b = view.clip_from_camera * vec4<f32>(b, 1.0);
+    let is_out = (clip_a.x < -clip_a.w && clip_b.x < -clip_b.w) || (clip_a.x > clip_a.w && clip_b.x > clip_b.w)
+        || (clip_a.y < -clip_a.w && clip_b.y < -clip_b.w) || (clip_a.y > clip_a.w && clip_b.y > clip_b.w)
+        || max(clip_a.w, clip_b.w) <= view.near_m;
+    if is_out || all(a == b) {
+        return;
+    }
+    let index = atomicAdd(&counts[0], 2u) / 2u;
+    if index < strokes.edge_capacity {
+        edges[index] = Edge(a, key, b, kind);
+    }
+}
+
+// The edge from a to b between triangles of normals m and n.
+fn consider(a: vec3<f32>, b: vec3<f32>, m: vec3<f32>, n: vec3<f32>, key: u32) {
+    if all(m == vec3<f32>(0.0)) || all(n == vec3<f32>(0.0)) {
+        return;
+    }
+    if faces(m, a) != faces(n, a) {
+        emit(a, b, KIND_CONTOUR, key);
+    } else if dot(m, n) < strokes.crease_cosine && faces(m, a) {
+        emit(a, b, KIND_CREASE, key);
+    }
+}
+
+@compute @workgroup_size(256)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
+    let quads = patches[group.x];
+    // Near the end of a morph quads are slivers; they are taken for gone.
+    let step = 1 << u32(quads.inner_level + 0.01);
+    for (var i = thread; i < RING_VERTICES; i += 256u) {
+        let ij = vec2<i32>(i32(i) % RING, i32(i) / RING) - 1;
+        if all(ij >= vec2<i32>(0)) && all(ij <= vec2<i32>(QUADS)) {
+            at_m[i] = positions[group.x * VERTICES + u32(ij.y * (QUADS + 1) + ij.x)].xyz;
+        } else {
+            // On the level that the patch has.
+            let out = select(vec2<i32>(0), vec2<i32>(1 - step), ij < vec2<i32>(0))
+                + select(vec2<i32>(0), vec2<i32>(step - 1), ij > vec2<i32>(QUADS));
+            at_m[i] = beyond(quads, ij + out);
+        }
+    }
+    workgroupBarrier();
+
+    // Quads of the level that the patch has, and one more on each side: those are in columns -1 and QUADS.
+    for (var i = thread; i < 324u; i += 256u) {
+        let ij = vec2<i32>(i32(i) % RING_QUADS, i32(i) / RING_QUADS) - 1;
+        let size = select(vec2<i32>(step), vec2<i32>(1), (ij < vec2<i32>(0)) | (ij >= vec2<i32>(QUADS)));
+        let end = min(ij + size, vec2<i32>(QUADS + 1));
+        let nw = vertex_of(ij);
+        let se = vertex_of(end);
+        var above = normal_of(nw, vertex_of(vec2<i32>(end.x, ij.y)), se);
+        var below = normal_of(nw, se, vertex_of(vec2<i32>(ij.x, end.y)));
+        if all(above == vec3<f32>(0.0)) { above = below; }
+        if all(below == vec3<f32>(0.0)) { below = above; }
+        upper[i] = above;
+        lower[i] = below;
+    }
+    workgroupBarrier();
+
+    let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
+    if any((ij & vec2<i32>(step - 1)) != vec2<i32>(0)) {
+        return;
+    }
+    let end = ij + step;
+    let here = (ij.y + 1) * RING_QUADS + ij.x + 1;
+    let nw = vertex_of(ij);
+    let ne = vertex_of(vec2<i32>(end.x, ij.y));
+    let sw = vertex_of(vec2<i32>(ij.x, end.y));
+    let se = vertex_of(end);
+    let key = quads.id ^ (thread * 0x9e3779b1u);
+    consider(nw, se, upper[here], lower[here], key);
+    // The quads before, which are one place away beyond the patch and a step within.
+    let west = select(here - step, here - 1, ij.x == 0);
+    let north = select(here - step * RING_QUADS, here - RING_QUADS, ij.y == 0);
+    let origin = quads.origin_units;
+    let side = i32(1u << quads.stride_exponent) * QUADS;
+    if ij.x > 0 || (quads.sides & 1u) != 0u {
+        if ij.x == 0 && origin.x <= terrain.extent_units.x {
+            if strokes.borders == 1u { emit(nw, sw, KIND_BORDER, key + 1u); }
+        } else {
+            consider(nw, sw, upper[west], lower[here], key + 1u);
+        }
+    }
+    if ij.y > 0 || (quads.sides & 4u) != 0u {
+        if ij.y == 0 && origin.y <= terrain.extent_units.y {
+            if strokes.borders == 1u { emit(nw, ne, KIND_BORDER, key + 2u); }
+        } else {
+            consider(nw, ne, lower[north], upper[here], key + 2u);
+        }
+    }
+    if end.x == QUADS && (quads.sides & 2u) != 0u {
+        if origin.x + side >= terrain.extent_units.z {
+            if strokes.borders == 1u { emit(ne, se, KIND_BORDER, key + 3u); }
+        } else {
+            consider(ne, se, upper[here], lower[(ij.y + 1) * RING_QUADS + QUADS + 1], key + 3u);
+        }
+    }
+    if end.y == QUADS && (quads.sides & 8u) != 0u {
+        if origin.y + side >= terrain.extent_units.w {
+            if strokes.borders == 1u { emit(sw, se, KIND_BORDER, key + 4u); }
+        } else {
+            consider(sw, se, lower[here], upper[(QUADS + 1) * RING_QUADS + ij.x + 1], key + 4u);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+// The ID reference image (Loadholt 2021, section 4.2.1): the edges as lines one pixel wide that hold the edge's number
+// plus 1, nearest in front.
+//
+// Which pixels of an edge are seen: those where the edge is not farther than the farthest surface of the 3 x 3 pixels of
+// the full picture around it. A contour edge lies where the surface ends: on one side there is what is behind it. So
+// nothing is shifted and nothing fights: an edge that is seen has something at its own distance or farther beside it,
+// and one that is hidden by more than a pixel has nearer surface all around.
+#import hachure::view::View
+#import hachure::strokes::{Edge, Strokes}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> strokes: Strokes;
+@group(0) @binding(2) var<storage, read> edges: array<Edge>;
+// Reversed: near / distance; 0 is the sky.
+@group(0) @binding(3) var depth: texture_depth_2d;
+
+struct Vertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) id: u32,
+    // On the full picture.
+    @location(1) @interpolate(linear) px: vec2<f32>,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
+    let number = index / 2u;
+    if number >= strokes.edge_capacity {
+        return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0u, vec2<f32>(0.0));
+    }
+    let edge = edges[number];
+    var at = view.clip_from_camera * vec4<f32>(select(edge.a_m, edge.b_m, index % 2u == 1u), 1.0);
+    let other = view.clip_from_camera * vec4<f32>(select(edge.b_m, edge.a_m, index % 2u == 1u), 1.0);
+    if at.w < view.near_m && other.w > view.near_m {
+        at = at + (other - at) * ((view.near_m - at.w) / (other.w - at.w));
+    }
+    let px = (at.xy / at.w * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
+    return Vertex(at, number + 1u, px);
+}
+
+// What is nearer by less than this part of the distance hides nothing: rounding.
+const SLACK: f32 = 2e-4;
+
+@fragment
+fn fragment(in: Vertex) -> @location(0) u32 {
+    let pixel = vec2<i32>(floor(in.px));
+    let last = vec2<i32>(view.size_px) - 1;
+    var farthest = 1.0;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            farthest = min(farthest, textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0));
+        }
+    }
+    if in.clip.z < farthest * (1.0 - SLACK) {
+        discard;
+    }
+    return in.id;
+}

@@ -1,0 +1,107 @@
+// The points of strokes: where the pieces of a chain meet, smoothed.
+//
+// A chain of n pieces has n + 1 points. Where two pieces meet the point is in the middle between their ends; the ends of
+// an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial weights
+// 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Loadholt 2021, section
+// 4.2.4, smooths "the transitions between edges" without saying how).
+#import hachure::strokes::{Piece, Point}
+
+struct Chain {
+    first: u32,
+    count: u32,
+    is_closed: u32,
+    key: u32,
+    length_units: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
+}
+
+struct Place {
+    chain: u32,
+    begin_units: u32,
+}
+
+@group(0) @binding(0) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(1) var<storage, read> ordered: array<u32>;
+@group(0) @binding(2) var<storage, read> chains: array<Chain>;
+@group(0) @binding(3) var<storage, read> places: array<Place>;
+@group(0) @binding(4) var<storage, read> counts: array<u32>;
+@group(0) @binding(5) var<storage, read_write> points: array<Point>;
+
+const UNITS: f32 = 16.0;
+const MOST_PX: f32 = 1.0;
+
+struct Ends {
+    begin_px: vec2<f32>,
+    end_px: vec2<f32>,
+    begin_m: f32,
+    end_m: f32,
+}
+
+fn ends_of(place: u32) -> Ends {
+    let entry = ordered[place];
+    let piece = pieces[entry >> 1u];
+    let a = vec2<f32>(piece.a) / UNITS;
+    let b = vec2<f32>(piece.b) / UNITS;
+    if (entry & 1u) == 1u {
+        return Ends(b, a, piece.depths_m.y, piece.depths_m.x);
+    }
+    return Ends(a, b, piece.depths_m.x, piece.depths_m.y);
+}
+
+// The point before the chain's piece `i` (from 0; `count` is the last point), before smoothing.
+fn joint(chain: Chain, i: i32) -> vec3<f32> {
+    let count = i32(chain.count);
+    var before = i - 1;
+    var after = i;
+    if chain.is_closed == 1u {
+        before = (before + count) % count;
+        after = (after + count) % count;
+    } else {
+        before = clamp(before, 0, count - 1);
+        after = clamp(after, 0, count - 1);
+    }
+    let left = ends_of(chain.first + u32(before));
+    let right = ends_of(chain.first + u32(after));
+    if chain.is_closed == 0u && i <= 0 {
+        return vec3<f32>(right.begin_px, right.begin_m);
+    }
+    if chain.is_closed == 0u && i >= count {
+        return vec3<f32>(left.end_px, left.end_m);
+    }
+    return 0.5 * vec3<f32>(left.end_px + right.begin_px, left.end_m + right.begin_m);
+}
+
+fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
+    let own = joint(chain, i);
+    // As far as there are points on both sides.
+    let room = select(min(i, i32(chain.count) - i), 2, chain.is_closed == 1u && chain.count > 2u);
+    if room <= 0 {
+        return own;
+    }
+    let beside = joint(chain, i - 1) + joint(chain, i + 1);
+    var around = (2.0 * own + beside) / 4.0;
+    if room > 1 {
+        around = (6.0 * own + 4.0 * beside + joint(chain, i - 2) + joint(chain, i + 2)) / 16.0;
+    }
+    let way = around.xy - own.xy;
+    return vec3<f32>(own.xy + way * min(1.0, MOST_PX / max(length(way), 1e-6)), own.z);
+}
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let place = id.x;
+    if place >= counts[4] {
+        return;
+    }
+    let number = places[place].chain;
+    let chain = chains[number];
+    let i = i32(place - chain.first);
+    let at = smoothed(chain, i);
+    points[place + number] = Point(at.xy, at.z, number);
+    if u32(i) + 1u == chain.count {
+        let last = smoothed(chain, i + 1);
+        points[place + number + 1u] = Point(last.xy, last.z, number);
+    }
+}

@@ -1,0 +1,180 @@
+//! Strokes: contour edges of the surface become pen lines, on the GPU (Loadholt 2021, sections 4.2 and 4.3, without its
+//! list on the CPU).
+//!
+//! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
+//! ([`extract`]) → chains → points → ink ([`draw`]). What a step counted, the next one dispatches or draws indirectly:
+//! nothing is read back within a frame.
+
+pub mod contour_edges;
+pub mod extract;
+pub mod id_image;
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
+use crate::style;
+
+/// Edges in a frame, at most.
+pub const MOST_EDGES: u32 = 1 << 20;
+/// Pieces in a frame, at most.
+pub const MOST_PIECES: u32 = 1 << 19;
+
+/// `Edge` in `shaders/shared/strokes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
+pub struct Edge {
+    /// Camera-relative metres.
+    pub a_m: [f32; 3],
+    /// Lasts across frames while its patch is drawn.
+    pub key: u32,
+    /// Camera-relative metres.
+    pub b_m: [f32; 3],
+    /// 0 a contour, 1 the border of the land, 2 a crease.
+    pub kind: u32,
+}
+
+/// `Piece` in `shaders/shared/strokes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
+pub struct Piece {
+    /// In 1/16 px of the picture.
+    pub a: [i32; 2],
+    /// In 1/16 px of the picture.
+    pub b: [i32; 2],
+    /// Distance along the view axis in metres, at both ends.
+    pub depths_m: [f32; 2],
+    /// In the frame's list of edges.
+    pub edge: u32,
+    /// Of the edge.
+    pub key: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct StrokesUniform {
+    crease_cosine: f32,
+    borders: u32,
+    resolution: f32,
+    edge_capacity: u32,
+    image_px: [u32; 2],
+    piece_capacity: u32,
+    half_width_px: f32,
+    taper_px: f32,
+    haze_m: f32,
+    faintest: f32,
+    depth_width: f32,
+}
+
+crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width);
+crate::gpu::shared::describe!(Edge as "Edge" in "lines/strokes/extract": a_m, key, b_m, kind);
+crate::gpu::shared::describe!(Piece as "Piece" in "lines/strokes/extract": a, b, depths_m, edge, key);
+
+/// What the passes count, as an indirect draw of lines: two vertices for each edge, one instance.
+pub const NO_COUNTS: [u32; 8] = [0, 1, 0, 0, 0, 0, 0, 0];
+
+/// The size of the ID reference image of a picture.
+pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
+    size_px.map(|side| ((side as f32 * resolution).ceil() as u32).max(1))
+}
+
+/// The lists that the passes hand to each other.
+pub struct Lists {
+    /// [`StrokesUniform`].
+    pub uniform: GrowingBuffer,
+    /// See [`NO_COUNTS`].
+    pub counts: GrowingBuffer,
+    /// [`Edge`]s.
+    pub edges: GrowingBuffer,
+    /// [`Piece`]s.
+    pub pieces: GrowingBuffer,
+}
+
+impl Lists {
+    /// Empty.
+    pub fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let read = Usage::STORAGE | Usage::COPY_SRC;
+        Self {
+            uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM),
+            counts: GrowingBuffer::new(gpu, "stroke counts", read | Usage::INDIRECT),
+            edges: GrowingBuffer::new(gpu, "edges", read),
+            pieces: GrowingBuffer::new(gpu, "pieces", read),
+        }
+    }
+
+    /// Makes room for a picture, and counts from zero.
+    pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
+        let image_px = image_px(size_px, strokes.resolution);
+        let piece_capacity = (image_px[0].saturating_mul(image_px[1])).min(MOST_PIECES);
+        self.uniform.write(
+            gpu,
+            &[StrokesUniform {
+                crease_cosine: strokes.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
+                borders: u32::from(strokes.borders),
+                resolution: strokes.resolution,
+                edge_capacity: MOST_EDGES,
+                image_px,
+                piece_capacity,
+                half_width_px: strokes.width_px * 0.5,
+                taper_px: strokes.taper_px,
+                haze_m: haze_m as f32,
+                faintest: strokes.faintest,
+                depth_width: strokes.depth_width,
+            }],
+        );
+        self.edges.reserve_exactly(gpu, u64::from(MOST_EDGES) * size_of::<Edge>() as u64);
+        self.pieces.reserve_exactly(gpu, u64::from(piece_capacity) * size_of::<Piece>() as u64);
+        self.counts.write(gpu, &NO_COUNTS);
+    }
+}
+
+/// The passes from edges to ink.
+pub struct StrokePasses {
+    lists: Lists,
+    contour_edges: contour_edges::ContourEdgesPass,
+    id_image: id_image::IdImagePass,
+    extract: extract::ExtractPass,
+}
+
+impl StrokePasses {
+    /// Builds the pipelines.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            lists: Lists::new(gpu),
+            contour_edges: contour_edges::ContourEdgesPass::new(gpu),
+            id_image: id_image::IdImagePass::new(gpu),
+            extract: extract::ExtractPass::new(gpu),
+        }
+    }
+
+    /// The lists of the last frame, for measurements.
+    pub fn lists(&self) -> &Lists {
+        &self.lists
+    }
+
+    /// Begins a frame.
+    pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
+        self.lists.begin(gpu, strokes, size_px, haze_m);
+    }
+
+    /// Finds the edges of a batch of patches.
+    pub fn find(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &contour_edges::Inputs<'_>) {
+        self.contour_edges.run(gpu, recorder, inputs, &self.lists);
+    }
+
+    /// Draws the reference image and makes the list of visible pieces.
+    pub fn extract(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        view: wgpu::BindingResource<'_>,
+        depth: &Target,
+        drawn: &id_image::IdTargets,
+    ) {
+        self.id_image.run(gpu, recorder, view.clone(), depth, drawn, &self.lists);
+        self.extract.run(gpu, recorder, view, &drawn.ids, &self.lists);
+    }
+}
