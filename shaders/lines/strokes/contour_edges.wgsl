@@ -12,15 +12,15 @@
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, world_from_grid, vertex_height_m}
 #import hachure::earth::bend
-#import hachure::strokes::{Edge, Strokes, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::stroke_edges::{Edge, Strokes, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(2) var<uniform> view: View;
 @group(0) @binding(3) var<uniform> strokes: Strokes;
 @group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
-// As an indirect draw of lines: vertices, instances, 0, 0; then the numbers that follow from it.
-@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
+// An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
+@group(0) @binding(5) var<storage, read_write> edge_draw: array<atomic<u32>>;
 
 const RING: i32 = QUADS + 3;
 const RING_VERTICES: u32 = 361u;
@@ -71,7 +71,7 @@ fn emit(a: vec3<f32>, b: vec3<f32>, kind: u32, key: u32) {
     if is_out || all(a == b) {
         return;
     }
-    let index = atomicAdd(&counts[0], 2u) / 2u;
+    let index = atomicAdd(&edge_draw[0], 2u) / 2u;
     if index < strokes.edge_capacity {
         edges[index] = Edge(a, key, b, kind);
     }

@@ -8,13 +8,15 @@
 // A line has one pixel for each step along its longer axis; rasterisers may put it a pixel beside, so three are looked
 // at across. Pieces end where the edge ends when its last pixel is seen, and else in the middle between pixels.
 #import hachure::view::View
-#import hachure::strokes::{Edge, Piece, Strokes, edge_on_picture}
+#import hachure::stroke_edges::{Edge, Strokes, edge_on_picture}
+#import hachure::strokes::Piece
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
 @group(0) @binding(2) var<storage, read> edges: array<Edge>;
 @group(0) @binding(3) var ids: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read_write> pieces: array<Piece>;
+// StrokeCounts: pieces are the second number.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 const UNITS: f32 = 16.0;
@@ -94,7 +96,7 @@ fn main(@builtin(global_invocation_id) at: vec3<u32>) {
             t_b = clamp((f32(end) + 0.5 + 0.5 * f32(forward) - begin) / length, t_a, 1.0);
         }
     }
-    let index = atomicAdd(&counts[4], 1u);
+    let index = atomicAdd(&counts[1], 1u);
     if index >= strokes.piece_capacity {
         return;
     }

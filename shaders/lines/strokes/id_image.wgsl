@@ -6,7 +6,7 @@
 // nothing is shifted and nothing fights: an edge that is seen has something at its own distance or farther beside it,
 // and one that is hidden by more than a pixel has nearer surface all around.
 #import hachure::view::View
-#import hachure::strokes::{Edge, Strokes}
+#import hachure::stroke_edges::{Edge, Strokes}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;

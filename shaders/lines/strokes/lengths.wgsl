@@ -1,14 +1,15 @@
 // The lengths of strokes between their points, in 1/16 px.
-#import hachure::strokes::Point
+#import hachure::strokes::StrokeCounts
+#import hachure::stroke_edges::Point
 
 @group(0) @binding(0) var<storage, read> points: array<Point>;
-@group(0) @binding(1) var<storage, read> counts: array<u32>;
+@group(0) @binding(1) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(2) var<storage, read_write> lengths: array<u32>;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x;
-    let count = counts[4] + counts[5];
+    let count = counts.points;
     if i >= count {
         return;
     }

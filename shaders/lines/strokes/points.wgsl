@@ -4,29 +4,14 @@
 // an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial weights
 // 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Loadholt 2021, section
 // 4.2.4, smooths "the transitions between edges" without saying how).
-#import hachure::strokes::{Piece, Point}
-
-struct Chain {
-    first: u32,
-    count: u32,
-    is_closed: u32,
-    key: u32,
-    length_units: u32,
-    pad_a: u32,
-    pad_b: u32,
-    pad_c: u32,
-}
-
-struct Place {
-    chain: u32,
-    begin_units: u32,
-}
+#import hachure::strokes::{Chain, Piece, Place, StrokeCounts}
+#import hachure::stroke_edges::Point
 
 @group(0) @binding(0) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(1) var<storage, read> ordered: array<u32>;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;
 @group(0) @binding(3) var<storage, read> places: array<Place>;
-@group(0) @binding(4) var<storage, read> counts: array<u32>;
+@group(0) @binding(4) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(5) var<storage, read_write> points: array<Point>;
 
 const UNITS: f32 = 16.0;
@@ -92,7 +77,7 @@ fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = id.x;
-    if place >= counts[4] {
+    if place >= counts.pieces {
         return;
     }
     let number = places[place].chain;

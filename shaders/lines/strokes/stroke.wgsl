@@ -6,7 +6,8 @@
 //
 // Along the stroke runs its arc length in pixels, across it the distance from its middle in pixels.
 #import hachure::view::View
-#import hachure::strokes::{Strokes, Point}
+#import hachure::strokes::Chain
+#import hachure::stroke_edges::{Strokes, Point}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -14,17 +15,6 @@
 // Arc length at each point since the first of all, in 1/16 px.
 @group(0) @binding(3) var<storage, read> along_units: array<u32>;
 @group(0) @binding(4) var<storage, read> chains: array<Chain>;
-
-struct Chain {
-    first: u32,
-    count: u32,
-    is_closed: u32,
-    key: u32,
-    length_units: u32,
-    pad_a: u32,
-    pad_b: u32,
-    pad_c: u32,
-}
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,

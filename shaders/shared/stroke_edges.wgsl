@@ -1,5 +1,5 @@
-// What the passes of strokes hand to each other.
-#define_import_path hachure::strokes
+// What the passes before and after chaining share: edges, the style's numbers, points.
+#define_import_path hachure::stroke_edges
 
 // An edge of the surface as drawn, from a to b, camera-relative in metres.
 struct Edge {
@@ -9,17 +9,6 @@ struct Edge {
     b_m: vec3<f32>,
     // KIND_CONTOUR, KIND_BORDER or KIND_CREASE.
     kind: u32,
-}
-
-// A visible part of an edge on the picture.
-struct Piece {
-    // Ends in 1/16 px of the picture.
-    a: vec2<i32>,
-    b: vec2<i32>,
-    // Distance along the view axis, at a and b.
-    depths_m: vec2<f32>,
-    edge: u32,
-    key: u32,
 }
 
 // A point of a stroke.

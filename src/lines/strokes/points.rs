@@ -1,0 +1,101 @@
+//! Chains → smoothed points with their arc lengths. See `shaders/lines/strokes/points.wgsl` and `lengths.wgsl`.
+
+use super::chain::ChainPass;
+use super::scan::{ScanPass, ScanSize};
+use super::{Lists, MOST_PIECES};
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::ComputePass;
+use crate::gpu::timer::Recorder;
+
+/// Bytes of a point.
+const POINT_BYTES: u64 = 16;
+/// In the arguments: workgroups for pieces, workgroups for points, the draw.
+const FOR_PIECES: u64 = 0;
+const FOR_POINTS: u64 = 16;
+const FOR_DRAWING: u64 = 32;
+/// Where `StrokeCounts` has the number of points.
+const POINTS_INDEX: u32 = 3;
+
+/// The passes, and what they make.
+pub struct PointsPass {
+    count: ComputePass,
+    points: ComputePass,
+    lengths: ComputePass,
+    scan: ScanPass,
+    size: ScanSize,
+    arguments: wgpu::Buffer,
+    /// Places on the picture, distances, chains.
+    list: GrowingBuffer,
+    /// Arc lengths since the first point of all, in 1/16 px.
+    along: GrowingBuffer,
+}
+
+impl PointsPass {
+    /// Builds the pipelines.
+    pub fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let read = Usage::STORAGE | Usage::COPY_SRC;
+        Self {
+            count: ComputePass::new(gpu, "lines/strokes/arguments"),
+            points: ComputePass::new(gpu, "lines/strokes/points"),
+            lengths: ComputePass::new(gpu, "lines/strokes/lengths"),
+            scan: ScanPass::new(gpu),
+            size: ScanSize::new(gpu, POINTS_INDEX, 2 * MOST_PIECES),
+            arguments: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("stroke arguments"),
+                size: 48,
+                usage: Usage::STORAGE | Usage::INDIRECT,
+                mapped_at_creation: false,
+            }),
+            list: GrowingBuffer::new(gpu, "stroke points", read),
+            along: GrowingBuffer::new(gpu, "stroke lengths", read),
+        }
+    }
+
+    /// Makes room for the points of `pieces` pieces.
+    pub fn reserve(&mut self, gpu: &Gpu, pieces: u32) {
+        // A chain of n pieces has n + 1 points.
+        self.list.reserve_exactly(gpu, 2 * u64::from(pieces) * POINT_BYTES);
+        self.along.reserve_exactly(gpu, 2 * u64::from(pieces) * 4);
+    }
+
+    /// Reads pieces and chains; writes points, their arc lengths, and how many there are.
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, lists: &Lists, chain: &ChainPass) {
+        let counts = || ("counts", lists.counts.binding());
+        let resources = [
+            ("strokes", lists.uniform.binding()),
+            ("edge_draw", lists.edge_draw.binding()),
+            counts(),
+            ("arguments", self.arguments.as_entire_binding()),
+        ];
+        self.count.run_groups(gpu, recorder, [1, 1], &resources);
+        let resources = [
+            ("pieces", lists.pieces.binding()),
+            ("ordered", chain.ordered().as_entire_binding()),
+            ("chains", chain.chains().as_entire_binding()),
+            ("places", chain.places().as_entire_binding()),
+            counts(),
+            ("points", self.list.binding()),
+        ];
+        self.points.run_indirect(gpu, recorder, &self.arguments, FOR_PIECES, &resources);
+        let resources = [("points", self.list.binding()), counts(), ("lengths", self.along.binding())];
+        self.lengths.run_indirect(gpu, recorder, &self.arguments, FOR_POINTS, &resources);
+        self.scan.run(gpu, recorder, &self.size, lists.counts.buffer(), self.along.buffer());
+    }
+
+    /// The points.
+    pub fn list(&self) -> &GrowingBuffer {
+        &self.list
+    }
+
+    /// The arc lengths.
+    pub fn along(&self) -> &GrowingBuffer {
+        &self.along
+    }
+
+    /// An indirect draw of six vertices for each point: the buffer and its offset.
+    pub fn draw(&self) -> (&wgpu::Buffer, u64) {
+        (&self.arguments, FOR_DRAWING)
+    }
+}

@@ -1,0 +1,122 @@
+//! Draws strokes. See `shaders/lines/strokes/stroke.wgsl`.
+
+use super::Lists;
+use super::chain::ChainPass;
+use super::points::PointsPass;
+use crate::gpu::Gpu;
+use crate::gpu::pass::bind_group;
+use crate::gpu::shader::Shader;
+use crate::gpu::target::Target;
+use crate::gpu::timer::Recorder;
+use crate::surface::terrain::ID_FORMAT;
+
+/// Ink: 0 none, 1 full. It is blended, which 32 bits are not everywhere.
+pub const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+
+/// The pictures of the pass.
+pub struct InkTargets {
+    /// How much ink.
+    pub ink: Target,
+    /// Whose: a stroke's number plus 1.
+    pub ids: Target,
+}
+
+impl InkTargets {
+    /// For a picture of `size_px`.
+    pub fn new(gpu: &Gpu, size_px: [u32; 2]) -> Self {
+        Self {
+            ink: Target::attachment(gpu, "stroke ink", size_px, INK_FORMAT),
+            ids: Target::attachment(gpu, "stroke ids", size_px, ID_FORMAT),
+        }
+    }
+}
+
+/// The pass.
+pub struct StrokePass {
+    pipeline: wgpu::RenderPipeline,
+    shader: Shader,
+}
+
+impl StrokePass {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        let shader = Shader::new(&gpu.device, "lines/strokes/stroke");
+        let darker = wgpu::BlendComponent {
+            src_factor: wgpu::BlendFactor::One,
+            dst_factor: wgpu::BlendFactor::One,
+            operation: wgpu::BlendOperation::Max,
+        };
+        let ink = wgpu::ColorTargetState {
+            format: INK_FORMAT,
+            blend: Some(wgpu::BlendState { color: darker, alpha: darker }),
+            write_mask: wgpu::ColorWrites::ALL,
+        };
+        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("lines/strokes/stroke"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &shader.module,
+                entry_point: Some("vertex"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: &shader.module,
+                entry_point: Some("fragment"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(ink), Some(ID_FORMAT.into())],
+            }),
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { pipeline, shader }
+    }
+
+    /// Reads `view`, `points`, their lengths and `chains`; clears and draws the pictures.
+    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        view: wgpu::BindingResource<'_>,
+        lists: &Lists,
+        points: &PointsPass,
+        chain: &ChainPass,
+        drawn: &InkTargets,
+    ) {
+        let resources = [
+            ("view", view),
+            ("strokes", lists.uniform.binding()),
+            ("points", points.list().binding()),
+            ("along_units", points.along().binding()),
+            ("chains", chain.chains().as_entire_binding()),
+        ];
+        let layout = |i| self.pipeline.get_bind_group_layout(i);
+        let group = bind_group(gpu, "lines/strokes/stroke", &self.shader, layout, &resources);
+        let cleared = |target| {
+            Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })
+        };
+        let descriptor = wgpu::RenderPassDescriptor {
+            label: Some("lines/strokes/stroke"),
+            color_attachments: &[cleared(&drawn.ink.view), cleared(&drawn.ids.view)],
+            ..Default::default()
+        };
+        let (arguments, offset) = points.draw();
+        recorder.render("lines/strokes/stroke", &descriptor, |pass| {
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.draw_indirect(arguments, offset);
+        });
+    }
+}
