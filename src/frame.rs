@@ -36,7 +36,13 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::threshold::ThresholdUniform::shared(),
         crate::lines::strokes::StrokesUniform::shared(),
         crate::lines::strokes::Edge::shared(),
+        crate::lines::strokes::scan::ScanSource::shared(),
         crate::lines::strokes::Piece::shared(),
+        crate::lines::strokes::StrokeCounts::shared(),
+        crate::lines::strokes::Chain::shared(),
+        crate::lines::strokes::Place::shared(),
+        crate::lines::strokes::ChainRulesUniform::shared(),
+        crate::lines::strokes::ChainPlan::shared(),
         crate::tones::plain::PlainUniform::shared(),
         crate::tones::toon::ToonUniform::shared(),
         composite::CompositeUniform::shared(),
@@ -59,7 +65,7 @@ impl Frame {
     /// [`GpuError::Limit`] when a target is larger than the device can hold, [`GpuError::Device`].
     pub fn new(gpu: &Gpu, requirements: Requirements, size_px: [u32; 2]) -> Result<Self, GpuError> {
         Ok(Self {
-            passes: Passes::new(gpu, &requirements),
+            passes: Passes::new(gpu, &requirements)?,
             targets: Targets::new(gpu, &requirements, size_px)?,
             timer: Timer::new(gpu)?,
             view: GrowingBuffer::new(gpu, "view", wgpu::BufferUsages::UNIFORM),
@@ -74,8 +80,7 @@ impl Frame {
         if !self.targets.fit(&requirements, size_px) {
             self.targets = Targets::new(gpu, &requirements, size_px)?;
         }
-        self.passes.adapt(gpu, &requirements);
-        Ok(())
+        self.passes.adapt(gpu, &requirements)
     }
 
     /// Renders a view. The pictures are in [`Frame::targets`] when the GPU is done.
@@ -136,9 +141,11 @@ impl Frame {
             }
         }
 
+        let mut stroke = &targets.no_line;
         // Strokes: see what is visible of the edges, chain it, draw it.
         if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &passes.strokes, &targets.strokes) {
-            pass.extract(gpu, recorder, view_resource(), &targets.depth, &drawn.id_image);
+            pass.run(gpu, recorder, view_resource(), &targets.depth, drawn);
+            stroke = &drawn.ink.ink;
         }
 
         // Tones.
@@ -157,7 +164,7 @@ impl Frame {
         }
 
         // Composite.
-        let inputs = composite::Inputs { view: view_resource(), position, tone, line, picture: &targets.picture };
+        let inputs = composite::Inputs { view: view_resource(), position, tone, line, stroke, picture: &targets.picture };
         passes.composite.run(gpu, recorder, size_px, style, light, inputs);
         frame.submit();
         prepared

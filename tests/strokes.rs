@@ -8,7 +8,7 @@ use common::shot::{Shot, shoot_style};
 use glam::DVec2;
 use hachure::frame::Frame;
 use hachure::gpu::readback::read_buffer;
-use hachure::lines::strokes::{Edge, Piece};
+use hachure::lines::strokes::{Edge, Piece, StrokeCounts};
 use hachure::picture::PartRule;
 use hachure::style::Style;
 
@@ -31,10 +31,10 @@ fn draw(world: &mut World, view: &str) -> Drawn {
     let shot = shoot_style(world, &mut frame, pose, pose, SIZE_PX, &style, &WHOLE);
     let frame = frame.unwrap();
     let lists = frame.stroke_lists().unwrap();
-    let counts: Vec<u32> = read_buffer(&world.gpu, lists.counts.buffer(), 8).unwrap();
+    let counts: StrokeCounts = read_buffer(&world.gpu, lists.counts.buffer(), 1).unwrap()[0];
     println!("{counts:?}");
-    let edges = read_buffer(&world.gpu, lists.edges.buffer(), counts[0] as usize / 2).unwrap();
-    let pieces = read_buffer(&world.gpu, lists.pieces.buffer(), counts[4] as usize).unwrap();
+    let edges = read_buffer(&world.gpu, lists.edges.buffer(), counts.edges as usize).unwrap();
+    let pieces = read_buffer(&world.gpu, lists.pieces.buffer(), counts.pieces as usize).unwrap();
     Drawn { shot, edges, pieces }
 }
 

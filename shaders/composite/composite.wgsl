@@ -18,11 +18,9 @@ struct Composite {
     haze: vec3<f32>,
     // Tones at full haze keep this much of themselves.
     faintest_tone: f32,
+    stroke_ink: vec3<f32>,
     // How much farther than tones lines reach into the haze.
     line_reach: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -30,8 +28,10 @@ struct Composite {
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var tone: texture_2d<f32>;
 @group(0) @binding(4) var line: texture_2d<f32>;
+// Ink of strokes; haze has taken its part.
+@group(0) @binding(5) var stroke: texture_2d<f32>;
 // Linear, opaque.
-@group(0) @binding(5) var picture: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(6) var picture: texture_storage_2d<rgba16float, write>;
 
 // Fibres and tooth, fixed to the sheet.
 fn paper_grain(p: vec2<f32>) -> f32 {
@@ -91,5 +91,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let side = select(1.0, clear, behind);
         color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
     }
+    color = mix(color, composite.stroke_ink, textureLoad(stroke, pixel, 0).r);
     textureStore(picture, pixel, vec4<f32>(color, 1.0));
 }

@@ -29,13 +29,11 @@ pub(crate) struct CompositeUniform {
     line_strength: f32,
     haze: [f32; 3],
     faintest_tone: f32,
+    stroke_ink: [f32; 3],
     line_reach: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
 }
 
-crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone, line_reach, pad_a, pad_b, pad_c);
+crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone, stroke_ink, line_reach);
 
 /// The pass.
 pub struct CompositePass {
@@ -53,6 +51,8 @@ pub struct Inputs<'a> {
     pub tone: &'a Target,
     /// Lines; a style without lines hands any picture that holds zeros.
     pub line: &'a Target,
+    /// Ink of strokes; a style without them hands any picture of one pixel that holds zeros.
+    pub stroke: &'a Target,
     /// Out.
     pub picture: &'a Target,
 }
@@ -87,9 +87,7 @@ impl CompositePass {
             haze: light.haze_srgb.map_or(style.haze.color.linear(), |color| color.map(linear_from_srgb)),
             faintest_tone: style.haze.faintest_tone,
             line_reach: lines.map_or(1.0, |lines| lines.reach),
-            pad_a: 0.0,
-            pad_b: 0.0,
-            pad_c: 0.0,
+            stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
         };
         self.uniform.write(gpu, &[uniform]);
         let resources = [
@@ -98,6 +96,7 @@ impl CompositePass {
             ("position", texture(&inputs.position.view)),
             ("tone", texture(&inputs.tone.view)),
             ("line", texture(&inputs.line.view)),
+            ("stroke", texture(&inputs.stroke.view)),
             ("picture", texture(&inputs.picture.view)),
         ];
         self.pass.run(gpu, recorder, size_px, &resources);

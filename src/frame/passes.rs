@@ -2,7 +2,7 @@
 
 use super::targets::{LineTargets, Targets};
 use crate::composite::CompositePass;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, GpuError};
 use crate::gpu::timer::Recorder;
 use crate::lines::detector::{RoystanPass, SobelPass};
 use crate::lines::lsa::LsaPass;
@@ -62,6 +62,7 @@ impl Requirements {
             self.antialias.then_some("lines/smooth"),
             self.strokes.map(|_| "lines/strokes/id_image"),
             self.strokes.map(|_| "lines/strokes/extract"),
+            self.strokes.map(|_| "lines/strokes/stroke"),
             Some(if self.toon { "tones/toon" } else { "tones/plain" }),
             Some("composite/composite"),
         ];
@@ -96,7 +97,7 @@ fn keep<T>(slot: &mut Option<T>, wanted: bool, make: impl FnOnce() -> T) {
 }
 
 impl Passes {
-    pub fn new(gpu: &Gpu, requirements: &Requirements) -> Self {
+    pub fn new(gpu: &Gpu, requirements: &Requirements) -> Result<Self, GpuError> {
         let mut passes = Self {
             vertices: VerticesPass::new(gpu),
             terrain: TerrainPass::new(gpu),
@@ -112,11 +113,11 @@ impl Passes {
             plain: None,
             composite: CompositePass::new(gpu),
         };
-        passes.adapt(gpu, requirements);
-        passes
+        passes.adapt(gpu, requirements)?;
+        Ok(passes)
     }
 
-    pub fn adapt(&mut self, gpu: &Gpu, requirements: &Requirements) {
+    pub fn adapt(&mut self, gpu: &Gpu, requirements: &Requirements) -> Result<(), GpuError> {
         let detector = requirements.detector;
         keep(&mut self.motion, requirements.motion, || MotionPass::new(gpu));
         keep(&mut self.lsa, detector == Some(Detector::Lsa), || LsaPass::new(gpu));
@@ -124,9 +125,14 @@ impl Passes {
         keep(&mut self.roystan, detector == Some(Detector::Roystan), || RoystanPass::new(gpu));
         keep(&mut self.threshold, detector.is_some(), || ThresholdPass::new(gpu));
         keep(&mut self.smooth, requirements.antialias, || SmoothPass::new(gpu));
-        keep(&mut self.strokes, requirements.strokes.is_some(), || StrokePasses::new(gpu));
+        match (requirements.strokes, &self.strokes) {
+            (Some(_), None) => self.strokes = Some(StrokePasses::new(gpu)?),
+            (None, Some(_)) => self.strokes = None,
+            _ => {}
+        }
         keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
+        Ok(())
     }
 
     /// Runs the style's detector.

@@ -5,7 +5,9 @@ use crate::composite::PICTURE_FORMAT;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::detector::ERRORS_FORMAT;
+use crate::lines::strokes::StrokeTargets;
 use crate::lines::strokes::id_image::IdTargets;
+use crate::lines::strokes::stroke::InkTargets;
 use crate::lines::threshold::LINE_FORMAT;
 use crate::surface::motion::MOTION_FORMAT;
 use crate::surface::resolve::{NORMAL_FORMAT, POSITION_FORMAT};
@@ -48,12 +50,6 @@ pub struct LineTargets {
     pub smoothed: Target,
 }
 
-/// The pictures of strokes.
-pub struct StrokeTargets {
-    /// Edges, by number.
-    pub id_image: IdTargets,
-}
-
 impl Targets {
     /// Makes them.
     ///
@@ -81,6 +77,7 @@ impl Targets {
             }),
             strokes: requirements.strokes.map(|parts| StrokeTargets {
                 id_image: IdTargets::new(gpu, size_px, parts as f32 / 64.0),
+                ink: InkTargets::new(gpu, size_px),
             }),
             no_line: Target::storage(gpu, "no line", [1, 1], LINE_FORMAT),
             tone: storage("tone", TONE_FORMAT),
@@ -103,7 +100,9 @@ impl Targets {
         let always =
             [&self.depth, &self.surface_id, &self.position, &self.normal, &self.no_line, &self.tone, &self.picture];
         let lines = self.lines.iter().flat_map(|lines| [&lines.errors, &lines.line, &lines.smoothed]);
-        let strokes = self.strokes.iter().flat_map(|strokes| [&strokes.id_image.ids, &strokes.id_image.depth]);
+        let strokes = self.strokes.iter().flat_map(|strokes| {
+            [&strokes.id_image.ids, &strokes.id_image.depth, &strokes.ink.ink, &strokes.ink.ids]
+        });
         always.into_iter().chain(lines).chain(strokes).chain(&self.motion).map(Target::bytes).sum()
     }
 }

@@ -3,6 +3,7 @@
 //! Every shader is embedded, so that the program is one file. The table [`SHADERS`] is the only list of them; a test
 //! parses and validates each without a GPU.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor};
@@ -22,6 +23,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/patch"),
     shader!("shared/color"),
     shader!("shared/strokes"),
+    shader!("shared/stroke_edges"),
 ];
 
 /// The shaders that become pipelines: one for each pass.
@@ -38,6 +40,21 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/strokes/contour_edges"),
     shader!("lines/strokes/id_image"),
     shader!("lines/strokes/extract"),
+    shader!("lines/strokes/scan_begin"),
+    shader!("lines/strokes/scan"),
+    shader!("lines/strokes/chain_begin"),
+    shader!("lines/strokes/chain_clear"),
+    shader!("lines/strokes/chain_bin"),
+    shader!("lines/strokes/chain_choose"),
+    shader!("lines/strokes/chain_link"),
+    shader!("lines/strokes/chain_rank_begin"),
+    shader!("lines/strokes/chain_rank"),
+    shader!("lines/strokes/chain_heads"),
+    shader!("lines/strokes/chain_order"),
+    shader!("lines/strokes/arguments"),
+    shader!("lines/strokes/points"),
+    shader!("lines/strokes/lengths"),
+    shader!("lines/strokes/stroke"),
     shader!("tones/toon"),
     shader!("tones/plain"),
     shader!("composite/composite"),
@@ -62,6 +79,14 @@ pub struct ShaderError {
     pub cause: String,
 }
 
+/// The text of a shader: the embedded one, or that of a folder of shaders that is being worked on.
+fn text(name: &str, embedded: &'static str) -> Cow<'static, str> {
+    let worked_on = std::env::var_os("HACHURE_SHADERS").and_then(|folder| {
+        std::fs::read_to_string(std::path::Path::new(&folder).join(format!("{name}.wgsl"))).ok()
+    });
+    worked_on.map_or(Cow::Borrowed(embedded), Cow::Owned)
+}
+
 /// Composes a shader of [`SHADERS`] with its imports.
 ///
 /// # Errors
@@ -70,15 +95,17 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
     let source = SHADERS
         .iter()
         .find(|(known, _)| *known == name)
-        .map(|(_, source)| *source)
+        .map(|(_, source)| text(name, source))
         .ok_or_else(|| ShaderError { name: name.to_owned(), cause: "not in the table of shaders".to_owned() })?;
     let mut composer = Composer::default();
     for (path, source) in MODULES {
         composer
-            .add_composable_module(ComposableModuleDescriptor { source, file_path: path, ..Default::default() })
+            .add_composable_module(ComposableModuleDescriptor {
+                source: &text(path, source),
+                file_path: path, ..Default::default() })
             .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
     }
-    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, ..Default::default() }) {
+    match composer.make_naga_module(NagaModuleDescriptor { source: &source, file_path: name, ..Default::default() }) {
         Ok(module) => Ok(module),
         Err(error) => Err(ShaderError { name: name.to_owned(), cause: error.emit_to_string(&composer) }),
     }
@@ -104,7 +131,7 @@ impl Shader {
             .collect();
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+            source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
         });
         Self { module, bindings }
     }

@@ -32,7 +32,7 @@ pub enum PlaneSource {
     LsaError,
     /// After filter and ramp.
     LsaLine,
-    /// No style draws strokes yet: 0, none.
+    /// A stroke's number plus 1; 0 is none.
     Strokes,
     /// Asked for: 0 black to 1 white.
     Tone,
@@ -122,8 +122,12 @@ pub(super) fn read_planes(
     for (plane, samples) in planes.iter().zip(samples) {
         match samples {
             Samples::U32(ids) => {
-                if plane.source == PlaneSource::SurfaceId {
-                    window.scatter(gpu, &targets.surface_id, |i, id: u32| ids[i] = id)?;
+                let target = match plane.source {
+                    PlaneSource::Strokes => targets.strokes.as_ref().map(|strokes| &strokes.ink.ids),
+                    _ => Some(&targets.surface_id),
+                };
+                if let Some(target) = target {
+                    window.scatter(gpu, target, |i, id: u32| ids[i] = id)?;
                 }
             }
             Samples::F32(values) => read_floats(gpu, targets, window, plane.source, values)?,

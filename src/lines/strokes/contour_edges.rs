@@ -40,7 +40,7 @@ impl ContourEdgesPass {
             ("positions", inputs.mesh.positions().as_entire_binding()),
             ("strokes", lists.uniform.binding()),
             ("edges", lists.edges.binding()),
-            ("counts", lists.counts.binding()),
+            ("edge_draw", lists.edge_draw.binding()),
         ];
         resources.extend(inputs.terrain.iter().cloned());
         self.pass.run_groups(gpu, recorder, [inputs.batch[1], 1], &resources);

@@ -109,7 +109,7 @@ impl IdImagePass {
         recorder.render("lines/strokes/id_image", &descriptor, |pass| {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &group, &[]);
-            pass.draw_indirect(lists.counts.buffer(), 0);
+            pass.draw_indirect(lists.edge_draw.buffer(), 0);
         });
     }
 }

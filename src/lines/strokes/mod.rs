@@ -2,19 +2,27 @@
 //! list on the CPU).
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
-//! ([`extract`]) → chains → points → ink ([`draw`]). What a step counted, the next one dispatches or draws indirectly:
+//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]). What a step counted, the next one dispatches or draws indirectly:
 //! nothing is read back within a frame.
 
+pub mod chain;
 pub mod contour_edges;
 pub mod extract;
 pub mod id_image;
+pub mod points;
+mod records;
+pub mod scan;
+pub mod stroke;
+pub mod twin;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
+pub use self::records::{Chain, ChainRules, Piece, Place, StrokeCounts, UNITS_PER_PX};
+pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
+use crate::gpu::{Gpu, GpuError};
 use crate::style;
 
 /// Edges in a frame, at most.
@@ -36,22 +44,6 @@ pub struct Edge {
     pub kind: u32,
 }
 
-/// `Piece` in `shaders/shared/strokes.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
-pub struct Piece {
-    /// In 1/16 px of the picture.
-    pub a: [i32; 2],
-    /// In 1/16 px of the picture.
-    pub b: [i32; 2],
-    /// Distance along the view axis in metres, at both ends.
-    pub depths_m: [f32; 2],
-    /// In the frame's list of edges.
-    pub edge: u32,
-    /// Of the edge.
-    pub key: u32,
-}
-
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct StrokesUniform {
@@ -70,10 +62,9 @@ pub(crate) struct StrokesUniform {
 
 crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width);
 crate::gpu::shared::describe!(Edge as "Edge" in "lines/strokes/extract": a_m, key, b_m, kind);
-crate::gpu::shared::describe!(Piece as "Piece" in "lines/strokes/extract": a, b, depths_m, edge, key);
 
-/// What the passes count, as an indirect draw of lines: two vertices for each edge, one instance.
-pub const NO_COUNTS: [u32; 8] = [0, 1, 0, 0, 0, 0, 0, 0];
+/// An indirect draw of lines, before an edge is found: two vertices will come for each, one instance.
+const NO_EDGES: [u32; 4] = [0, 1, 0, 0];
 
 /// The size of the ID reference image of a picture.
 pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
@@ -84,8 +75,10 @@ pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
 pub struct Lists {
     /// [`StrokesUniform`].
     pub uniform: GrowingBuffer,
-    /// See [`NO_COUNTS`].
+    /// [`StrokeCounts`].
     pub counts: GrowingBuffer,
+    /// An indirect draw of the edges as lines.
+    pub edge_draw: GrowingBuffer,
     /// [`Edge`]s.
     pub edges: GrowingBuffer,
     /// [`Piece`]s.
@@ -99,7 +92,8 @@ impl Lists {
         let read = Usage::STORAGE | Usage::COPY_SRC;
         Self {
             uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM),
-            counts: GrowingBuffer::new(gpu, "stroke counts", read | Usage::INDIRECT),
+            counts: GrowingBuffer::new(gpu, "stroke counts", read),
+            edge_draw: GrowingBuffer::new(gpu, "edge draw", read | Usage::INDIRECT),
             edges: GrowingBuffer::new(gpu, "edges", read),
             pieces: GrowingBuffer::new(gpu, "pieces", read),
         }
@@ -127,7 +121,8 @@ impl Lists {
         );
         self.edges.reserve_exactly(gpu, u64::from(MOST_EDGES) * size_of::<Edge>() as u64);
         self.pieces.reserve_exactly(gpu, u64::from(piece_capacity) * size_of::<Piece>() as u64);
-        self.counts.write(gpu, &NO_COUNTS);
+        self.counts.write(gpu, &[StrokeCounts::default()]);
+        self.edge_draw.write(gpu, &NO_EDGES);
     }
 }
 
@@ -137,17 +132,26 @@ pub struct StrokePasses {
     contour_edges: contour_edges::ContourEdgesPass,
     id_image: id_image::IdImagePass,
     extract: extract::ExtractPass,
+    chain: chain::ChainPass,
+    points: points::PointsPass,
+    stroke: stroke::StrokePass,
 }
 
 impl StrokePasses {
     /// Builds the pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when the lists are larger than the device can bind.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self {
             lists: Lists::new(gpu),
             contour_edges: contour_edges::ContourEdgesPass::new(gpu),
             id_image: id_image::IdImagePass::new(gpu),
             extract: extract::ExtractPass::new(gpu),
-        }
+            chain: chain::ChainPass::new(gpu, MOST_PIECES, ChainRules::default())?,
+            points: points::PointsPass::new(gpu),
+            stroke: stroke::StrokePass::new(gpu),
+        })
     }
 
     /// The lists of the last frame, for measurements.
@@ -155,9 +159,16 @@ impl StrokePasses {
         &self.lists
     }
 
-    /// Begins a frame.
+    /// The chains of the last frame, for measurements.
+    pub fn chains(&self) -> &chain::ChainPass {
+        &self.chain
+    }
+
+    /// Begins a frame: makes room for a picture, counts from zero.
     pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
         self.lists.begin(gpu, strokes, size_px, haze_m);
+        self.chain.set_rules(gpu, ChainRules::new(strokes.join_px, strokes.join_deg.to_radians()));
+        self.points.reserve(gpu, MOST_PIECES);
     }
 
     /// Finds the edges of a batch of patches.
@@ -165,16 +176,27 @@ impl StrokePasses {
         self.contour_edges.run(gpu, recorder, inputs, &self.lists);
     }
 
-    /// Draws the reference image and makes the list of visible pieces.
-    pub fn extract(
+    /// Draws the reference image, makes the list of visible pieces, chains them, and draws the strokes.
+    pub fn run(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         view: wgpu::BindingResource<'_>,
         depth: &Target,
-        drawn: &id_image::IdTargets,
+        drawn: &StrokeTargets,
     ) {
-        self.id_image.run(gpu, recorder, view.clone(), depth, drawn, &self.lists);
-        self.extract.run(gpu, recorder, view, &drawn.ids, &self.lists);
+        self.id_image.run(gpu, recorder, view.clone(), depth, &drawn.id_image, &self.lists);
+        self.extract.run(gpu, recorder, view.clone(), &drawn.id_image.ids, &self.lists);
+        self.chain.run(gpu, recorder, self.lists.pieces.buffer(), self.lists.counts.buffer());
+        self.points.run(gpu, recorder, &self.lists, &self.chain);
+        self.stroke.run(gpu, recorder, view, &self.lists, &self.points, &self.chain, &drawn.ink);
     }
+}
+
+/// The pictures of strokes.
+pub struct StrokeTargets {
+    /// Edges, by number.
+    pub id_image: id_image::IdTargets,
+    /// What is drawn.
+    pub ink: stroke::InkTargets,
 }
