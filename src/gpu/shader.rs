@@ -21,6 +21,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/earth"),
     shader!("shared/patch"),
     shader!("shared/color"),
+    shader!("shared/strokes"),
 ];
 
 /// The shaders that become pipelines: one for each pass.
@@ -34,6 +35,17 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/roystan"),
     shader!("lines/threshold"),
     shader!("lines/smooth"),
+    shader!("lines/strokes/scan_begin"),
+    shader!("lines/strokes/scan"),
+    shader!("lines/strokes/chain_begin"),
+    shader!("lines/strokes/chain_clear"),
+    shader!("lines/strokes/chain_bin"),
+    shader!("lines/strokes/chain_choose"),
+    shader!("lines/strokes/chain_link"),
+    shader!("lines/strokes/chain_rank_begin"),
+    shader!("lines/strokes/chain_rank"),
+    shader!("lines/strokes/chain_heads"),
+    shader!("lines/strokes/chain_order"),
     shader!("tones/toon"),
     shader!("tones/plain"),
     shader!("composite/composite"),

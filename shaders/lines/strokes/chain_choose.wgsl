@@ -1,0 +1,140 @@
+// Each free end chooses the end that runs on from it best (Loadholt 2021, section 4.2.3: nearer than D, at less than
+// the angle A, not overlapping).
+//
+// The paper joins an edge with the first partner that passes. Here each end takes its best, and chain_link.wgsl joins
+// those that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
+// between the piece's outward direction and its partner's way on, the score is
+//   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a), the least wins, then the least (key, piece, end).
+// Overlap: neither end may lie behind the other by more than `overlap_units`. A piece without length has no direction:
+// its angle counts as the widest, and nothing lies behind it. A piece's two ends are never joined to each other.
+//
+// In later rounds candidates only become fewer. So an end keeps its choice while that is free, and one that found
+// nobody finds nobody.
+#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Piece, bit_count}
+
+@group(0) @binding(0) var<uniform> turn: u32;
+@group(0) @binding(1) var<uniform> rules: ChainRules;
+@group(0) @binding(2) var<uniform> plan: ChainPlan;
+@group(0) @binding(3) var<storage, read> pieces: array<Piece>;
+// Where each bucket ends. See chain_bin.wgsl.
+@group(0) @binding(4) var<storage, read> buckets: array<u32>;
+@group(0) @binding(5) var<storage, read> slots: array<vec4<i32>>;
+@group(0) @binding(6) var<storage, read> links: array<u32>;
+@group(0) @binding(7) var<storage, read_write> choices: array<u32>;
+
+// As in chain_bin.wgsl.
+const ROW: u32 = 0x9e3779b1u;
+const UNFIT: u32 = 0xffffffffu;
+
+struct Best {
+    score: u32,
+    key: u32,
+    end: u32,
+}
+
+fn outward_of(slot: vec4<i32>) -> vec2<i32> {
+    return vec2<i32>(slot.w & 0xff, slot.w >> 8u) - 128;
+}
+
+fn squared(v: vec2<i32>) -> u32 {
+    return u32(v.x * v.x + v.y * v.y);
+}
+
+// Does a point that is `delta` away lie behind an end by too much?
+fn is_behind(delta: vec2<i32>, outward: vec2<i32>) -> bool {
+    let along = delta.x * outward.x + delta.y * outward.y;
+    if along >= 0 {
+        return false;
+    }
+    let back = u32(-along);
+    // |outward| < 181: farther behind it is for certain, and its square might not fit.
+    return back > 181u * rules.overlap_units
+        || back * back > rules.overlap_units * rules.overlap_units * squared(outward);
+}
+
+// cos^2 in 1/4096, rounded down, for vectors that are not opposed; UNFIT for those that are.
+fn cos_squared(u: vec2<i32>, v: vec2<i32>) -> u32 {
+    let along = u.x * v.x + u.y * v.y;
+    if along < 0 {
+        return UNFIT;
+    }
+    let whole = squared(u) * squared(v);
+    // Room for the factor 4096.
+    let shift = max(bit_count(whole), 20u) - 20u;
+    return ((u32(along * along) >> shift) << 12u) / (whole >> shift);
+}
+
+fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
+    let delta = other.xy - own.xy;
+    let reach = i32(rules.reach_units);
+    if any(abs(delta) > vec2<i32>(reach)) || squared(delta) > rules.reach_units * rules.reach_units {
+        return UNFIT;
+    }
+    if own.z / 2 == other.z / 2 {
+        return UNFIT;
+    }
+    let outward = outward_of(own);
+    let facing = outward_of(other);
+    var cosine = rules.least_cos_squared;
+    if any(outward != vec2<i32>(0)) && any(facing != vec2<i32>(0)) {
+        cosine = cos_squared(outward, -facing);
+        if cosine == UNFIT || cosine < rules.least_cos_squared {
+            return UNFIT;
+        }
+    }
+    if is_behind(delta, outward) || is_behind(-delta, facing) {
+        return UNFIT;
+    }
+    return 4096u * squared(delta) / (rules.reach_units * rules.reach_units) + 4096u - cosine;
+}
+
+fn better(best: Best, own: vec4<i32>, other: vec4<i32>) -> Best {
+    let score = score_of(own, other);
+    if score == UNFIT || score > best.score {
+        return best;
+    }
+    let end = u32(other.z);
+    if turn > 0u && links[end] != NONE {
+        return best;
+    }
+    let key = pieces[end / 2u].key;
+    if score == best.score && (key > best.key || key == best.key && end >= best.end) {
+        return best;
+    }
+    return Best(score, key, end);
+}
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= plan.ends {
+        return;
+    }
+    let own = slots[id.x];
+    let end = u32(own.z);
+    if turn > 0u {
+        if links[end] != NONE || choices[end] == NONE {
+            return;
+        }
+        if links[choices[end]] == NONE {
+            return;
+        }
+    }
+    let cell = vec2<u32>(own.xy + LIMIT_UNITS) / rules.reach_units;
+    let last = plan.buckets - 1u;
+    var best = Best(UNFIT, NONE, NONE);
+    for (var row = 0u; row < 3u; row++) {
+        // Three buckets, wrapped around.
+        let first = (cell.x - 1u + (cell.y + row - 1u) * ROW) & last;
+        for (var bucket = first; bucket < first + 3u; bucket++) {
+            let wrapped = bucket & last;
+            var at = 0u;
+            if wrapped > 0u {
+                at = buckets[wrapped - 1u];
+            }
+            for (; at < buckets[wrapped]; at++) {
+                best = better(best, own, slots[at]);
+            }
+        }
+    }
+    choices[end] = best.end;
+}

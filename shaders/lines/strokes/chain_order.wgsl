@@ -1,0 +1,56 @@
+// Puts each piece into its place: chains one after the other, in the order of the pieces that begin them, and the pieces
+// of a chain as they run.
+#import hachure::strokes::{Chain, ChainPlan, NONE, Piece, Place, StrokeCounts, end_position, length_units}
+
+@group(0) @binding(0) var<uniform> plan: ChainPlan;
+@group(0) @binding(1) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(2) var<storage, read> links: array<u32>;
+@group(0) @binding(3) var<storage, read> ranks: array<vec4<u32>>;
+@group(0) @binding(4) var<storage, read> progress: u32;
+@group(0) @binding(5) var<storage, read> states: array<u32>;
+// Prefix sums of what chain_heads.wgsl wrote: the chain that a piece begins; then its first place, plus the number of
+// chains.
+@group(0) @binding(6) var<storage, read> heads: array<u32>;
+// Twice the piece, and 1 more if it runs from b to a: that is its state.
+@group(0) @binding(7) var<storage, read_write> ordered: array<u32>;
+@group(0) @binding(8) var<storage, read_write> places: array<Place>;
+@group(0) @binding(9) var<storage, read_write> chains: array<Chain>;
+@group(0) @binding(10) var<storage, read_write> counts: StrokeCounts;
+
+// As in chain_rank.wgsl.
+const FOUND: u32 = 0x80000000u;
+const ROUNDS: u32 = 0x1ffbffu;
+
+fn between_units(from: u32, to: u32) -> u32 {
+    return length_units(end_position(pieces[to / 2u], to) - end_position(pieces[from / 2u], from));
+}
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= plan.pieces {
+        return;
+    }
+    let chain_count = heads[plan.pieces];
+    if id.x == 0u {
+        counts.chains = chain_count;
+    }
+    let half = (countOneBits(progress & ROUNDS) & 1u) * plan.ends;
+    let state = states[id.x];
+    let rank = ranks[half + state];
+    let head = (rank.x & ~FOUND) / 2u;
+    let chain = heads[head];
+    let first = heads[plan.pieces + head] - chain_count;
+    ordered[first + rank.y] = state;
+    places[first + rank.y] = Place(chain, rank.w);
+    if rank.y > 0u {
+        return;
+    }
+    let back = ranks[half + (state ^ 1u)];
+    var length = back.w + between_units(state, state ^ 1u);
+    // Only a loop begins at an end that is joined.
+    let is_closed = links[state] != NONE;
+    if is_closed {
+        length += between_units(links[state], state);
+    }
+    chains[chain] = Chain(first, back.y + 1u, u32(is_closed), pieces[id.x].key, length, array<u32, 3>());
+}

@@ -1,0 +1,52 @@
+// The beginning of ranking: each state knows the one before it. See chain_rank.wgsl.
+//
+// Stage 0 begins with all states. Stage 11, after the first ranking, has those that found no head: they are in loops,
+// which are cut where their least piece begins. Both directions of a loop are cut at the same joint, so that each is
+// the other, reversed.
+#import hachure::strokes::{ChainPlan, NONE, Piece, end_position, length_units}
+
+@group(0) @binding(0) var<uniform> stage: u32;
+@group(0) @binding(1) var<uniform> plan: ChainPlan;
+@group(0) @binding(2) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(3) var<storage, read> links: array<u32>;
+@group(0) @binding(4) var<storage, read_write> ranks: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> progress: atomic<u32>;
+
+// As in chain_rank.wgsl.
+const FOUND: u32 = 0x80000000u;
+const FIRST_ROUNDS: u32 = 0x3ffu;
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let state = id.x;
+    if state >= plan.ends {
+        return;
+    }
+    let link = links[state];
+    var is_head = link == NONE;
+    var at = state;
+    if stage > 0u {
+        at += (countOneBits(atomicLoad(&progress) & FIRST_ROUNDS) & 1u) * plan.ends;
+        let rank = ranks[at];
+        if (rank.x & FOUND) != 0u {
+            return;
+        }
+        let head = 2u * rank.y;
+        is_head = state == head || link == head;
+    }
+    if is_head {
+        ranks[at] = vec4<u32>(state | FOUND, 0u, 0u, 0u);
+        if stage == 0u {
+            return;
+        }
+    } else {
+        let before = pieces[link / 2u];
+        let piece = pieces[state / 2u];
+        let end = end_position(before, link);
+        let way = length_units(end - end_position(before, link ^ 1u)) + length_units(end_position(piece, state) - end);
+        ranks[at] = vec4<u32>(link ^ 1u, state / 2u, piece.key, way);
+    }
+    if (atomicLoad(&progress) & (1u << stage)) == 0u {
+        atomicOr(&progress, 1u << stage);
+    }
+}

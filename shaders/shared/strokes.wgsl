@@ -1,0 +1,100 @@
+// What the passes of strokes share: their records, and measures in whole numbers. See src/lines/strokes/.
+//
+// WGSL has 32 bits and the CPU must get the same: nothing here may round or overflow.
+#define_import_path hachure::strokes
+
+// A straight piece of a line. Positions are in 1/16 px of the full picture.
+struct Piece {
+    a: vec2<i32>,
+    b: vec2<i32>,
+    // At a and b.
+    depths_m: vec2<f32>,
+    edge: u32,
+    // Lasts across frames; several pieces may share it.
+    key: u32,
+}
+
+struct StrokeCounts {
+    edges: u32,
+    pieces: u32,
+    chains: u32,
+    points: u32,
+    edges_lost: u32,
+    pieces_lost: u32,
+    padding: array<u32, 2>,
+}
+
+// Pieces that run on from each other: `count` places of the order, from `first` on.
+struct Chain {
+    first: u32,
+    count: u32,
+    is_closed: u32,
+    // Of the first piece.
+    key: u32,
+    length_units: u32,
+    padding: array<u32, 3>,
+}
+
+// A place of the order: its chain, and how far its piece begins from the chain's start.
+struct Place {
+    chain: u32,
+    begin_units: u32,
+}
+
+struct ChainRules {
+    // Pieces that there is room for.
+    capacity: u32,
+    // Ends farther apart are not joined: D.
+    reach_units: u32,
+    // cos^2 of the widest angle A, in 1/4096.
+    least_cos_squared: u32,
+    // How far an end may lie behind the one that it is joined to.
+    overlap_units: u32,
+}
+
+// How much there is to do in this frame.
+struct ChainPlan {
+    pieces: u32,
+    // Two of each piece. End 2p is a of piece p, end 2p + 1 its b.
+    ends: u32,
+    // A power of two.
+    buckets: u32,
+    padding: u32,
+}
+
+// No end, no piece.
+const NONE: u32 = 0xffffffffu;
+const LIMIT_UNITS: i32 = 0x200000;
+
+fn end_position(piece: Piece, end: u32) -> vec2<i32> {
+    let position = select(piece.a, piece.b, (end & 1u) == 1u);
+    return clamp(position, vec2<i32>(-LIMIT_UNITS), vec2<i32>(LIMIT_UNITS));
+}
+
+fn bit_count(value: u32) -> u32 {
+    return 32u - countLeadingZeros(value);
+}
+
+// A vector's length, rounded down. Components of 2^15 and more lose their last bits, so that squares fit.
+fn length_units(delta: vec2<i32>) -> u32 {
+    let size = vec2<u32>(abs(delta));
+    let shift = max(bit_count(max(size.x, size.y)), 15u) - 15u;
+    let side = size >> vec2<u32>(shift);
+    let squared = side.x * side.x + side.y * side.y;
+    // The float is a guess; the corrections make it exact, whatever the driver's sqrt is.
+    var root = u32(sqrt(f32(squared)));
+    while root * root > squared {
+        root -= 1u;
+    }
+    while (root + 1u) * (root + 1u) <= squared {
+        root += 1u;
+    }
+    return root << shift;
+}
+
+// A vector with components below 128, so that products of four fit 32 bits. Opposite vectors stay opposite.
+fn direction(delta: vec2<i32>) -> vec2<i32> {
+    let size = vec2<u32>(abs(delta));
+    let shift = max(bit_count(max(size.x, size.y)), 7u) - 7u;
+    return sign(delta) * vec2<i32>(size >> vec2<u32>(shift));
+}
