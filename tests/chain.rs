@@ -395,7 +395,7 @@ fn a_loop_is_one_closed_chain() {
     }
     // Two pieces face each other: a turn of nearly 90 degrees at each end, and each end a little before the other.
     let rules = ChainRules { reach_units: 200, least_cos_squared: 0 };
-    let pieces = [piece([0, 0], [3, 0], 9), piece([3, 0], [0, 0], 4)];
+    let pieces = [piece([0, 0], [300, 0], 9), piece([300, 0], [0, 0], 4)];
     assert_eq!(twin::chain(&pieces, &rules).chains.len(), 2, "a turn back is no joint");
     let pieces = [piece([0, 0], [0, 0], 9), piece([3, 0], [3, 0], 4)];
     let chained = twin::chain(&pieces, &rules);
