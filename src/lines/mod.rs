@@ -1,8 +1,9 @@
 //! Lines from pictures of the surface: a detector writes errors, the threshold makes lines of them, smoothing takes the
-//! stairs away.
+//! stairs away. [`strokes`] has lines as geometry.
 
 pub mod detector;
 pub mod lsa;
 pub mod smooth;
 pub mod strokes;
 pub mod threshold;
+pub mod strokes;

@@ -97,8 +97,8 @@ pub fn needed<'a>(
         for (tile, range_m) in wave {
             let statistics = known(tile.address);
             let range_m = statistics.map_or(range_m, |known| [known.min_m, known.max_m]);
-            let error_m =
-                statistics.map_or(0.0, |statistics| error_around_m(land.store, &known_and_met, tile.address, statistics));
+            let error_m = statistics
+                .map_or(0.0, |statistics| error_around_m(land.store, &known_and_met, tile.address, statistics));
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }

@@ -7,9 +7,9 @@ use rustc_hash::FxHashMap;
 
 use super::atlas::Atlas;
 use super::blocked::FADE_S;
+use crate::pyramid::lows::Lows;
 use crate::pyramid::statistics::{PatchStatistics, Voids, patch_counts};
 use crate::pyramid::store::PAGE_PATCHES;
-use crate::pyramid::lows::Lows;
 use crate::pyramid::{LevelSize, LoadedTile, PatchPage, PyramidError, TileAddress, TileStore};
 
 /// What is known of a patch.

@@ -21,8 +21,8 @@
 const FOUND: u32 = 0x80000000u;
 const ROUNDS: u32 = 0x1ffbffu;
 
-fn between_units(begin: u32, end: u32) -> u32 {
-    return length_units(end_position(pieces[end / 2u], end) - end_position(pieces[begin / 2u], begin));
+fn between_units(start: u32, end: u32) -> u32 {
+    return length_units(end_position(pieces[end / 2u], end) - end_position(pieces[start / 2u], start));
 }
 
 @compute @workgroup_size(256)
