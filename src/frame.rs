@@ -14,7 +14,7 @@ use crate::composite;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::timer::{PassTime, Timer};
 use crate::gpu::{Gpu, GpuError};
-use crate::lines::strokes::{Lists, contour_edges};
+use crate::lines::strokes::{StrokePasses, contour_edges};
 pub use crate::scene::Light;
 use crate::style::{Lines, Style, Tone};
 use crate::surface::terrain as draw;
@@ -36,6 +36,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::threshold::ThresholdUniform::shared(),
         crate::lines::strokes::StrokesUniform::shared(),
         crate::lines::strokes::Edge::shared(),
+        crate::lines::strokes::points::Point::shared(),
         crate::lines::strokes::scan::ScanSource::shared(),
         crate::lines::strokes::Piece::shared(),
         crate::lines::strokes::StrokeCounts::shared(),
@@ -120,7 +121,11 @@ impl Frame {
             passes.terrain.run(gpu, recorder, &inputs);
             if let (Some(_), Some(pass)) = (&style.strokes, &passes.strokes) {
                 let mesh = &passes.vertices;
-                pass.find(gpu, recorder, &contour_edges::Inputs { view: view_resource(), terrain: &world, batch, mesh });
+                pass.find(
+                    gpu,
+                    recorder,
+                    &contour_edges::Inputs { view: view_resource(), terrain: &world, batch, mesh },
+                );
             }
         }
         let (position, normal) = (&targets.position, &targets.normal);
@@ -141,11 +146,11 @@ impl Frame {
             }
         }
 
-        let mut stroke = &targets.no_line;
+        let mut ink = &targets.no_line;
         // Strokes: see what is visible of the edges, chain it, draw it.
         if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &passes.strokes, &targets.strokes) {
             pass.run(gpu, recorder, view_resource(), &targets.depth, drawn);
-            stroke = &drawn.ink.ink;
+            ink = &drawn.ink.ink;
         }
 
         // Tones.
@@ -164,7 +169,7 @@ impl Frame {
         }
 
         // Composite.
-        let inputs = composite::Inputs { view: view_resource(), position, tone, line, stroke, picture: &targets.picture };
+        let inputs = composite::Inputs { view: view_resource(), position, tone, line, ink, picture: &targets.picture };
         passes.composite.run(gpu, recorder, size_px, style, light, inputs);
         frame.submit();
         prepared
@@ -180,9 +185,9 @@ impl Frame {
         self.timer.take()
     }
 
-    /// The lists of the last frame's strokes, if its style has any: for measurements.
-    pub fn stroke_lists(&self) -> Option<&Lists> {
-        self.passes.strokes.as_ref().map(|strokes| strokes.lists())
+    /// The passes of strokes, if the style has any, with what the last frame left: for measurements.
+    pub fn strokes(&self) -> Option<&StrokePasses> {
+        self.passes.strokes.as_ref()
     }
 
     /// Which line picture the style's composite read, if any.

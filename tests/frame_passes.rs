@@ -16,6 +16,8 @@ const FRAME: &str = include_str!("../src/frame.rs");
 const PASSES: &str = include_str!("../src/frame/passes.rs");
 const TARGETS: &str = include_str!("../src/frame/targets.rs");
 const TERRAIN: &str = include_str!("../src/surface/terrain.rs");
+const ID_IMAGE: &str = include_str!("../src/lines/strokes/id_image.rs");
+const STROKE: &str = include_str!("../src/lines/strokes/stroke.rs");
 
 /// The conditions of `Passes::adapt`, in words.
 const CONDITIONS: &[(&str, &str)] = &[
@@ -51,6 +53,7 @@ fn format(constant: &str) -> String {
         "NORMAL_FORMAT" => surface::resolve::NORMAL_FORMAT,
         "MOTION_FORMAT" => surface::motion::MOTION_FORMAT,
         "ERRORS_FORMAT" => lines::detector::ERRORS_FORMAT,
+        "INK_FORMAT" => lines::strokes::stroke::INK_FORMAT,
         "LINE_FORMAT" => lines::threshold::LINE_FORMAT,
         "TONE_FORMAT" => tones::TONE_FORMAT,
         "PICTURE_FORMAT" => composite::PICTURE_FORMAT,
@@ -62,7 +65,7 @@ fn format(constant: &str) -> String {
 /// The pictures by the names of their fields, with their formats.
 fn target_formats() -> BTreeMap<String, String> {
     let mut formats = BTreeMap::from([("heights".to_owned(), format!("{:?}", tiles::atlas::HEIGHTS_FORMAT))]);
-    for line in TARGETS.lines() {
+    for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()) {
         let Some((field, made)) = line.trim().split_once(": ") else { continue };
         let is_made = ["Target::storage(", "Target::attachment(", "storage("].iter().any(|how| made.contains(how));
         let constant =
@@ -161,6 +164,8 @@ fn code() -> Vec<Row> {
     let conditions = conditions();
     drawing_order()
         .into_iter()
+        // They have a table of their own.
+        .filter(|name| name != "strokes")
         .map(|name| {
             let ending = format!("/{name}");
             let shader = SHADERS.iter().map(|(shader, _)| *shader).find(|shader| shader.ends_with(&ending));
@@ -205,6 +210,12 @@ fn pictures(cell: &str) -> BTreeMap<String, String> {
         .collect()
 }
 
+/// As [`pictures`]; what has no format is a buffer.
+fn written(cell: &str) -> BTreeMap<String, String> {
+    let known = |format: String| if format.is_empty() { BUFFER.to_owned() } else { format };
+    pictures(cell).into_iter().map(|(name, format)| (name, known(format))).collect()
+}
+
 fn buffers(cell: &str) -> BTreeSet<String> {
     cell.split(", ").map(|name| name.trim_matches('`').to_owned()).filter(|name| !name.is_empty()).collect()
 }
@@ -235,15 +246,41 @@ fn differences(list: &str) -> Vec<String> {
         }
     }
 
+    // The passes of strokes stand in the table of their own.
+    let formats = target_formats();
+    let listed = table(list, 5, "step");
+    let names: Vec<&str> = listed.iter().map(|cells| cells[1].trim_matches('`')).collect();
+    if names != lines::strokes::PASSES {
+        found.push(format!("for strokes the list has {names:?}, the code {:?}", lines::strokes::PASSES));
+    }
+    for (i, (cells, shader)) in listed.iter().zip(lines::strokes::PASSES).enumerate() {
+        let mut row = row_of_shader(shader, "", &formats);
+        let source = match *shader {
+            "lines/strokes/id_image" => ID_IMAGE,
+            "lines/strokes/stroke" => STROKE,
+            _ => "",
+        };
+        for target in mentions(source, "&drawn.").into_iter().filter(|name| formats.contains_key(name)) {
+            row.writes.insert(target.clone(), formats[&target].clone());
+        }
+        let is_right = cells[0] == (i + 1).to_string()
+            && row.pictures == pictures(&cells[2])
+            && row.buffers == buffers(&cells[3])
+            && row.writes == written(&cells[4]);
+        if !is_right {
+            found.push(format!("{shader}: the list says {cells:?}, the code {row:?}"));
+        }
+    }
+
     // The shaders that are no passes of the frame stand in the table of their own.
     let after: Vec<Vec<String>> = table(list, 4, "pass");
     let others: Vec<&str> =
         SHADERS.iter().map(|(name, _)| *name).filter(|name| code.iter().all(|row| row.pass != *name)).collect();
+    let others: Vec<&str> = others.into_iter().filter(|name| !lines::strokes::PASSES.contains(name)).collect();
     let names: Vec<&str> = after.iter().map(|cells| cells[0].trim_matches('`')).collect();
     if names != others {
         found.push(format!("after the frame the list has {names:?}, the code {others:?}"));
     }
-    let formats = target_formats();
     for (cells, shader) in after.iter().zip(others) {
         let row = row_of_shader(shader, "", &formats);
         if row.pictures != pictures(&cells[1]) || row.buffers != buffers(&cells[2]) {
@@ -263,9 +300,10 @@ fn the_list_says_what_the_code_does() {
 fn the_passes_of_a_style_are_those_of_the_list() {
     let code = code();
     for detector in [None, Some(Detector::Lsa), Some(Detector::Sobel), Some(Detector::Roystan)] {
-        for switches in 0..8 {
-            let [antialias, toon, motion] = [1, 2, 4].map(|bit| switches & bit != 0);
-            let requirements = Requirements { detector, antialias, toon, motion };
+        for switches in 0..16 {
+            let [antialias, toon, motion, has_strokes] = [1, 2, 4, 8].map(|bit| switches & bit != 0);
+            let strokes = has_strokes.then_some(64);
+            let requirements = Requirements { detector, antialias, strokes, toon, motion };
             let exists = |row: &Row| match row.exists.as_str() {
                 "always" => true,
                 "motion is wanted" => motion,
@@ -278,7 +316,15 @@ fn the_passes_of_a_style_are_those_of_the_list() {
                 "the tone is not toon" => !toon,
                 other => panic!("{other} is no condition that this test knows"),
             };
-            let listed: Vec<String> = code.iter().filter(|row| exists(row)).map(|row| row.pass.clone()).collect();
+            let mut listed: Vec<String> = code.iter().filter(|row| exists(row)).map(|row| row.pass.clone()).collect();
+            if has_strokes {
+                let mut put = |before: &str, passes: &[&str]| {
+                    let at = listed.iter().position(|pass| pass.starts_with(before)).unwrap();
+                    listed.splice(at..at, passes.iter().map(|pass| (*pass).to_owned()));
+                };
+                put("tones/", &lines::strokes::PASSES[1..]);
+                put("surface/resolve", &lines::strokes::PASSES[..1]);
+            }
             assert_eq!(requirements.passes(), listed, "{requirements:?}");
         }
     }

@@ -30,7 +30,7 @@ fn draw(world: &mut World, view: &str) -> Drawn {
     let pose = world.pose(view);
     let shot = shoot_style(world, &mut frame, pose, pose, SIZE_PX, &style, &WHOLE);
     let frame = frame.unwrap();
-    let lists = frame.stroke_lists().unwrap();
+    let lists = frame.strokes().unwrap().lists();
     let counts: StrokeCounts = read_buffer(&world.gpu, lists.counts.buffer(), 1).unwrap()[0];
     println!("{counts:?}");
     let edges = read_buffer(&world.gpu, lists.edges.buffer(), counts.edges as usize).unwrap();
@@ -49,7 +49,9 @@ fn look() {
     let drawn = draw(&mut world, &view);
     let mut picture = vec![255_u8; (SIZE_PX[0] * SIZE_PX[1]) as usize];
     for i in 0..drawn.shot.depth_m.len() {
-        if drawn.shot.is_sky(i) { picture[i] = 200; }
+        if drawn.shot.is_sky(i) {
+            picture[i] = 200;
+        }
     }
     let mut total = 0.0;
     for piece in &drawn.pieces {
@@ -67,6 +69,15 @@ fn look() {
             }
         }
     }
-    println!("{} edges, {} pieces, mean {:.2} px", drawn.edges.len(), drawn.pieces.len(), total / drawn.pieces.len() as f64);
-    std::fs::write("/tmp/pp/pieces.pgm", [format!("P5 {} {} 255\n", SIZE_PX[0], SIZE_PX[1]).into_bytes(), picture].concat()).unwrap();
+    println!(
+        "{} edges, {} pieces, mean {:.2} px",
+        drawn.edges.len(),
+        drawn.pieces.len(),
+        total / drawn.pieces.len() as f64
+    );
+    std::fs::write(
+        "/tmp/pp/pieces.pgm",
+        [format!("P5 {} {} 255\n", SIZE_PX[0], SIZE_PX[1]).into_bytes(), picture].concat(),
+    )
+    .unwrap();
 }

@@ -29,7 +29,7 @@ struct Composite {
 @group(0) @binding(3) var tone: texture_2d<f32>;
 @group(0) @binding(4) var line: texture_2d<f32>;
 // Ink of strokes; haze has taken its part.
-@group(0) @binding(5) var stroke: texture_2d<f32>;
+@group(0) @binding(5) var ink: texture_2d<f32>;
 // Linear, opaque.
 @group(0) @binding(6) var picture: texture_storage_2d<rgba16float, write>;
 
@@ -91,6 +91,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let side = select(1.0, clear, behind);
         color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
     }
-    color = mix(color, composite.stroke_ink, textureLoad(stroke, pixel, 0).r);
+    color = mix(color, composite.stroke_ink, textureLoad(ink, pixel, 0).r);
     textureStore(picture, pixel, vec4<f32>(color, 1.0));
 }

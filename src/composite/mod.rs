@@ -52,7 +52,7 @@ pub struct Inputs<'a> {
     /// Lines; a style without lines hands any picture that holds zeros.
     pub line: &'a Target,
     /// Ink of strokes; a style without them hands any picture of one pixel that holds zeros.
-    pub stroke: &'a Target,
+    pub ink: &'a Target,
     /// Out.
     pub picture: &'a Target,
 }
@@ -96,7 +96,7 @@ impl CompositePass {
             ("position", texture(&inputs.position.view)),
             ("tone", texture(&inputs.tone.view)),
             ("line", texture(&inputs.line.view)),
-            ("stroke", texture(&inputs.stroke.view)),
+            ("ink", texture(&inputs.ink.view)),
             ("picture", texture(&inputs.picture.view)),
         ];
         self.pass.run(gpu, recorder, size_px, &resources);

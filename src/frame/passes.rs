@@ -2,12 +2,12 @@
 
 use super::targets::{LineTargets, Targets};
 use crate::composite::CompositePass;
-use crate::gpu::{Gpu, GpuError};
 use crate::gpu::timer::Recorder;
+use crate::gpu::{Gpu, GpuError};
 use crate::lines::detector::{RoystanPass, SobelPass};
 use crate::lines::lsa::LsaPass;
 use crate::lines::smooth::SmoothPass;
-use crate::lines::strokes::StrokePasses;
+use crate::lines::strokes::{self, StrokePasses};
 use crate::lines::threshold::ThresholdPass;
 use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::motion::MotionPass;
@@ -51,22 +51,20 @@ impl Requirements {
             Detector::Sobel => "lines/sobel",
             Detector::Roystan => "lines/roystan",
         });
-        let passes = [
-            Some("surface/vertices"),
-            Some("surface/terrain"),
-            self.strokes.map(|_| "lines/strokes/contour_edges"),
+        // Edges are found while the vertices of their batch are there, the rest is drawn with the lines.
+        let (edges, strokes) = strokes::PASSES.split_at(if self.strokes.is_some() { 1 } else { 0 });
+        let strokes = if self.strokes.is_some() { strokes } else { &[] };
+        let surface = ["surface/vertices", "surface/terrain"];
+        let lines = [
             Some("surface/resolve"),
             self.motion.then_some("surface/motion"),
             detector,
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
-            self.strokes.map(|_| "lines/strokes/id_image"),
-            self.strokes.map(|_| "lines/strokes/extract"),
-            self.strokes.map(|_| "lines/strokes/stroke"),
-            Some(if self.toon { "tones/toon" } else { "tones/plain" }),
-            Some("composite/composite"),
         ];
-        passes.into_iter().flatten().collect()
+        let tones = [Some(if self.toon { "tones/toon" } else { "tones/plain" }), Some("composite/composite")];
+        let first = surface.into_iter().chain(edges.iter().copied()).chain(lines.into_iter().flatten());
+        first.chain(strokes.iter().copied()).chain(tones.into_iter().flatten()).collect()
     }
 }
 

@@ -100,9 +100,10 @@ impl Targets {
         let always =
             [&self.depth, &self.surface_id, &self.position, &self.normal, &self.no_line, &self.tone, &self.picture];
         let lines = self.lines.iter().flat_map(|lines| [&lines.errors, &lines.line, &lines.smoothed]);
-        let strokes = self.strokes.iter().flat_map(|strokes| {
-            [&strokes.id_image.ids, &strokes.id_image.depth, &strokes.ink.ink, &strokes.ink.ids]
-        });
+        let strokes = self
+            .strokes
+            .iter()
+            .flat_map(|strokes| [&strokes.id_image.ids, &strokes.id_image.depth, &strokes.ink.ink, &strokes.ink.ids]);
         always.into_iter().chain(lines).chain(strokes).chain(&self.motion).map(Target::bytes).sum()
     }
 }

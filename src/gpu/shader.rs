@@ -81,9 +81,8 @@ pub struct ShaderError {
 
 /// The text of a shader: the embedded one, or that of a folder of shaders that is being worked on.
 fn text(name: &str, embedded: &'static str) -> Cow<'static, str> {
-    let worked_on = std::env::var_os("HACHURE_SHADERS").and_then(|folder| {
-        std::fs::read_to_string(std::path::Path::new(&folder).join(format!("{name}.wgsl"))).ok()
-    });
+    let worked_on = std::env::var_os("HACHURE_SHADERS")
+        .and_then(|folder| std::fs::read_to_string(std::path::Path::new(&folder).join(format!("{name}.wgsl"))).ok());
     worked_on.map_or(Cow::Borrowed(embedded), Cow::Owned)
 }
 
@@ -102,7 +101,9 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
         composer
             .add_composable_module(ComposableModuleDescriptor {
                 source: &text(path, source),
-                file_path: path, ..Default::default() })
+                file_path: path,
+                ..Default::default()
+            })
             .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
     }
     match composer.make_naga_module(NagaModuleDescriptor { source: &source, file_path: name, ..Default::default() }) {

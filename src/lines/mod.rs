@@ -6,4 +6,3 @@ pub mod lsa;
 pub mod smooth;
 pub mod strokes;
 pub mod threshold;
-pub mod strokes;

@@ -316,9 +316,10 @@ impl<'a> Walk<'a> {
         }
         let facing: [usize; 2] = [[1, 3], [0, 2], [2, 3], [0, 1]][side];
         let children = key.children();
-        facing.into_iter().map(|i| children[i]).any(|child| {
-            self.leaves.contains_key(&child) || self.has_leaf_at(child, side, depth - 1)
-        })
+        facing
+            .into_iter()
+            .map(|i| children[i])
+            .any(|child| self.leaves.contains_key(&child) || self.has_leaf_at(child, side, depth - 1))
     }
 
     /// What was chosen.

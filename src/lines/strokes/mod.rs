@@ -25,6 +25,28 @@ use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError};
 use crate::style;
 
+/// The passes in the order in which they first run.
+pub const PASSES: &[&str] = &[
+    "lines/strokes/contour_edges",
+    "lines/strokes/id_image",
+    "lines/strokes/extract",
+    "lines/strokes/chain_begin",
+    "lines/strokes/chain_clear",
+    "lines/strokes/chain_bin",
+    "lines/strokes/scan_begin",
+    "lines/strokes/scan",
+    "lines/strokes/chain_choose",
+    "lines/strokes/chain_link",
+    "lines/strokes/chain_rank_begin",
+    "lines/strokes/chain_rank",
+    "lines/strokes/chain_heads",
+    "lines/strokes/chain_order",
+    "lines/strokes/arguments",
+    "lines/strokes/points",
+    "lines/strokes/lengths",
+    "lines/strokes/stroke",
+];
+
 /// Edges in a frame, at most.
 pub const MOST_EDGES: u32 = 1 << 20;
 /// Pieces in a frame, at most.
@@ -157,6 +179,11 @@ impl StrokePasses {
     /// The lists of the last frame, for measurements.
     pub fn lists(&self) -> &Lists {
         &self.lists
+    }
+
+    /// The points of the last frame, for measurements.
+    pub fn points(&self) -> &points::PointsPass {
+        &self.points
     }
 
     /// The chains of the last frame, for measurements.

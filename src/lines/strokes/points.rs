@@ -1,5 +1,7 @@
 //! Chains → smoothed points with their arc lengths. See `shaders/lines/strokes/points.wgsl` and `lengths.wgsl`.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::chain::ChainPass;
 use super::scan::{ScanPass, ScanSize};
 use super::{Lists, MOST_PIECES};
@@ -8,8 +10,22 @@ use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::ComputePass;
 use crate::gpu::timer::Recorder;
 
+/// A point of a stroke.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Point {
+    /// On the picture.
+    pub px: [f32; 2],
+    /// Distance along the view axis.
+    pub depth_m: f32,
+    /// Whose it is.
+    pub chain: u32,
+}
+
+crate::gpu::shared::describe!(Point as "Point" in "lines/strokes/points": px, depth_m, chain);
+
 /// Bytes of a point.
-const POINT_BYTES: u64 = 16;
+const POINT_BYTES: u64 = size_of::<Point>() as u64;
 /// In the arguments: workgroups for pieces, workgroups for points, the draw.
 const FOR_PIECES: u64 = 0;
 const FOR_POINTS: u64 = 16;
