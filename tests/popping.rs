@@ -430,7 +430,7 @@ fn nothing_pops_along_the_valley() {
 #[test]
 fn nothing_pops_while_tiles_stream() {
     let Some(gpu) = gpu() else { return };
-    for delay_ms in [5, 300] {
+    for delay_ms in [5, 1500] {
         let store = Bumpy::new(continent(), delay_ms, Box::new(|_, _| Fate::Comes));
         let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
         let mut terrain = Terrain::new(&gpu, store.clone(), options).unwrap();
