@@ -2,11 +2,11 @@
 
 use std::num::NonZeroU64;
 
-use crate::gpu::{Gpu, GpuError};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, Named};
 use crate::gpu::readback;
 use crate::gpu::timer::Recorder;
+use crate::gpu::{Gpu, GpuError};
 use crate::pyramid::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
