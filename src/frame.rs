@@ -180,6 +180,16 @@ impl Frame {
         &self.targets
     }
 
+    /// The mesh as the last picture drew it, for measurements: 17 × 17 vertices for each leaf of its selection, row by
+    /// row, relative to the camera in metres (the fourth number is 1). None when the selection was so large that it was
+    /// drawn in several batches: only the last of them is left.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`] when the device is lost or out of memory.
+    pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        self.passes.vertices.read(gpu, drawn.selection.leaves.len())
+    }
+
     /// The times of the oldest finished frame that has not been asked for.
     pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
         self.timer.take()

@@ -3,17 +3,18 @@
 
 mod common;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
 use common::{baked, grid_of, random, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::pyramid::{LevelSize, PATCH_QUADS, Pyramid, TileStore};
+use hachure::pyramid::lows::Lows;
+use hachure::pyramid::{LevelSize, LoadedTile, PATCH_QUADS, Pyramid, TileAddress, TileStatistics, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::source::{HeightGrid, WorldMapping};
 use hachure::surface::view::{Part, Pose, View};
-use hachure::tiles::patches::AllPatches;
+use hachure::tiles::patches::{AllPatches, Known, Patches};
 use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, Viewpoint, select, units_log2};
 use hachure::tiles::warp::Warp;
 use proptest::prelude::*;
@@ -153,6 +154,59 @@ fn seen_places(chosen: &Chosen) -> Vec<DVec2> {
         .collect()
 }
 
+/// Of the places in view, how many are left out behind nearer land, and those that are left out and yet in view: there
+/// are none.
+fn left_out(chosen: &Chosen) -> (usize, Vec<DVec2>) {
+    let places = seen_places(chosen);
+    let left_out = places.into_iter().filter(|place| covers(&chosen.selection.leaves, *place) == 0);
+    let (hidden, gaps): (Vec<_>, Vec<_>) =
+        left_out.partition(|place| is_hidden(&chosen.view, land().sample_m(place.x as i64, place.y as i64)));
+    (hidden.len(), gaps)
+}
+
+/// The land's patches, planted: the land closes the view higher up than it stands.
+struct Raised {
+    lows: HashMap<TileAddress, Lows>,
+}
+
+impl Raised {
+    fn by(raised_m: f32) -> Self {
+        let land = land();
+        let levels = land.pyramid.levels().iter().zip(0..);
+        let tiles = levels.flat_map(|(size, level)| {
+            let columns = size.tiles_x();
+            (0..columns * size.tiles_y()).map(move |i| TileAddress { level, x: i % columns, y: i / columns })
+        });
+        let lows = tiles.map(|address| {
+            let store: Arc<dyn TileStore> = land.pyramid.clone();
+            let LoadedTile { tile, statistics, .. } = store.load(address).unwrap();
+            // A block is as low as its samples, less the error.
+            (address, Lows::of(&tile, &TileStatistics { error_m: statistics.error_m - raised_m, ..statistics }))
+        });
+        Self { lows: lows.collect() }
+    }
+}
+
+impl Patches for Raised {
+    fn size(&self) -> LevelSize {
+        land().patches.size()
+    }
+
+    fn strides(&self) -> u32 {
+        land().patches.strides()
+    }
+
+    fn patch(&self, j: u32, x: u32, y: u32) -> Known {
+        land().patches.patch(j, x, y)
+    }
+
+    fn lows(&self, tile: TileAddress) -> Option<&Lows> {
+        self.lows.get(&tile)
+    }
+
+    fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}
+}
+
 /// The vertices of one edge in grid units along it, as the vertex shader places them, without repetitions.
 fn edge_units(patch: &PatchInstance, edge: usize) -> BTreeSet<i64> {
     let quads = PATCH_QUADS as i64;
@@ -262,15 +316,9 @@ proptest! {
         let leaves = &chosen.selection.leaves;
         let places = seen_places(&chosen);
         PLACES.fetch_add(places.len(), Ordering::Relaxed);
-        for place in &places {
-            let place_m = land().sample_m(place.x as i64, place.y as i64);
-            // What land hides may be left out; whatever is in view may not.
-            if covers(leaves, *place) == 0 && is_hidden(&chosen.view, place_m) {
-                HIDDEN.fetch_add(1, Ordering::Relaxed);
-                continue;
-            }
-            prop_assert_eq!(covers(leaves, *place), 1, "{} in {} leaves", place, leaves.len());
-        }
+        let (hidden, gaps) = left_out(&chosen);
+        HIDDEN.fetch_add(hidden, Ordering::Relaxed);
+        prop_assert_eq!(&gaps, &[], "in {} leaves", leaves.len());
         // No overlap anywhere, seen or not.
         let [columns, rows] = land().last();
         for i in 0..500 {
@@ -315,6 +363,36 @@ fn the_selection_holds() {
     let [places, edges, leaves] = [&PLACES, &EDGES, &LEAVES].map(|count| count.load(Ordering::Relaxed));
     println!("{places} places, {edges} shared edges, {leaves} leaves coarser than the data");
     assert!(places > 10_000 && edges > 1000 && leaves > 300);
+}
+
+#[test]
+fn a_skyline_that_is_too_high_is_noticed() {
+    let view = |i: i64| {
+        let [east, north, above, yaw] = [0, 1, 2, 3].map(|k| random(i, 40 + k));
+        (1.6 * east - 0.8, 1.6 * north - 0.8, 5.0 + 200.0 * above, 360.0 * yaw)
+    };
+    // Left out behind land, left out and yet in view.
+    let count = |raised_m: Option<f32>| {
+        let raised = raised_m.map(Raised::by);
+        (0..32).map(view).fold((0, 0), |(all_hidden, all_gaps), (east, north, above_m, yaw_deg)| {
+            let mut chosen = choose(east, north, above_m, yaw_deg, -4.0, 60.0, 1.0);
+            if let Some(raised) = &raised {
+                chosen.selection = select(raised, &land().warp, chosen.anchor, &chosen.viewpoint);
+            }
+            let (hidden, gaps) = left_out(&chosen);
+            (all_hidden + hidden, all_gaps + gaps.len())
+        })
+    };
+    let (hidden, gaps) = count(None);
+    println!("{hidden} places left out behind land, {gaps} left out in view");
+    assert!(hidden > 50 && gaps == 0, "{hidden} hidden, {gaps} gaps");
+    assert_eq!(count(Some(0.0)), (hidden, gaps), "raised by nothing");
+    for raised_m in [10.0, 20.0, 40.0, 80.0, 160.0] {
+        let (hidden, gaps) = count(Some(raised_m));
+        println!("raised by {raised_m} m: {hidden} places left out behind land, {gaps} left out in view");
+        // By less than the bounds are loose nothing is lost yet.
+        assert!(gaps > 0 || raised_m < 40.0, "planted: raised by {raised_m} m");
+    }
 }
 
 #[test]

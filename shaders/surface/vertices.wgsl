@@ -5,6 +5,9 @@
 // meet there; a vertex that does not exist on the edge's level moves onto one that does. Positions are whole numbers
 // of grid units until the last step, and both patches take that step with the same numbers: there is no crack.
 //
+// The vertices beside an edge morph onto it, and must come to where the edge's own vertices are: only then have four
+// siblings the shape of their parent when they appear, also where the parent had a coarser neighbour.
+//
 // A pass of its own, since a software rasteriser shades vertices on one core, and since later passes want the
 // triangles as drawn.
 #import hachure::mesh::{Patch, QUADS, VERTICES}
@@ -20,6 +23,27 @@ fn grid_units(quads: Patch, ij: vec2<i32>) -> vec2<i32> {
     return clamp(units, terrain.extent_units.xy, terrain.extent_units.zw);
 }
 
+// The level above the patch's own of an edge; 0 inside.
+fn edge_level(quads: Patch, ij: vec2<i32>) -> f32 {
+    var level = 0.0;
+    if ij.x == 0 { level = quads.edge_levels.x; }
+    if ij.x == QUADS { level = quads.edge_levels.y; }
+    if ij.y == 0 { level = quads.edge_levels.z; }
+    if ij.y == QUADS { level = quads.edge_levels.w; }
+    return level;
+}
+
+// Where a vertex is when only edges morph, in grid units.
+fn on_edge_units(quads: Patch, ij: vec2<i32>) -> vec2<f32> {
+    let level = edge_level(quads, ij);
+    let whole = u32(level);
+    let shift = vec2<u32>(whole);
+    let on_level = ij >> shift;
+    let a = vec2<f32>(grid_units(quads, on_level << shift));
+    let b = vec2<f32>(grid_units(quads, (on_level & vec2<i32>(-2)) << shift));
+    return a + (b - a) * (level - f32(whole));
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= VERTICES {
@@ -27,19 +51,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let quads = patches[id.y];
     let ij = vec2<i32>(i32(id.x) % (QUADS + 1), i32(id.x) / (QUADS + 1));
-    var level = quads.inner_level;
-    if ij.x == 0 { level = quads.edge_levels.x; }
-    if ij.x == QUADS { level = quads.edge_levels.y; }
-    if ij.y == 0 { level = quads.edge_levels.z; }
-    if ij.y == QUADS { level = quads.edge_levels.w; }
-
+    let is_inside = all(ij > vec2<i32>(0)) && all(ij < vec2<i32>(QUADS));
+    let level = select(0.0, quads.inner_level, is_inside);
     let whole = u32(level);
-    let morph = level - f32(whole);
     let shift = vec2<u32>(whole);
     let on_level = ij >> shift;
-    let a = vec2<f32>(grid_units(quads, on_level << shift));
-    let b = vec2<f32>(grid_units(quads, (on_level & vec2<i32>(-2)) << shift));
-    let g = (a + (b - a) * morph) / terrain.units_per_sample;
+    let a = on_edge_units(quads, on_level << shift);
+    let b = on_edge_units(quads, (on_level & vec2<i32>(-2)) << shift);
+    let g = (a + (b - a) * (level - f32(whole))) / terrain.units_per_sample;
 
     let xy_m = world_from_grid(g);
     // The height is not known yet: the nearest that the terrain can be is, for both patches at an edge.

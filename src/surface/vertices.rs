@@ -2,10 +2,11 @@
 
 use std::num::NonZeroU64;
 
-use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, Named};
+use crate::gpu::readback;
 use crate::gpu::timer::Recorder;
+use crate::gpu::{Gpu, GpuError};
 use crate::pyramid::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
@@ -32,7 +33,8 @@ impl VerticesPass {
         Self {
             pass: ComputePass::new(gpu, "surface/vertices"),
             patches: GrowingBuffer::new(gpu, "patches", Usage::STORAGE),
-            positions: GrowingBuffer::new(gpu, "vertices", Usage::STORAGE),
+            // Measurements read it back.
+            positions: GrowingBuffer::new(gpu, "vertices", Usage::STORAGE | Usage::COPY_SRC),
         }
     }
 
@@ -75,5 +77,18 @@ impl VerticesPass {
     /// The vertices of the last batch, 17 × 17 for each patch, row by row: camera-relative metres.
     pub fn positions(&self) -> &wgpu::Buffer {
         self.positions.buffer()
+    }
+
+    /// Reads [`VerticesPass::positions`] of a selection of so many patches back; none when it was drawn in several
+    /// batches, since only the last of them is left.
+    ///
+    /// # Errors
+    /// As [`readback::read_buffer`].
+    pub fn read(&self, gpu: &Gpu, patches: usize) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let count = patches * VERTICES as usize;
+        if count as u64 * POSITION_BYTES > self.positions.buffer().size() {
+            return Ok(None);
+        }
+        readback::read_buffer(gpu, self.positions.buffer(), count).map(Some)
     }
 }

@@ -256,9 +256,11 @@ impl<'a> Walk<'a> {
                     continue;
                 }
                 self.leaves.remove(&coarse);
+                // It could have stayed whole, so its children begin in its shape, as when they appear by themselves.
+                let allowed_m = self.seen(coarse).map_or(f64::INFINITY, |seen| self.allowed_m(&seen));
                 for child in coarse.children() {
                     if let Some(seen) = self.seen(child) {
-                        self.add_leaf(&seen, f64::INFINITY);
+                        self.add_leaf(&seen, allowed_m);
                     }
                 }
             }
