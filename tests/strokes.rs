@@ -1,83 +1,284 @@
-//! Strokes: the visible contour edges of the surface become pieces, chains, ink.
+//! Strokes: the visible contours of the surface as drawn, no more and no less, as long lines.
+//!
+//! The truth is found by brute force: the triangles that were drawn, joined by their vertices' bits, drawn again into a
+//! depth image of four times the resolution.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod common;
 
+use std::collections::HashMap;
+
 use common::World;
-use common::shot::{Shot, shoot_style};
-use glam::DVec2;
-use hachure::frame::Frame;
+use common::hill::Hill;
+use glam::{DVec2, DVec3};
+use hachure::frame::{Frame, Light, Requirements};
 use hachure::gpu::readback::read_buffer;
-use hachure::lines::strokes::{Edge, Piece, StrokeCounts};
-use hachure::picture::PartRule;
+use hachure::lines::strokes::points::Point;
+use hachure::lines::strokes::{Chain, Piece, StrokeCounts};
 use hachure::style::Style;
+use hachure::surface::view::{Part, View};
 
 const SIZE_PX: [u32; 2] = [640, 360];
-const WHOLE: PartRule = PartRule { whole_px: u64::MAX, part_px: 8192, margin_px: 0 };
+const SIDE: usize = 17;
+/// Of the brute force.
+const FINER: usize = 4;
+/// A line covers a contour, and a contour bears a line, within this.
+const NEAR_PX: f64 = 2.0;
 
-/// What the passes hand to each other in a frame.
+/// What a frame left.
 struct Drawn {
-    shot: Shot,
-    edges: Vec<Edge>,
+    view: View,
+    /// 17 × 17 of each patch, camera-relative.
+    vertices: Vec<[f32; 4]>,
+    counts: StrokeCounts,
     pieces: Vec<Piece>,
+    chains: Vec<Chain>,
+    points: Vec<Point>,
 }
 
-fn draw(world: &mut World, view: &str) -> Drawn {
+fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Drawn {
     let mut style = Style::load("strokes").unwrap();
-    // The channels of a shot want LSA contours as well.
-    style.lines = Style::load("ink").unwrap().lines;
-    let mut frame: Option<Frame> = None;
-    let pose = world.pose(view);
-    let shot = shoot_style(world, &mut frame, pose, pose, SIZE_PX, &style, &WHOLE);
-    let frame = frame.unwrap();
-    let lists = frame.strokes().unwrap().lists();
-    let counts: StrokeCounts = read_buffer(&world.gpu, lists.counts.buffer(), 1).unwrap()[0];
-    println!("{counts:?}");
-    let edges = read_buffer(&world.gpu, lists.edges.buffer(), counts.edges as usize).unwrap();
-    let pieces = read_buffer(&world.gpu, lists.pieces.buffer(), counts.pieces as usize).unwrap();
-    Drawn { shot, edges, pieces }
+    change(&mut style);
+    let pose = world.pose(camera);
+    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let gpu = &world.gpu;
+    let mut frame = Frame::new(gpu, Requirements::of(&style), SIZE_PX).unwrap();
+    let prepared = frame.render(gpu, &mut world.terrain, &view, &style, &light);
+    gpu.wait();
+    let strokes = frame.strokes().unwrap();
+    let lists = strokes.lists();
+    let counts: StrokeCounts = read_buffer(gpu, lists.counts.buffer(), 1).unwrap()[0];
+    Drawn {
+        view,
+        vertices: frame.drawn_vertices(gpu, &prepared).unwrap().unwrap(),
+        counts,
+        pieces: read_buffer(gpu, lists.pieces.buffer(), counts.pieces as usize).unwrap(),
+        chains: read_buffer(gpu, strokes.chains().chains(), counts.chains as usize).unwrap(),
+        points: read_buffer(gpu, strokes.points().list().buffer(), counts.points as usize).unwrap(),
+    }
 }
 
-fn px(units: [i32; 2]) -> DVec2 {
-    DVec2::new(f64::from(units[0]), f64::from(units[1])) / 16.0
+/// A place on the picture, and its distance along the view axis; none behind the eye.
+fn project(view: &View, at_m: DVec3) -> Option<(DVec2, f64)> {
+    let depth_m = at_m.dot(view.pose.forward);
+    let middle = DVec2::new(f64::from(SIZE_PX[0]), f64::from(SIZE_PX[1])) * 0.5;
+    let across = DVec2::new(at_m.dot(view.pose.right), -at_m.dot(view.pose.up));
+    (depth_m > 1e-3).then(|| (middle + across * (view.focal_px() / depth_m), depth_m))
+}
+
+type Bits = [u32; 3];
+
+/// The triangles that have an area, as bits of their vertices.
+fn triangles(drawn: &Drawn) -> Vec<[Bits; 3]> {
+    let mut triangles = Vec::new();
+    for patch in drawn.vertices.chunks_exact(SIDE * SIDE) {
+        let at = |x: usize, y: usize| -> Bits {
+            let [x, y, z, _] = patch[y * SIDE + x];
+            // One zero only.
+            [x + 0.0, y + 0.0, z + 0.0].map(f32::to_bits)
+        };
+        for (x, y) in (0..SIDE - 1).flat_map(|y| (0..SIDE - 1).map(move |x| (x, y))) {
+            let (nw, ne, sw, se) = (at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1));
+            triangles.extend([[nw, ne, se], [nw, se, sw]]);
+        }
+    }
+    triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+    triangles
+}
+
+fn place(bits: Bits) -> DVec3 {
+    let [x, y, z] = bits.map(|bits| f64::from(f32::from_bits(bits)));
+    DVec3::new(x, y, z)
+}
+
+/// Nearest depth at each pixel of the finer picture.
+fn depth_image(view: &View, triangles: &[[Bits; 3]]) -> Vec<f64> {
+    let (width, height) = (SIZE_PX[0] as usize * FINER, SIZE_PX[1] as usize * FINER);
+    let mut depth_m = vec![f64::INFINITY; width * height];
+    for triangle in triangles {
+        let corners = triangle.map(|corner| project(view, place(corner)));
+        let [Some((a, za)), Some((b, zb)), Some((c, zc))] = corners else { continue };
+        let [a, b, c] = [a, b, c].map(|px| px * FINER as f64);
+        let area = (b - a).perp_dot(c - a);
+        if area == 0.0 {
+            continue;
+        }
+        let low = a.min(b).min(c).max(DVec2::ZERO);
+        let high = a.max(b).max(c).min(DVec2::new(width as f64, height as f64));
+        let columns = |v: f64, most: usize| (v.max(0.0) as usize).min(most);
+        for y in columns(low.y, height)..columns(high.y.ceil(), height) {
+            for x in columns(low.x, width)..columns(high.x.ceil(), width) {
+                let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let wa = (b - p).perp_dot(c - p) / area;
+                let wb = (c - p).perp_dot(a - p) / area;
+                let wc = 1.0 - wa - wb;
+                if wa >= 0.0 && wb >= 0.0 && wc >= 0.0 {
+                    let z = 1.0 / (wa / za + wb / zb + wc / zc);
+                    let pixel = &mut depth_m[y * width + x];
+                    *pixel = pixel.min(z);
+                }
+            }
+        }
+    }
+    depth_m
+}
+
+/// Places along the visible contours and borders of the mesh, a quarter of a pixel apart.
+fn true_contours(drawn: &Drawn) -> Vec<DVec2> {
+    let view = &drawn.view;
+    let triangles = triangles(drawn);
+    let depth_m = depth_image(view, &triangles);
+    let (width, height) = ((SIZE_PX[0] as usize * FINER) as i64, (SIZE_PX[1] as usize * FINER) as i64);
+    let mut edges: HashMap<[Bits; 2], Vec<bool>> = HashMap::new();
+    for [a, b, c] in &triangles {
+        let [pa, pb, pc] = [*a, *b, *c].map(place);
+        let normal = (pc - pa).cross(pb - pa);
+        let longest = (pb - pa).length_squared().max((pc - pa).length_squared()).max((pc - pb).length_squared());
+        // Rows run south: the normal is up. A sliver's side is rounding.
+        if normal.length() < 2e-3 * longest {
+            continue;
+        }
+        let faces = normal.dot(pa) < 0.0;
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            edges.entry(if from < to { [*from, *to] } else { [*to, *from] }).or_default().push(faces);
+        }
+    }
+    let mut seen = Vec::new();
+    for ([a, b], sides) in edges {
+        if sides.len() == 2 && sides[0] == sides[1] {
+            continue;
+        }
+        // The rim of what was selected is no contour; of the land's own border only few pixels are in view.
+        if sides.len() != 2 {
+            continue;
+        }
+        let (Some((pa, za)), Some((pb, zb))) = (project(view, place(a)), project(view, place(b))) else { continue };
+        let steps = ((pb - pa).length() * 4.0).ceil().max(1.0) as usize;
+        for step in 0..=steps {
+            let t = step as f64 / steps as f64;
+            let px = pa.lerp(pb, t);
+            if px.x < 0.0 || px.y < 0.0 || px.x >= f64::from(SIZE_PX[0]) || px.y >= f64::from(SIZE_PX[1]) {
+                continue;
+            }
+            let z = 1.0 / ((1.0 - t) / za + t / zb);
+            let (x, y) = ((px.x * FINER as f64) as i64, (px.y * FINER as f64) as i64);
+            let farthest = (-1..=1)
+                .flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)))
+                .filter(|(x, y)| (0..width).contains(x) && (0..height).contains(y))
+                .map(|(x, y)| depth_m[(y * width + x) as usize])
+                .fold(0.0, f64::max);
+            if z <= farthest * (1.0 + 2e-4) {
+                seen.push(px);
+            }
+        }
+    }
+    seen
+}
+
+/// Places along the strokes, a quarter of a pixel apart, within the picture.
+fn along_strokes(points: &[Point]) -> Vec<DVec2> {
+    let px = |point: &Point| DVec2::new(point.px[0].into(), point.px[1].into());
+    let mut along = Vec::new();
+    for pair in points.windows(2).filter(|pair| pair[0].chain == pair[1].chain) {
+        let (a, b) = (px(&pair[0]), px(&pair[1]));
+        let steps = ((b - a).length() * 4.0).ceil().max(1.0) as usize;
+        along.extend((0..=steps).map(|step| a.lerp(b, step as f64 / steps as f64)));
+    }
+    let size = DVec2::new(f64::from(SIZE_PX[0]), f64::from(SIZE_PX[1]));
+    along.retain(|px| px.cmpge(DVec2::ZERO).all() && px.cmplt(size).all());
+    along
+}
+
+/// The part of `places` that has one of `others` within [`NEAR_PX`].
+fn covered(places: &[DVec2], others: &[DVec2]) -> f64 {
+    let cell = |px: DVec2| ((px.x / NEAR_PX).floor() as i64, (px.y / NEAR_PX).floor() as i64);
+    let mut cells: HashMap<(i64, i64), Vec<DVec2>> = HashMap::new();
+    for other in others {
+        cells.entry(cell(*other)).or_default().push(*other);
+    }
+    let is_near = |px: &&DVec2| {
+        let (x, y) = cell(**px);
+        (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy))).any(|cell| {
+            cells.get(&cell).is_some_and(|others| others.iter().any(|other| other.distance(**px) <= NEAR_PX))
+        })
+    };
+    places.iter().filter(is_near).count() as f64 / places.len().max(1) as f64
+}
+
+/// Recall and precision.
+fn exactness(name: &str, drawn: &Drawn) -> (f64, f64) {
+    let (truth, strokes) = (true_contours(drawn), along_strokes(&drawn.points));
+    let (recall, precision) = (covered(&truth, &strokes), covered(&strokes, &truth));
+    println!(
+        "{name}: recall {recall:.4}, precision {precision:.4}, {:.0} px of contour, {:.0} px of strokes",
+        truth.len() as f64 / 4.0,
+        strokes.len() as f64 / 4.0
+    );
+    (recall, precision)
+}
+
+const HILL: [&str; 3] = ["0,-1450,+60,0,-2,50", "900,-900,+20,315,3,60", "-300,-1200,+400,10,-18,55"];
+const ALPS: [&str; 3] = ["0,0,+300,30,-8,60", "-12000,9000,+900,120,-12,50", "20000,-15000,+100,300,2,40"];
+
+fn hill() -> Option<World> {
+    World::new(Hill::square(321, 10.0).1, 1.0)
+}
+
+fn alps() -> Option<World> {
+    World::real("dem/geotiff/N46E008_alps.tif", 1.0)
 }
 
 #[test]
-fn look() {
-    let Some(mut world) = World::real("dem/geotiff/N46E008_alps.tif", 1.0) else { return };
-    let view = std::env::var("HVIEW").unwrap_or("0,0,+300,30,-8,60".into());
-    let drawn = draw(&mut world, &view);
-    let mut picture = vec![255_u8; (SIZE_PX[0] * SIZE_PX[1]) as usize];
-    for i in 0..drawn.shot.depth_m.len() {
-        if drawn.shot.is_sky(i) {
-            picture[i] = 200;
+fn contours_are_drawn_and_nothing_else() {
+    for (name, world, views) in [("hill", hill(), HILL), ("Alps", alps(), ALPS)] {
+        let Some(mut world) = world else { continue };
+        for camera in views {
+            let drawn = draw(&mut world, camera, |style| style.strokes.as_mut().unwrap().borders = false);
+            let (recall, precision) = exactness(&format!("{name} {camera}"), &drawn);
+            assert!(recall >= 0.98 && precision >= 0.98, "{recall} {precision}");
         }
     }
-    let mut total = 0.0;
-    for piece in &drawn.pieces {
-        let (a, b) = (px(piece.a), px(piece.b));
-        total += (b - a).length();
-        for k in 0..=64 {
-            let p = a.lerp(b, f64::from(k) / 64.0);
-            if p.x >= 0.0 && p.y >= 0.0 && p.x < f64::from(SIZE_PX[0]) && p.y < f64::from(SIZE_PX[1]) {
-                picture[p.y as usize * SIZE_PX[0] as usize + p.x as usize] = 0;
-            }
-        }
-        for p in [a, b] {
-            if p.x >= 0.0 && p.y >= 0.0 && p.x < f64::from(SIZE_PX[0]) && p.y < f64::from(SIZE_PX[1]) {
-                picture[p.y as usize * SIZE_PX[0] as usize + p.x as usize] = 90;
-            }
-        }
+}
+
+#[test]
+fn a_stroke_that_is_missing_or_astray_is_noticed() {
+    let Some(mut world) = hill() else { return };
+    let mut drawn = draw(&mut world, HILL[0], |style| style.strokes.as_mut().unwrap().borders = false);
+    let truth = true_contours(&drawn);
+    // Planted: all strokes five pixels lower; then a third of the chains gone.
+    let points = drawn.points.clone();
+    drawn.points.iter_mut().for_each(|point| point.px[1] += 5.0);
+    assert!(covered(&truth, &along_strokes(&drawn.points)) < 0.9);
+    assert!(covered(&along_strokes(&drawn.points), &truth) < 0.9);
+    let chains = drawn.counts.chains;
+    let kept: Vec<Point> = points.into_iter().filter(|point| chains > 0 && point.chain % 3 != 0).collect();
+    assert!(covered(&truth, &along_strokes(&kept)) < 0.98);
+}
+
+#[test]
+fn strokes_are_long() {
+    let Some(mut world) = alps() else { return };
+    for camera in ALPS {
+        let drawn = draw(&mut world, camera, |_| {});
+        let length = |piece: &Piece| {
+            let [dx, dy] = [0, 1].map(|i| f64::from(piece.b[i] - piece.a[i]) / 16.0);
+            dx.hypot(dy)
+        };
+        let edge_px = drawn.pieces.iter().map(length).sum::<f64>() / drawn.pieces.len() as f64;
+        let lengths: Vec<f64> = drawn.chains.iter().map(|chain| f64::from(chain.length_units) / 16.0).collect();
+        let total: f64 = lengths.iter().sum();
+        let stroke_px = total / lengths.len() as f64;
+        let single: f64 = drawn.chains.iter().zip(&lengths).filter(|(c, _)| c.count == 1).map(|(_, px)| px).sum();
+        println!(
+            "{camera}: {} edges, {} pieces of {edge_px:.2} px, {} strokes of {stroke_px:.1} px ({:.1} times), {:.1} % \
+             of the length in strokes of one edge",
+            drawn.counts.edges,
+            drawn.pieces.len(),
+            lengths.len(),
+            stroke_px / edge_px,
+            100.0 * single / total
+        );
+        assert!(stroke_px >= 5.0 * edge_px && single < 0.1 * total);
     }
-    println!(
-        "{} edges, {} pieces, mean {:.2} px",
-        drawn.edges.len(),
-        drawn.pieces.len(),
-        total / drawn.pieces.len() as f64
-    );
-    std::fs::write(
-        "/tmp/pp/pieces.pgm",
-        [format!("P5 {} {} 255\n", SIZE_PX[0], SIZE_PX[1]).into_bytes(), picture].concat(),
-    )
-    .unwrap();
 }

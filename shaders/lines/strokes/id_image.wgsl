@@ -1,10 +1,11 @@
 // The ID reference image (Loadholt 2021, section 4.2.1): the edges as lines one pixel wide that hold the edge's number
 // plus 1, nearest in front.
 //
-// Which pixels of an edge are seen: those where the edge is not farther than the farthest surface of the 3 x 3 pixels of
-// the full picture around it. A contour edge lies where the surface ends: on one side there is what is behind it. So
-// nothing is shifted and nothing fights: an edge that is seen has something at its own distance or farther beside it,
-// and one that is hidden by more than a pixel has nearer surface all around.
+// Which pixels of an edge are seen: those where the edge is not farther than the farthest surface at the four pixel
+// centres of the full picture around it. A contour edge lies where the surface ends: on one side there is what is behind
+// it, and of four points around a place on a line one is on either side. So nothing is shifted and nothing fights: an
+// edge that is seen has something at its own distance or farther beside it, and one that is hidden by more than a pixel
+// has nearer surface all around.
 #import hachure::view::View
 #import hachure::stroke_edges::{Edge, Strokes}
 
@@ -42,11 +43,11 @@ const SLACK: f32 = 2e-4;
 
 @fragment
 fn fragment(in: Vertex) -> @location(0) u32 {
-    let pixel = vec2<i32>(floor(in.px));
+    let pixel = vec2<i32>(floor(in.px - 0.5));
     let last = vec2<i32>(view.size_px) - 1;
     var farthest = 1.0;
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
+    for (var y = 0; y <= 1; y++) {
+        for (var x = 0; x <= 1; x++) {
             farthest = min(farthest, textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0));
         }
     }
