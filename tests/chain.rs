@@ -402,6 +402,9 @@ fn a_loop_is_one_closed_chain() {
     assert_eq!((chained.chains.len(), chained.chains[0].is_closed, chained.ordered[0]), (1, 1, 2));
 }
 
+/// A chain by what lasts: key, direction and beginning of each piece; whether it is closed; its length.
+type Named = (Vec<(u32, u32, u32)>, u32, u32);
+
 #[test]
 fn the_order_of_pieces_does_not_matter_where_keys_differ() {
     let rules = ChainRules::default();
@@ -412,7 +415,7 @@ fn the_order_of_pieces_does_not_matter_where_keys_differ() {
         let keys = shuffled(dice, (0..pieces.len() as u32).map(|key| piece([0; 2], [0; 2], key)).collect());
         pieces.iter_mut().zip(keys).for_each(|(piece, from)| piece.key = from.key * 3 + 1);
         let other = shuffled(dice, pieces.clone());
-        let by_key = |pieces: &[Piece], chained: &Chained| -> BTreeSet<(Vec<(u32, u32, u32)>, u32, u32)> {
+        let by_key = |pieces: &[Piece], chained: &Chained| -> BTreeSet<Named> {
             let of_chain = |chain: &Chain| {
                 let range = chain.first as usize..(chain.first + chain.count) as usize;
                 let states = chained.ordered[range.clone()].iter().zip(&chained.places[range]);
@@ -482,7 +485,7 @@ fn planted_errors_are_found() {
     assert!(spoiled(|wrong| wrong.ordered[0] = wrong.ordered[1]));
 }
 
-/// Lines such as a picture has: wandering, some closed, scattered over 4K and shuffled.
+/// Lines such as a picture has, wandering or closed. Their pieces are shuffled, which is the worst order for memory.
 fn picture(count: usize) -> Vec<Piece> {
     let dice = &mut Dice::new(count as i64);
     let mut pieces = Vec::with_capacity(count + 300);

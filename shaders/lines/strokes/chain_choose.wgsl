@@ -52,6 +52,15 @@ fn is_behind(delta: vec2<i32>, outward: vec2<i32>) -> bool {
         || back * back > rules.overlap_units * rules.overlap_units * squared(outward);
 }
 
+// a / b, rounded down, for quotients up to 4096 and a + 2 b below 2^32. The float is off by one at most; dividing whole
+// numbers is several times slower on software drivers.
+fn quotient(a: u32, b: u32) -> u32 {
+    var q = u32(f32(a) / f32(b));
+    q -= u32(q * b > a);
+    q += u32((q + 1u) * b <= a);
+    return q;
+}
+
 // cos^2 in 1/4096, rounded down, for vectors that are not opposed; UNFIT for those that are.
 fn cos_squared(u: vec2<i32>, v: vec2<i32>) -> u32 {
     let along = u.x * v.x + u.y * v.y;
@@ -60,8 +69,8 @@ fn cos_squared(u: vec2<i32>, v: vec2<i32>) -> u32 {
     }
     let whole = squared(u) * squared(v);
     // Room for the factor 4096.
-    let shift = max(bit_count(whole), 20u) - 20u;
-    return ((u32(along * along) >> shift) << 12u) / (whole >> shift);
+    let shift = max(bit_count(whole), 19u) - 19u;
+    return quotient((u32(along * along) >> shift) << 12u, whole >> shift);
 }
 
 fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
@@ -70,7 +79,8 @@ fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
     if any(abs(delta) > vec2<i32>(reach)) || squared(delta) > rules.reach_units * rules.reach_units {
         return UNFIT;
     }
-    if own.z / 2 == other.z / 2 {
+    // The piece's other end, or this one.
+    if (own.z ^ other.z) < 2 {
         return UNFIT;
     }
     let outward = outward_of(own);
@@ -85,7 +95,7 @@ fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
     if is_behind(delta, outward) || is_behind(-delta, facing) {
         return UNFIT;
     }
-    return 4096u * squared(delta) / (rules.reach_units * rules.reach_units) + 4096u - cosine;
+    return quotient(4096u * squared(delta), rules.reach_units * rules.reach_units) + 4096u - cosine;
 }
 
 fn better(best: Best, own: vec4<i32>, other: vec4<i32>) -> Best {

@@ -8,7 +8,7 @@
 //! | `chain_rank_begin`, `chain_rank` | once and 10 times, twice | which chain, which piece of it, how far along |
 //! | `chain_heads`, `scan`, `chain_order` | once each | chains and pieces in their order |
 //!
-//! 43 dispatches. Nothing is read back: sizes are on the GPU. Rounds of ranking that have nothing to do return at once,
+//! 42 dispatches. Nothing is read back: sizes are on the GPU. Rounds of ranking that have nothing to do return at once,
 //! so short chains take few. The work grows with the number of pieces, and not with the picture. It also grows with the
 //! square of the ends in one neighbourhood: pieces all in one place are slow.
 
@@ -32,7 +32,7 @@ const PER_PIECE: u64 = 0;
 const PER_END: u64 = 12;
 const PER_BUCKET: u64 = 24;
 
-/// The passes and their buffers: some 220 bytes for each piece that there is room for.
+/// The passes and their buffers: some 180 bytes for each piece that there is room for.
 pub struct ChainPass {
     begin: ComputePass,
     clear: ComputePass,
@@ -98,7 +98,8 @@ impl ChainPass {
     pub fn new(gpu: &Gpu, capacity: u32, rules: ChainRules) -> Result<Self, GpuError> {
         let capacity = capacity.clamp(1, MAX_PIECES);
         let limits = gpu.device.limits();
-        let limit = u64::from(limits.max_storage_buffer_binding_size).min(limits.max_buffer_size);
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        // Of the ranks, the largest.
         let wanted = 64 * u64::from(capacity);
         if wanted > limit {
             return Err(GpuError::Limit { what: "chaining lines", wanted, limit });

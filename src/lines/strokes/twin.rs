@@ -125,8 +125,8 @@ fn is_behind(delta: [i32; 2], outward: [i32; 2]) -> bool {
 fn cos_squared(u: [i32; 2], v: [i32; 2]) -> Option<u32> {
     let along = u32::try_from(dot(u, v)).ok()?;
     let whole = (dot(u, u) * dot(v, v)) as u32;
-    // Only the first 20 bits count: the GPU has no more room for the factor.
-    let shift = bit_count(whole).saturating_sub(20);
+    // Only the first 19 bits count: the GPU has no more room for the factor.
+    let shift = bit_count(whole).saturating_sub(19);
     Some(((along * along) >> shift) * ONE / (whole >> shift))
 }
 
