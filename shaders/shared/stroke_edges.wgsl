@@ -40,6 +40,11 @@ struct Strokes {
     faintest: f32,
     // How much the width follows nearness, 0 to 1.
     depth_width: f32,
+    // Strokes that are shorter are left out.
+    shortest_px: f32,
+    padding_a: f32,
+    padding_b: f32,
+    padding_c: f32,
 }
 
 // A point of the picture and its distance along the view axis.

@@ -54,7 +54,7 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
     /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone, hatch (no
-    /// style draws strokes or hatches yet: strokes are 0, hatch is the tone)
+    /// style hatches yet: hatch is the tone)
     #[arg(long, default_value = "")]
     pub aov: String,
     /// Memory for tiles on the GPU, in MiB

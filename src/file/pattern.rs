@@ -36,7 +36,7 @@ impl OutputKind {
             Some("exr") => PictureFormat::Exr,
             Some("mp4") => return Ok(Self::Mp4),
             Some("svg") => {
-                let cause = ".svg needs a style with strokes, which this version does not have";
+                let cause = ".svg is not written by this version";
                 return Err(FileError::name(path, cause));
             }
             _ => {

@@ -45,6 +45,9 @@ impl Default for PartRule {
     }
 }
 
+/// A stroke sees as far as its end, where it tapers: what is farther outside of a part does not show.
+const STROKE_MARGIN_PX: u32 = 256;
+
 /// What to render.
 pub struct PictureRequest<'a> {
     /// The eye.
@@ -160,6 +163,7 @@ pub fn render_in_parts<E>(
     let band_rows =
         if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
     let part_columns = if single { width } else { part_px };
+    let margin_px = parts.margin_px.max(if request.style.strokes.is_some() { STROKE_MARGIN_PX } else { 0 });
 
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);
@@ -173,7 +177,7 @@ pub fn render_in_parts<E>(
         for first_column in (0..width).step_by(part_columns as usize) {
             let columns = part_columns.min(width - first_column);
             let (part, inset) =
-                part_with_margin([first_column, first_row], [columns, rows], request.size_px, parts.margin_px);
+                part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             match frame {
                 Some(frame) => frame.adapt(gpu, requirements, part.size_px)?,
                 None => *frame = Some(Frame::new(gpu, requirements, part.size_px)?),

@@ -110,6 +110,9 @@ pub struct Strokes {
     /// Over so many pixels they thin out at their ends.
     #[serde(default)]
     pub taper_px: f32,
+    /// Shorter strokes are left out: specks.
+    #[serde(default = "four")]
+    pub shortest_px: f32,
     /// How much wider near strokes are than far ones, 0 to 1.
     #[serde(default)]
     pub depth_width: f32,
@@ -262,6 +265,7 @@ impl Strokes {
         };
         within("width_px", self.width_px, 0.5, 64.0)?;
         within("taper_px", self.taper_px, 0.0, 1000.0)?;
+        within("shortest_px", self.shortest_px, 0.0, 1000.0)?;
         within("depth_width", self.depth_width, 0.0, 1.0)?;
         within("resolution", self.resolution, 0.25, 1.0)?;
         within("join_px", self.join_px, 1.0, 16.0)?;

@@ -5,7 +5,7 @@
 // centres of the full picture around it. A contour edge lies where the surface ends: on one side there is what is behind
 // it, and of four points around a place on a line one is on either side. So nothing is shifted and nothing fights: an
 // edge that is seen has something at its own distance or farther beside it, and one that is hidden by more than a pixel
-// has nearer surface all around.
+// has nearer surface all around. Where there is only sky around it, the data have a hole.
 #import hachure::view::View
 #import hachure::stroke_edges::{Edge, Strokes}
 
@@ -39,19 +39,22 @@ fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
 }
 
 // What is nearer by less than this part of the distance hides nothing: rounding.
-const SLACK: f32 = 2e-4;
+const SLACK: f32 = 2e-5;
 
 @fragment
 fn fragment(in: Vertex) -> @location(0) u32 {
     let pixel = vec2<i32>(floor(in.px - 0.5));
     let last = vec2<i32>(view.size_px) - 1;
     var farthest = 1.0;
+    var nearest = 0.0;
     for (var y = 0; y <= 1; y++) {
         for (var x = 0; x <= 1; x++) {
-            farthest = min(farthest, textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0));
+            let around = textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
+            farthest = min(farthest, around);
+            nearest = max(nearest, around);
         }
     }
-    if in.clip.z < farthest * (1.0 - SLACK) {
+    if in.clip.z < farthest * (1.0 - SLACK) || nearest == 0.0 {
         discard;
     }
     return in.id;

@@ -47,6 +47,10 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
     if instance >= last {
         return nothing();
     }
+    let length_px = f32(along_units[last] - along_units[first]) / UNITS;
+    if length_px < strokes.shortest_px {
+        return nothing();
+    }
     // Corners 0 1 2, 2 1 3: even ones at this point, odd ones at the next; the first two on the left.
     let slot = array<u32, 6>(0u, 1u, 2u, 2u, 1u, 3u)[corner];
     let is_next = (slot & 1u) == 1u;
@@ -81,7 +85,6 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
         along_px += reach;
     }
     let ndc = px / vec2<f32>(view.size_px) * vec2<f32>(2.0, -2.0) + vec2<f32>(-1.0, 1.0);
-    let length_px = f32(along_units[last] - along_units[first]) / UNITS;
     return Vertex(vec4<f32>(ndc, 0.0, 1.0), along_px, side * reach, length_px, half_width, at.depth_m, own.chain + 1u);
 }
 

@@ -80,9 +80,13 @@ pub(crate) struct StrokesUniform {
     haze_m: f32,
     faintest: f32,
     depth_width: f32,
+    shortest_px: f32,
+    padding_a: f32,
+    padding_b: f32,
+    padding_c: f32,
 }
 
-crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width);
+crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width, shortest_px, padding_a, padding_b, padding_c);
 crate::gpu::shared::describe!(Edge as "Edge" in "lines/strokes/extract": a_m, key, b_m, kind);
 
 /// An indirect draw of lines, before an edge is found: two vertices will come for each, one instance.
@@ -136,9 +140,13 @@ impl Lists {
                 piece_capacity,
                 half_width_px: strokes.width_px * 0.5,
                 taper_px: strokes.taper_px,
-                haze_m: haze_m as f32,
+                haze_m: haze_m as f32 * strokes.reach,
                 faintest: strokes.faintest,
                 depth_width: strokes.depth_width,
+                shortest_px: strokes.shortest_px,
+                padding_a: 0.0,
+                padding_b: 0.0,
+                padding_c: 0.0,
             }],
         );
         self.edges.reserve_exactly(gpu, u64::from(MOST_EDGES) * size_of::<Edge>() as u64);
