@@ -175,9 +175,12 @@ impl Residency {
 
         let atlas = &self.atlas;
         let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
-        let absent = self.absent_children();
+        let absent = self.absent_beside();
+        // A pyramid that is sparse is blocked for ever where it ends.
+        let ends_in_view = !absent.is_empty();
         self.blocked.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
-        loaded.late = loaded.pending + loaded.without_room + loaded.failed > 0 || !self.is_complete();
+        let is_missing = loaded.pending + loaded.without_room + loaded.failed > 0;
+        loaded.late = is_missing || !ends_in_view && !self.is_complete();
         loaded
     }
 
@@ -234,17 +237,21 @@ impl Residency {
         self.atlas.insert(gpu, &tiles, frame, now_s, frame_s).len() as u64
     }
 
-    /// Children that a needed tile does not have although it has others: nothing finer is known there.
-    fn absent_children(&self) -> Vec<(TileAddress, bool)> {
-        let levels = self.store.levels();
+    /// Tiles around needed ones that do not exist: nothing finer is known there.
+    fn absent_beside(&self) -> Vec<(TileAddress, bool)> {
+        let mut met: FxHashSet<TileAddress> = self.needed.iter().map(|tile| tile.address).collect();
         let mut absent = Vec::new();
-        let mut parents = FxHashSet::default();
-        for tile in &self.needed {
-            let Needed { address: TileAddress { level, x, y }, .. } = *tile;
-            let parent = TileAddress { level: level + 1, x: x / 2, y: y / 2 };
-            if (parent.level as usize) < levels.len() && parents.insert(parent) {
-                let missing = super::needed::children(levels, parent).filter(|child| !self.store.has_tile(*child));
-                absent.extend(missing.map(|child| (child, false)));
+        for Needed { address: tile, .. } in &self.needed {
+            let size = self.store.levels()[tile.level as usize];
+            for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
+                let (Some(x), Some(y)) = (tile.x.checked_add_signed(dx), tile.y.checked_add_signed(dy)) else {
+                    continue;
+                };
+                let beside = TileAddress { x, y, ..*tile };
+                let is_inside = x < size.tiles_x() && y < size.tiles_y();
+                if is_inside && met.insert(beside) && !self.store.has_tile(beside) {
+                    absent.push((beside, false));
+                }
             }
         }
         absent
@@ -252,16 +259,8 @@ impl Residency {
 
     /// Whether nothing that can come is missing or fading in.
     fn is_complete(&self) -> bool {
-        self.blocked.is_empty() || {
-            let free = |tile: &Needed| self.blocked.at(tile.address) == [0.0; 4];
-            // A pyramid that is sparse is blocked for ever where it ends.
-            let is_sparse = self.needed.iter().any(|tile| {
-                tile.address.level > 0
-                    && super::needed::children(self.store.levels(), tile.address)
-                        .any(|child| !self.store.has_tile(child))
-            });
-            is_sparse || self.needed.iter().all(free)
-        }
+        let free = |tile: &Needed| self.blocked.at(tile.address) == [0.0; 4];
+        self.blocked.is_empty() || self.needed.iter().all(free)
     }
 }
 
