@@ -27,7 +27,7 @@ use crate::tones::plain::PlainLight;
 pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
     vec![
         crate::surface::view::ViewUniform::shared(),
-        crate::tiles::terrain::TerrainUniform::shared(),
+        crate::tiles::terrain_buffers::TerrainUniform::shared(),
         crate::tiles::tables::LevelInfo::shared(),
         crate::tiles::tables::TileRow::shared(),
         crate::tiles::tables::TileRecord::shared(),
