@@ -27,7 +27,7 @@ use crate::tones::plain::PlainLight;
 pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
     vec![
         crate::surface::view::ViewUniform::shared(),
-        crate::tiles::terrain::TerrainUniform::shared(),
+        crate::tiles::terrain_buffers::TerrainUniform::shared(),
         crate::tiles::tables::LevelInfo::shared(),
         crate::tiles::tables::TileRow::shared(),
         crate::tiles::tables::TileRecord::shared(),
@@ -160,7 +160,7 @@ impl Frame {
                 let plain =
                     PlainLight { to_sun, camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
                 let pass = passes.plain.as_mut().expect("the frame was made for this style");
-                pass.run(gpu, recorder, size_px, plain, view_resource(), position, normal, tone);
+                pass.run(gpu, recorder, size_px, plain, view_resource(), terrain.uniform(), position, normal, tone);
             }
             Tone::Toon(toon) => {
                 let pass = passes.toon.as_mut().expect("the frame was made for this style");

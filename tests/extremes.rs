@@ -6,10 +6,12 @@ mod common;
 
 use std::sync::Arc;
 
-use common::shot::{Shot, shoot};
+use common::shot::{Shot, shoot, shoot_style};
 use common::{World, grid_of, random};
+use hachure::picture::PartRule;
 use hachure::scene::earth::Earth;
 use hachure::source::HeightGrid;
+use hachure::style::{Style, preset_text};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 
@@ -195,4 +197,32 @@ fn relief_on_a_bent_earth_keeps_its_error() {
         // Normals are those of the bent surface: near the camera, those of the flat one.
         is_sound(&shot).unwrap();
     }
+}
+
+/// Land that lies as high far away as near by has the same tint, however far it sinks below the plain of the camera.
+#[test]
+fn tints_follow_the_height_above_the_sea() {
+    // A plateau with a pit behind the camera, so that tints go from 200 m below it to its own height.
+    let height_m = |x: f64, y: f64| if x < -6500.0 && y < -6500.0 { -200.0 } else { 0.0 };
+    let Some(mut world) = World::new(grid_of(701, 701, 20.0, height_m), 1.0) else { return };
+    // A hundredth of the earth: at 5 km the land lies 196 m lower.
+    let options = TerrainOptions { inverse_radius: 1.0 / 63_710.0, ..TerrainOptions::default() };
+    world.terrain = Terrain::new(&world.gpu, Arc::clone(world.terrain.store()), options).unwrap();
+    let lines = "\n[lines]\ndetector = \"lsa\"\nepsilon = \"footprint\"\nramp = [0.25, 0.5]\ndensity = 2.0\nink = \"#14120f\"\nfaintest = 0.12\nreach = 1.4\n";
+    let style = Style::parse("tint", &(preset_text("plain").unwrap().to_owned() + lines)).unwrap();
+    let pose = world.pose("0,-3000,300,0,-5.6,4");
+    let shot = shoot_style(&mut world, &mut None, pose, pose, [64, 200], &style, &PartRule::default());
+    let mean = |from_m: f64, to_m: f64| {
+        let is_there = |pixel: &usize| !shot.is_sky(*pixel) && shot.line[*pixel] == 0.0;
+        let reds: Vec<f64> = (0..shot.depth_m.len())
+            .filter(is_there)
+            .filter(|&pixel| (from_m..to_m).contains(&shot.position_m[pixel].length()))
+            .map(|pixel| f64::from(shot.picture[pixel][0]))
+            .collect();
+        assert!(reds.len() > 100, "{} pixels", reds.len());
+        reds.iter().sum::<f64>() / reds.len() as f64
+    };
+    let (near, far) = (mean(0.0, 3200.0), mean(4500.0, 5600.0));
+    println!("red of the snow: {near:.3} near by, {far:.3} far away");
+    assert!(near > 0.6 && far > 0.8 * near, "{near} {far}");
 }

@@ -5,11 +5,17 @@ mod common;
 
 use std::sync::Arc;
 
+use common::field::Field;
+use common::shot::shoot;
+use common::{World, quantile};
 use hachure::pyramid::fill::is_void;
-use hachure::pyramid::{BakeOptions, MosaicStore, Pyramid, TileAddress, TileStore, bake};
+use hachure::pyramid::store::Decode;
+use hachure::pyramid::{
+    BakeOptions, Cancel, LevelSize, MosaicStore, PatchStatistics, Pyramid, PyramidError, TileAddress, TileStore, bake,
+};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::mosaic::MosaicReader;
-use hachure::source::{HeightGrid, HeightReader, Silent, SourceError, Window, open};
+use hachure::source::{HeightGrid, HeightReader, Silent, SourceError, Window, WorldMapping, open};
 
 struct Grid(HeightGrid);
 
@@ -197,8 +203,9 @@ fn an_inset_fades_into_its_base() {
     let (_folder, store) = store(&[&base, &inset]);
     assert_eq!(store.levels()[0].width, 799);
     let [fine, coarse] = [0, 1].map(|at| level(&store, at));
-    // Sparse: level 0 exists around the inset only.
+    // Sparse: level 0 exists on the inset and a tile around it only.
     assert!(store.has_tile(TileAddress { level: 0, x: 1, y: 1 }));
+    assert!(store.has_tile(TileAddress { level: 0, x: 3, y: 2 }));
     assert!(!store.has_tile(TileAddress { level: 0, x: 3, y: 3 }));
     assert!(store.has_tile(TileAddress { level: 1, x: 1, y: 1 }));
     let excess = |column: usize, row: usize| {
@@ -227,6 +234,104 @@ fn an_inset_fades_into_its_base() {
     assert_eq!(unlike(&heights_m, 799, &inset, 200, 200, 0.0), 0.0);
     assert!((f64::from(heights_m[100 * 799 + 100]) - hills(1000.0, -1000.0)).abs() < 1e-3);
     assert!((f64::from(heights_m[101 * 799 + 101]) - hills(1010.0, -1010.0)).abs() < 0.05);
+}
+
+/// Where the inset of the drawn mosaic begins, and where it ends, in samples of level 0 on both axes.
+const INSET: [u32; 2] = [800, 1824];
+/// The base is 2⁴ times as coarse as the inset.
+const BASE_LEVEL: u32 = 4;
+
+/// The planted error: a mosaic whose tiles end where its inset ends.
+struct Bare(Arc<MosaicStore>);
+
+impl TileStore for Bare {
+    fn name(&self) -> String {
+        self.0.name()
+    }
+
+    fn levels(&self) -> &[LevelSize] {
+        self.0.levels()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        self.0.georeference()
+    }
+
+    fn range_m(&self) -> [f32; 2] {
+        self.0.range_m()
+    }
+
+    fn is_measured(&self) -> bool {
+        self.0.is_measured()
+    }
+
+    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        self.0.coarse_patches()
+    }
+
+    fn has_tile(&self, address: TileAddress) -> bool {
+        let side = 256 << address.level;
+        let meets = |tile: u32| tile * side < INSET[1] && (tile + 1) * side > INSET[0];
+        self.0.has_tile(address) && (address.level >= BASE_LEVEL || meets(address.x) && meets(address.y))
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        Arc::clone(&self.0).fetch(address, cancel)
+    }
+}
+
+/// Looks down on places of the inset: height errors in pixels against the inset's own surface (99.9 %) of what lies
+/// farther inside than the fade reaches.
+fn inset_errors_px(world: &mut World, places: &[[f64; 2]]) -> Vec<f64> {
+    let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
+    let shift = f64::from(INSET[0]);
+    let mut frame = None;
+    let errors = places.iter().map(|[x, y]| {
+        let at_m = world.mapping.world_from_grid(x + shift, y + shift);
+        let pose = world.pose(&format!("{},{},+900,0,-90,40", at_m.x, at_m.y));
+        let shot = shoot(world, &mut frame, pose, [160, 160]);
+        let field = Field { grid: &world.grid, mapping: &inset_mapping };
+        let errors = (0..shot.depth_m.len()).filter(|&pixel| !shot.is_sky(pixel)).filter_map(|pixel| {
+            let place_m = shot.world_m(pixel);
+            let on_inset = world.mapping.grid_from_world(place_m.truncate()) - shift;
+            let depth = on_inset.min(f64::from(world.grid.width - 1) - on_inset).min_element();
+            let height_m = field.height_m(inset_mapping.world_from_grid(on_inset.x, on_inset.y))?;
+            let px_per_m = shot.focal_px() / shot.position_m[pixel].length();
+            (depth > 9.0).then_some((place_m.z - height_m).abs() * px_per_m)
+        });
+        let mut errors: Vec<f64> = errors.collect();
+        assert!(errors.len() > 5000, "{x} {y}: {} pixels on the inset", errors.len());
+        quantile(&mut errors, 0.999)
+    });
+    errors.collect()
+}
+
+#[test]
+fn an_inset_is_drawn_in_full_up_to_its_edge() {
+    let of = common::rough_height_m;
+    let base = local(300, 300, 160.0, [0.0, 0.0], of);
+    let inset = local(1024, 1024, 10.0, [8000.0, -8000.0], of);
+    let (folder, store) = store(&[&base, &inset]);
+    assert_eq!((store.levels()[0].width, store.levels().len()), (4785, 6));
+    // Far from the inset it stays sparse, and what exists beyond the inset can be had.
+    assert!(
+        !store.has_tile(TileAddress { level: 0, x: 9, y: 5 }) && store.has_tile(TileAddress { level: 0, x: 8, y: 8 })
+    );
+    let beyond = store.clone().load(TileAddress { level: 0, x: 8, y: 8 }).unwrap();
+    assert!(beyond.tile.samples.iter().all(|&height| height.is_finite() && !is_void(height)));
+    let bare: Arc<dyn TileStore> = Arc::new(Bare(store.clone()));
+
+    const ALLOWED_PX: f64 = 0.25;
+    let [near, middle, far] = [40.0, 512.0, 983.0];
+    let places = [[middle, middle], [far, middle], [near, middle], [middle, near], [middle, far], [far, far]];
+    let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
+    let errors_px = inset_errors_px(&mut world, &places);
+    println!("99.9 % within {errors_px:.4?} px; the first is the middle");
+    let mut planted = World::of_store(inset, tempfile::tempdir().unwrap(), bare, ALLOWED_PX).unwrap();
+    let planted_px = inset_errors_px(&mut planted, &places);
+    println!("without tiles beyond the inset {planted_px:.4?} px");
+    assert!(errors_px.iter().all(|&error_px| error_px <= ALLOWED_PX), "{errors_px:?}");
+    assert!(planted_px[1..].iter().all(|&error_px| error_px > ALLOWED_PX), "{planted_px:?}");
 }
 
 #[test]

@@ -1,9 +1,8 @@
-// The one surface. Every pass that wants a height asks here, so that mesh, positions, normals and lines agree.
+// Where a place lies in the terrain: grid and world, the pyramid's levels and their tiles, and the level that is drawn.
 //
-// Heights are bicubic (Catmull-Rom, a = -0.5) over the samples of a pyramid level. The level is a continuous function
-// of place and distance alone: the scale of the pixel's footprint, or finer where the measured error of the level
-// would pass the allowed error. Two patches of the mesh that share a vertex therefore compute the same height for it
-// to the bit, whatever their own levels are.
+// The level is a continuous function of place and distance alone: the scale of the pixel's footprint, or finer where
+// the measured error of the level would pass the allowed error; coarser while finer tiles are missing. What the
+// surface is there, is in `surface`.
 //
 // Grid coordinates `g` are in samples of the finest level, relative to the anchor, a sample near the camera.
 #define_import_path hachure::terrain
@@ -63,22 +62,20 @@ struct Terrain {
     spacing_m: f32,
     // Height error that the choice of the level may add, in pixels.
     level_error_px: f32,
-    // Added to log2(footprint / spacing).
-    level_bias: f32,
-    focal_px: f32,
     // Where the expansion of grid_from_world lies: the place in the terrain's extent that is nearest to the camera.
     world_origin_m: vec2<f32>,
+    focal_px: f32,
     // Grid units in a sample.
     units_per_sample: f32,
     // Of the earth, per metre; 0 is flat.
     inverse_radius: f32,
+    pad: f32,
 }
 
 @group(0) @binding(10) var<uniform> terrain: Terrain;
 @group(0) @binding(11) var<storage, read> levels: array<Level>;
 @group(0) @binding(12) var<storage, read> tile_rows: array<TileRow>;
 @group(0) @binding(13) var<storage, read> tiles: array<TileRecord>;
-@group(0) @binding(14) var heights: texture_2d_array<f32>;
 
 const TILE_SAMPLES: i32 = 256;
 const TILE_SHIFT: vec2<u32> = vec2<u32>(8u, 8u);
@@ -212,7 +209,7 @@ fn surface_level(g: vec2<f32>, distance_m: f32) -> SurfaceLevel {
     let pixel_m = distance_m / terrain.focal_px;
     let allowed_m = terrain.level_error_px * pixel_m;
     let coarsest = terrain.level_count - 1;
-    var wanted = clamp(log2(pixel_m / terrain.spacing_m) + terrain.level_bias, 0.0, f32(coarsest));
+    var wanted = clamp(log2(pixel_m / terrain.spacing_m), 0.0, f32(coarsest));
     var level = min(i32(wanted), coarsest);
     var place = place_on_level(level, g);
     var coarser_m = level_error_m(place_on_level(min(level + 1, coarsest), g));
@@ -232,198 +229,4 @@ fn surface_level(g: vec2<f32>, distance_m: f32) -> SurfaceLevel {
         }
     }
     return as_far_as_there(wanted, place, g);
-}
-
-struct Cell {
-    // First texel of the cell in its tile, the tile's slot, its level, and the place within the cell.
-    texel: vec2<i32>,
-    slot: i32,
-    level: i32,
-    f: vec2<f32>,
-    // Whether nothing finer exists here.
-    is_finest: bool,
-}
-
-// The cell at a place on a level, or on the coarser one that stands in for it.
-fn cell_at(first: LevelPlace, g: vec2<f32>) -> Cell {
-    var place = first;
-    var slot = NO_SLOT;
-    var is_finest = false;
-    loop {
-        if place.tile >= 0 {
-            slot = tiles[place.tile].slot;
-            is_finest = tiles[place.tile].is_finest == 1u;
-        }
-        let is_found = slot != NO_SLOT || place.level >= terrain.level_count - 1;
-        if !is_found {
-            place = place_on_level(place.level + 1, g);
-        }
-        continuing {
-            break if is_found;
-        }
-    }
-    // Before the very first tile has come there is no height at all; the mesh is empty then.
-    let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
-    return Cell(texel, select(i32(slot), 0, slot == NO_SLOT), place.level, place.f, is_finest);
-}
-
-fn row_of_samples(cell: Cell, row: i32) -> vec4<f32> {
-    let first = cell.texel + vec2<i32>(-1, row);
-    return vec4<f32>(
-        textureLoad(heights, first, cell.slot, 0).r,
-        textureLoad(heights, first + vec2<i32>(1, 0), cell.slot, 0).r,
-        textureLoad(heights, first + vec2<i32>(2, 0), cell.slot, 0).r,
-        textureLoad(heights, first + vec2<i32>(3, 0), cell.slot, 0).r,
-    );
-}
-
-fn cubic_weights(f: f32) -> vec4<f32> {
-    return vec4<f32>(
-        f * (-0.5 + f * (1.0 - 0.5 * f)),
-        1.0 + f * f * (-2.5 + 1.5 * f),
-        f * (0.5 + f * (2.0 - 1.5 * f)),
-        f * f * (-0.5 + 0.5 * f),
-    );
-}
-
-fn cubic_slopes(f: f32) -> vec4<f32> {
-    return vec4<f32>(
-        -0.5 + f * (2.0 - 1.5 * f),
-        f * (-5.0 + 4.5 * f),
-        0.5 + f * (4.0 - 4.5 * f),
-        f * (-1.0 + 1.5 * f),
-    );
-}
-
-fn cubic_curvatures(f: f32) -> vec4<f32> {
-    return vec4<f32>(2.0 - 3.0 * f, 9.0 * f - 5.0, 4.0 - 9.0 * f, 3.0 * f - 1.0);
-}
-
-// The surface around a place, to second order. Derivatives are by g, in metres and samples.
-struct Surface {
-    // Relative to the camera.
-    height_m: f32,
-    gradient: vec2<f32>,
-    // xx, xy, yy.
-    curvature: vec3<f32>,
-}
-
-fn camera_relative_m(sample_m: f32) -> f32 {
-    return (sample_m - terrain.camera_z_coarse_m) - terrain.camera_z_fine_m;
-}
-
-// The sixteen samples around a cell, as differences from one of them: that keeps the digits that 4000 m would eat.
-struct Samples {
-    row_a: vec4<f32>,
-    row_b: vec4<f32>,
-    row_c: vec4<f32>,
-    row_d: vec4<f32>,
-    reference_m: f32,
-    // The place within the cell, and level coordinates per grid coordinate.
-    f: vec2<f32>,
-    scale: vec2<f32>,
-}
-
-fn samples_around(place: LevelPlace, g: vec2<f32>) -> Samples {
-    let cell = cell_at(place, g);
-    let row_b = row_of_samples(cell, 0);
-    let reference = row_b.y;
-    return Samples(
-        row_of_samples(cell, -1) - reference, row_b - reference, row_of_samples(cell, 1) - reference,
-        row_of_samples(cell, 2) - reference, reference, cell.f, levels[cell.level].scale);
-}
-
-fn surface_in_cell(samples: Samples) -> Surface {
-    let f = samples.f;
-    let wx = cubic_weights(f.x);
-    let sx = cubic_slopes(f.x);
-    let cx = cubic_curvatures(f.x);
-    let wy = cubic_weights(f.y);
-    let sy = cubic_slopes(f.y);
-    let scale = samples.scale;
-    let height = vec4<f32>(
-        dot(wx, samples.row_a), dot(wx, samples.row_b), dot(wx, samples.row_c), dot(wx, samples.row_d));
-    let slope = vec4<f32>(
-        dot(sx, samples.row_a), dot(sx, samples.row_b), dot(sx, samples.row_c), dot(sx, samples.row_d));
-    let bend = vec4<f32>(
-        dot(cx, samples.row_a), dot(cx, samples.row_b), dot(cx, samples.row_c), dot(cx, samples.row_d));
-    return Surface(
-        camera_relative_m(samples.reference_m) + dot(wy, height),
-        vec2<f32>(dot(wy, slope), dot(sy, height)) * scale,
-        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(cubic_curvatures(f.y), height))
-            * vec3<f32>(scale.x * scale.x, scale.x * scale.y, scale.y * scale.y),
-    );
-}
-
-// The surface near a place on a continuous level: the cells of the two levels that it lies between.
-struct Near {
-    fine: Samples,
-    coarse: Samples,
-    // How much of the coarse one.
-    blend: f32,
-    // Log2 of the cells' size in samples, about.
-    level: f32,
-}
-
-fn surface_near(g: vec2<f32>, at: SurfaceLevel) -> Near {
-    // Most places need one level only; the blend happens in the middle half.
-    let blend = clamp((at.level - f32(at.place.level)) * 2.0 - 0.5, 0.0, 1.0);
-    var near: Near;
-    near.blend = select(blend, 0.0, blend >= 1.0);
-    near.level = at.level;
-    var place = at.place;
-    if blend > 0.0 {
-        place = place_on_level(min(place.level + 1, terrain.level_count - 1), g);
-    }
-    var is_second = false;
-    loop {
-        let samples = samples_around(place, g);
-        if !is_second {
-            near.coarse = samples;
-        }
-        near.fine = samples;
-        place = at.place;
-        let is_done = is_second || near.blend == 0.0;
-        is_second = true;
-        continuing {
-            break if is_done;
-        }
-    }
-    return near;
-}
-
-fn surface_at(near: Near) -> Surface {
-    let a = surface_in_cell(near.fine);
-    let b = surface_in_cell(near.coarse);
-    return Surface(mix(a.height_m, b.height_m, near.blend), mix(a.gradient, b.gradient, near.blend),
-        mix(a.curvature, b.curvature, near.blend));
-}
-
-// The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser
-// levels have a sample in every pixel or two, and bilinear is within the error that chose them.
-fn vertex_height_m(g: vec2<f32>, distance_m: f32) -> f32 {
-    let cell = cell_at(surface_level(g, distance_m).place, g);
-    if cell.is_finest {
-        let wx = cubic_weights(cell.f.x);
-        let reference = textureLoad(heights, cell.texel, cell.slot, 0).r;
-        let along = vec4<f32>(
-            dot(wx, row_of_samples(cell, -1) - reference), dot(wx, row_of_samples(cell, 0) - reference),
-            dot(wx, row_of_samples(cell, 1) - reference), dot(wx, row_of_samples(cell, 2) - reference));
-        return camera_relative_m(reference) + dot(cubic_weights(cell.f.y), along);
-    }
-    let nw = textureLoad(heights, cell.texel, cell.slot, 0).r;
-    let ne = textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r - nw;
-    let sw = textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r - nw;
-    let se = textureLoad(heights, cell.texel + vec2<i32>(1, 1), cell.slot, 0).r - nw;
-    return camera_relative_m(nw) + mix(ne * cell.f.x, mix(sw, se, cell.f.x), cell.f.y);
-}
-
-// Whether the data have a hole here: any corner of the cell is void (the lowest bit of its sample is set).
-fn is_void(g: vec2<f32>, distance_m: f32) -> bool {
-    let cell = cell_at(surface_level(g, distance_m).place, g);
-    let bits = bitcast<u32>(textureLoad(heights, cell.texel, cell.slot, 0).r)
-        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r)
-        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r)
-        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 1), cell.slot, 0).r);
-    return (bits & 1u) != 0u;
 }

@@ -5,7 +5,8 @@
 // analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not see the mesh.
 // Near silhouettes, where the ray misses the smooth surface, the mesh's own position stays.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::terrain::{grid_from_world, surface_level, surface_near, surface_at, Surface}
+#import hachure::terrain::{grid_from_world, surface_level}
+#import hachure::surface::{surface_near, surface_at, Surface}
 #import hachure::earth::{unbend, unbend_direction, bend_normal, Unbent}
 
 @group(0) @binding(0) var<uniform> view: View;

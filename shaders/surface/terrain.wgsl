@@ -1,7 +1,8 @@
 // Depth and surface id of the patches, from the positions that vertices.wgsl wrote.
 #import hachure::view::View
 #import hachure::mesh::{Patch, VERTICES}
-#import hachure::terrain::{grid_from_world, is_void}
+#import hachure::terrain::grid_from_world
+#import hachure::surface::is_void
 #import hachure::earth::unbend
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -11,7 +11,8 @@
 // A pass of its own, since a software rasteriser shades vertices on one core, and since later passes want the
 // triangles as drawn.
 #import hachure::mesh::{Patch, QUADS, VERTICES}
-#import hachure::terrain::{terrain, world_from_grid, vertex_height_m}
+#import hachure::terrain::{terrain, world_from_grid}
+#import hachure::surface::vertex_height_m
 #import hachure::earth::bend
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;

@@ -1,5 +1,6 @@
 // Blinn-Phong over an elevation tint: the baseline of every comparison.
 #import hachure::view::View
+#import hachure::earth::unbend
 
 struct Plain {
     to_sun: vec3<f32>,
@@ -47,6 +48,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let half_way = normalize(to_eye + plain.to_sun);
     let gloss = plain.specular * pow(max(dot(n, half_way), 0.0), plain.shininess) * f32(diffuse > 0.0);
     let sky_light = 0.22 + 0.10 * n.z;
-    let color = tint(at.z + plain.camera_z_m, n.z) * (sky_light + 0.95 * diffuse) + gloss;
+    // The earth bends away; heights above the sea do not sink with it.
+    let height_m = unbend(at.xyz).flat_m.z + plain.camera_z_m;
+    let color = tint(height_m, n.z) * (sky_light + 0.95 * diffuse) + gloss;
     textureStore(tone, pixel, vec4<f32>(color, clamp(sky_light + 0.7 * diffuse, 0.0, 1.0)));
 }

@@ -19,6 +19,7 @@ macro_rules! shader {
 const MODULES: &[(&str, &str)] = &[
     shader!("shared/view"),
     shader!("shared/terrain"),
+    shader!("shared/surface"),
     shader!("shared/earth"),
     shader!("shared/patch"),
     shader!("shared/color"),

@@ -1,7 +1,7 @@
 //! Several pyramids as one, without baking them again: tiles are composed when they are asked for.
 //!
 //! The grid is that of [`crate::source::mosaic`]. It is sparse: at levels finer than a member's own, tiles exist only
-//! where a finer member lies, and the coarser tile holds all that is known elsewhere. A tile is composed from the
+//! where a finer member lies and next to it, and the coarser tile holds all that is known elsewhere. A tile is composed from the
 //! members' tiles of the matching level, the finer member over the coarser. Samples that lie on the lattice are taken
 //! bit for bit; others from the bicubic surface of the member's level, and its outermost polynomial half a sample
 //! beyond, which is where an abutting member begins. Toward its border a member fades into what lies under it, over one
@@ -79,17 +79,32 @@ impl MosaicStore {
         placed.ratio.log2().round().max(0.0) as u32
     }
 
-    /// The window of level 0 under the own samples of a tile.
-    fn area(&self, address: TileAddress) -> Window {
+    /// The window of level 0 under a tile's own samples and `around` tiles of its level on every side.
+    fn area(&self, address: TileAddress, around: u32) -> Window {
         let size = self.levels[address.level as usize];
         let span = |tile: u32, finest: u32, count: u32| {
-            let at = |sample: u32| f64::from(sample.min(count)) * f64::from(finest) / f64::from(count);
-            let (first, end) = (at(tile * TILE_SAMPLES).floor() as u32, at((tile + 1) * TILE_SAMPLES).ceil() as u32);
+            let at = |tile: u32| {
+                let sample = f64::from((tile * TILE_SAMPLES).min(count));
+                sample * f64::from(finest) / f64::from(count)
+            };
+            let (first, end) = (at(tile.saturating_sub(around)).floor() as u32, at(tile + 1 + around).ceil() as u32);
             (first, end.min(finest).max(first + 1) - first)
         };
         let (x, width) = span(address.x, self.grid.size[0], size.width);
         let (y, height) = span(address.y, self.grid.size[1], size.height);
         Window { x, y, width, height }
+    }
+
+    /// Whether a tile lies on a member that has something of its own at the tile's level, or near by.
+    ///
+    /// A tile is drawn in full detail only where the tiles around it exist and their parents are free as well
+    /// (`tiles::blocked`); without any beyond its border a member would be coarse along it. At its finest level a
+    /// member has one tile more on every side. Above it has the parents of those and one tile around them: 3/2 tiles,
+    /// then 7/4, always less than two.
+    fn is_near(&self, placed: &Placed, address: TileAddress) -> bool {
+        let finest = Self::first_level(placed);
+        let around = if address.level == finest { 1 } else { 2 };
+        finest <= address.level && placed.meets(self.area(address, around))
     }
 
     fn compose(&self, address: TileAddress, cancel: &Cancel) -> Result<LoadedTile, PyramidError> {
@@ -297,9 +312,8 @@ impl TileStore for MosaicStore {
             return false;
         }
         // The coarsest is there in any case: something must be.
-        let area = self.area(address);
         address.level + 1 == self.levels.len() as u32
-            || self.grid.members.iter().any(|placed| Self::first_level(placed) <= address.level && placed.meets(area))
+            || self.grid.members.iter().any(|placed| self.is_near(placed, address))
     }
 
     fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {

@@ -26,7 +26,7 @@ pub struct TerrainPass {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: wgpu::BindingResource<'a>,
-    /// What `shaders/shared/terrain.wgsl` declares.
+    /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
     pub terrain: &'a [Named<'a>],
     /// How many patches the selection has without holes; those with holes follow.
     pub solid: u32,

@@ -4,6 +4,7 @@ pub mod atlas;
 pub mod bending;
 pub mod blocked;
 pub mod cache;
+mod flight;
 pub mod frustum;
 pub mod horizon;
 pub mod loader;
@@ -13,6 +14,7 @@ pub mod residency;
 pub mod selection;
 pub mod tables;
 pub mod terrain;
+pub(crate) mod terrain_buffers;
 mod walk;
 pub mod warp;
 

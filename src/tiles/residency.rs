@@ -162,15 +162,9 @@ impl Residency {
             soon.extend(in_order(needed(&land, places, known, &LevelRule { frusta: wider(), ..rule.clone() })));
         }
 
-        let mut loaded = Loaded { wanted: urgent.len() as u64, ..Loaded::default() };
-        let mut urgent = in_order(urgent);
-        let mut met = FxHashSet::default();
-        urgent.retain(|tile| met.insert(tile.address));
-        let slots = self.atlas.slots() as usize;
-        loaded.without_room = urgent.len().saturating_sub(slots) as u64;
-        urgent.truncate(slots);
-        soon.retain(|tile| met.insert(tile.address));
-        soon.truncate(slots - urgent.len());
+        let wanted = urgent.len() as u64;
+        let Queues { urgent, soon, without_room } = queues(urgent, soon, self.atlas.slots() as usize);
+        let mut loaded = Loaded { wanted, without_room, ..Loaded::default() };
         let (request, offer) = self.sort_out(&urgent, &soon, frame, now_s);
         self.loader.want(&request);
         loaded.loaded = self.send(gpu, &offer, frame, now_s, movement.frame_s);
@@ -181,9 +175,12 @@ impl Residency {
 
         let atlas = &self.atlas;
         let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
-        let absent = self.absent_children();
+        let absent = self.absent_beside();
+        // A pyramid that is sparse is blocked for ever where it ends.
+        let ends_in_view = !absent.is_empty();
         self.blocked.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
-        loaded.late = loaded.pending + loaded.without_room + loaded.failed > 0 || !self.is_complete();
+        let is_missing = loaded.pending + loaded.without_room + loaded.failed > 0;
+        loaded.late = is_missing || !ends_in_view && !self.is_complete();
         loaded
     }
 
@@ -240,17 +237,21 @@ impl Residency {
         self.atlas.insert(gpu, &tiles, frame, now_s, frame_s).len() as u64
     }
 
-    /// Children that a needed tile does not have although it has others: nothing finer is known there.
-    fn absent_children(&self) -> Vec<(TileAddress, bool)> {
-        let levels = self.store.levels();
+    /// Tiles around needed ones that do not exist: nothing finer is known there.
+    fn absent_beside(&self) -> Vec<(TileAddress, bool)> {
+        let mut met: FxHashSet<TileAddress> = self.needed.iter().map(|tile| tile.address).collect();
         let mut absent = Vec::new();
-        let mut parents = FxHashSet::default();
-        for tile in &self.needed {
-            let Needed { address: TileAddress { level, x, y }, .. } = *tile;
-            let parent = TileAddress { level: level + 1, x: x / 2, y: y / 2 };
-            if (parent.level as usize) < levels.len() && parents.insert(parent) {
-                let missing = super::needed::children(levels, parent).filter(|child| !self.store.has_tile(*child));
-                absent.extend(missing.map(|child| (child, false)));
+        for Needed { address: tile, .. } in &self.needed {
+            let size = self.store.levels()[tile.level as usize];
+            for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
+                let (Some(x), Some(y)) = (tile.x.checked_add_signed(dx), tile.y.checked_add_signed(dy)) else {
+                    continue;
+                };
+                let beside = TileAddress { x, y, ..*tile };
+                let is_inside = x < size.tiles_x() && y < size.tiles_y();
+                if is_inside && met.insert(beside) && !self.store.has_tile(beside) {
+                    absent.push((beside, false));
+                }
             }
         }
         absent
@@ -258,17 +259,32 @@ impl Residency {
 
     /// Whether nothing that can come is missing or fading in.
     fn is_complete(&self) -> bool {
-        self.blocked.is_empty() || {
-            let free = |tile: &Needed| self.blocked.at(tile.address) == [0.0; 4];
-            // A pyramid that is sparse is blocked for ever where it ends.
-            let is_sparse = self.needed.iter().any(|tile| {
-                tile.address.level > 0
-                    && super::needed::children(self.store.levels(), tile.address)
-                        .any(|child| !self.store.has_tile(child))
-            });
-            is_sparse || self.needed.iter().all(free)
-        }
+        let free = |tile: &Needed| self.blocked.at(tile.address) == [0.0; 4];
+        self.blocked.is_empty() || self.needed.iter().all(free)
     }
+}
+
+/// What a frame asks for, each tile once.
+struct Queues {
+    /// The most urgent first.
+    urgent: Vec<Needed>,
+    /// In the order of its views.
+    soon: Vec<Needed>,
+    /// Urgent tiles for which there is no slot.
+    without_room: u64,
+}
+
+/// What is urgent, and then what is wanted soon, as far as the atlas has slots. A tile counts once, and before the cut:
+/// what is wanted soon begins with much of what is urgent, and would fill the slots that are left with it.
+fn queues(urgent: Vec<Needed>, mut soon: Vec<Needed>, slots: usize) -> Queues {
+    let mut urgent = in_order(urgent);
+    let mut met = FxHashSet::default();
+    urgent.retain(|tile| met.insert(tile.address));
+    let without_room = urgent.len().saturating_sub(slots) as u64;
+    urgent.truncate(slots);
+    soon.retain(|tile| met.insert(tile.address));
+    soon.truncate(slots - urgent.len());
+    Queues { urgent, soon, without_room }
 }
 
 /// The most urgent first; of equals the coarser, and then by place, so that runs are alike.
@@ -299,4 +315,38 @@ fn chain(error: &dyn std::error::Error) -> String {
         cause = error.source();
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tiles(columns: impl IntoIterator<Item = u32>) -> Vec<Needed> {
+        let tile = |x| Needed { address: TileAddress { level: 0, x, y: 0 }, urgency: 100.0 - x as f32 };
+        columns.into_iter().map(tile).collect()
+    }
+
+    fn columns(tiles: &[Needed]) -> Vec<u32> {
+        tiles.iter().map(|tile| tile.address.x).collect()
+    }
+
+    #[test]
+    fn what_is_urgent_takes_no_slot_twice() {
+        // The view ahead sees what this view sees and a tile more, the wider view two more still.
+        let ahead = [tiles(0..5), tiles(0..7)].concat();
+        let found = queues(tiles([2, 0, 3, 1, 0]), ahead.clone(), 7);
+        assert_eq!((columns(&found.urgent), found.without_room), (vec![0, 1, 2, 3], 0));
+        assert_eq!(columns(&found.soon), [4, 5, 6], "what lies ahead has the slots that are left");
+        // The planted error: cut first, and nothing is left that would be new.
+        let mut cut_first = ahead;
+        cut_first.truncate(7 - found.urgent.len());
+        assert!(columns(&cut_first).iter().all(|column| columns(&found.urgent).contains(column)));
+    }
+
+    #[test]
+    fn without_room_the_most_urgent_stay() {
+        let found = queues(tiles([4, 1, 3, 0, 2, 1]), tiles(0..9), 3);
+        assert_eq!((columns(&found.urgent), found.without_room), (vec![0, 1, 2], 2));
+        assert!(found.soon.is_empty());
+    }
 }

@@ -4,20 +4,20 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Instant;
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::bending::Bending;
+use super::flight::Flight;
 use super::frustum::Frustum;
 use super::needed::LevelRule;
 use super::patches::ResidentPatches;
 use super::residency::{Loaded, Movement, Residency};
-use super::selection::{self, Selection, Viewpoint, units_log2};
+use super::selection::{self, Selection, Viewpoint};
 use super::tables::Tables;
-use super::warp::{MAX_TERMS, Warp};
+use super::terrain_buffers::{TerrainBuffers, TerrainUniform};
+use super::warp::Warp;
 use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::Named;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
@@ -59,13 +59,6 @@ const LEVEL_SHARE: f64 = 0.5;
 
 /// Samples along a side: what f32 still counts one by one.
 const MOST_SAMPLES: u32 = 1 << 24;
-
-/// After a jump, detail does not fade in but stands as it comes, for so long in seconds.
-const JUMP_S: f64 = 1.5;
-/// A step so many times as long as the one before is a jump.
-const JUMP: f64 = 20.0;
-/// A pause so long in seconds ends a movement.
-const PAUSE_S: f64 = 1.0;
 
 /// Why a pyramid cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -121,49 +114,11 @@ pub struct Terrain {
     residency: Residency,
     /// What the mesh of the last frame missed.
     asked: FxHashMap<TileAddress, f64>,
-    flight: Option<Flown>,
+    flight: Flight,
     start: Instant,
     frame: u64,
-    tables: Tables,
-    uniform: GrowingBuffer,
-    levels: GrowingBuffer,
-    rows: GrowingBuffer,
-    tiles: GrowingBuffer,
+    buffers: TerrainBuffers,
 }
-
-/// The frame before, for what comes next.
-#[derive(Clone, Copy)]
-struct Flown {
-    camera_m: DVec3,
-    velocity_m: DVec3,
-    at_s: f64,
-    /// Of the last jump.
-    jumped_s: f64,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct TerrainUniform {
-    terms: [[f32; 4]; MAX_TERMS],
-    extent_units: [i32; 4],
-    grid_unit: f32,
-    world_unit: f32,
-    degree: i32,
-    level_count: i32,
-    camera_z_coarse_m: f32,
-    camera_z_fine_m: f32,
-    min_z_m: f32,
-    max_z_m: f32,
-    spacing_m: f32,
-    level_error_px: f32,
-    level_bias: f32,
-    focal_px: f32,
-    world_origin_m: [f32; 2],
-    units_per_sample: f32,
-    inverse_radius: f32,
-}
-
-crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, level_bias, focal_px, world_origin_m, units_per_sample, inverse_radius);
 
 /// A view as the terrain sees it.
 #[derive(Clone, Debug)]
@@ -182,7 +137,6 @@ impl Terrain {
     /// # Errors
     /// [`TerrainError`].
     pub fn new(gpu: &Gpu, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, TerrainError> {
-        use wgpu::BufferUsages as Usage;
         let size = store.levels()[0];
         if size.width.max(size.height) > MOST_SAMPLES {
             return Err(TerrainError::TooWide { width: size.width, height: size.height });
@@ -197,14 +151,10 @@ impl Terrain {
             warp,
             options,
             asked: FxHashMap::default(),
-            flight: None,
+            flight: Flight::default(),
             start: Instant::now(),
             frame: 0,
-            tables: Tables::default(),
-            uniform: GrowingBuffer::new(gpu, "terrain", Usage::UNIFORM),
-            levels: GrowingBuffer::new(gpu, "levels", Usage::STORAGE),
-            rows: GrowingBuffer::new(gpu, "tile rows", Usage::STORAGE),
-            tiles: GrowingBuffer::new(gpu, "tiles", Usage::STORAGE),
+            buffers: TerrainBuffers::new(gpu),
         })
     }
 
@@ -286,8 +236,7 @@ impl Terrain {
 
     /// Bytes that the terrain holds on the GPU.
     pub fn gpu_bytes(&self) -> u64 {
-        let buffers = [&self.uniform, &self.levels, &self.rows, &self.tiles];
-        self.residency.atlas.bytes() + buffers.iter().map(|buffer| buffer.buffer().size()).sum::<u64>()
+        self.residency.atlas.bytes() + self.buffers.bytes()
     }
 
     /// Sees to the tiles that a view needs, chooses its patches, and tells the shaders. Waits for the tiles only where
@@ -304,17 +253,15 @@ impl Terrain {
             bending: self.bending(view.camera_m.z),
         };
         let streams = self.options.loading == Loading::Stream;
-        let flown = self.fly_on(view.camera_m, now_s);
-        let fades = streams && now_s - flown.jumped_s > JUMP_S;
-        let step_s = self.flight.map_or(0.0, |before| now_s - before.at_s);
-        self.flight = Some(flown);
+        let step = self.flight.go_on(view.camera_m, now_s, self.warp.spacing_m());
+        let fades = streams && step.fades();
         let mut tiles = Loaded::default();
         let mut idle = 0;
         loop {
             // While nothing fades, what has come stands at once.
-            let fade_step_s = streams.then_some(if fades { step_s } else { f64::INFINITY });
+            let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
             let asked = std::mem::take(&mut self.asked);
-            let movement = Movement { rule: rule.clone(), velocity_m: flown.velocity_m, frame_s: step_s, asked };
+            let movement = Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked };
             let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
@@ -336,9 +283,9 @@ impl Terrain {
             }
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
             tiles.late |= !self.asked.is_empty();
-            self.tell(gpu, &rule, view.camera_m);
+            self.tell(gpu, &rule);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
-            return Prepared { selection, tiles, prepare_ms, jumped: flown.jumped_s == begun_s };
+            return Prepared { selection, tiles, prepare_ms, jumped: step.has_jumped() };
         }
     }
 
@@ -346,24 +293,6 @@ impl Terrain {
     pub fn bending(&self, camera_z_m: f64) -> Bending {
         let lowest_m = f64::from(self.store.range_m()[0]);
         Bending { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
-    }
-
-    /// How the camera moves: a step much longer than the one before is a jump, and says nothing of the next.
-    fn fly_on(&self, camera_m: DVec3, now_s: f64) -> Flown {
-        let Some(before) = self.flight else {
-            return Flown { camera_m, velocity_m: DVec3::ZERO, at_s: now_s, jumped_s: now_s };
-        };
-        let (step_m, step_s) = (camera_m - before.camera_m, now_s - before.at_s);
-        let expected_m = before.velocity_m.length() * step_s + self.warp.spacing_m();
-        if step_m.length() > JUMP * expected_m {
-            // The first step of a movement looks like a jump as well; only a long one is.
-            let is_far = step_m.length() > 256.0 * self.warp.spacing_m();
-            let jumped_s = if is_far { now_s } else { before.jumped_s };
-            let velocity_m = if is_far || step_s > PAUSE_S { DVec3::ZERO } else { step_m / step_s.max(1e-3) };
-            return Flown { camera_m, velocity_m, at_s: now_s, jumped_s };
-        }
-        let velocity_m = if step_s > PAUSE_S { DVec3::ZERO } else { step_m / step_s.max(1e-3) };
-        Flown { camera_m, velocity_m: before.velocity_m.lerp(velocity_m, 0.5), at_s: now_s, ..before }
     }
 
     /// Chooses the patches; what they miss is asked for in the next frame.
@@ -392,59 +321,22 @@ impl Terrain {
     }
 
     /// Writes what the shaders read.
-    fn tell(&mut self, gpu: &Gpu, rule: &LevelRule, camera_m: DVec3) {
-        let anchor = self.warp.anchor(camera_m.truncate());
+    fn tell(&mut self, gpu: &Gpu, rule: &LevelRule) {
+        let anchor = self.warp.anchor(rule.camera_m.truncate());
         let residency = &self.residency;
         let needed = residency.needed.iter().map(|tile| tile.address);
         let tables = Tables::new(&*self.store, &residency.atlas, &residency.blocked, needed, anchor);
-        if tables != self.tables {
-            self.levels.write(gpu, &tables.levels);
-            self.rows.write(gpu, &tables.rows);
-            self.tiles.write(gpu, &tables.tiles);
-            self.tables = tables;
-        }
-        self.uniform.write(gpu, &[self.uniform_for(anchor, rule)]);
+        let uniform = TerrainUniform::new(&*self.store, &self.warp, anchor, rule);
+        self.buffers.write(gpu, tables, uniform);
     }
 
-    fn uniform_for(&self, anchor: DVec2, rule: &LevelRule) -> TerrainUniform {
-        let camera_m = rule.camera_m;
-        let local = self.warp.around(anchor, camera_m.truncate());
-        let size = self.store.levels()[0];
-        let units = f64::from(units_log2(size)).exp2();
-        let [min_m, max_m] = self.store.range_m();
-        let first = -anchor * units;
-        let last = (DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1)) - anchor) * units;
-        // Coarse in sixteenths of a metre: exact in f32 up to a million metres.
-        let coarse_m = (camera_m.z * 16.0).round() / 16.0;
-        TerrainUniform {
-            terms: local.terms,
-            extent_units: [first.x as i32, first.y as i32, last.x as i32, last.y as i32],
-            grid_unit: local.grid_unit,
-            world_unit: local.world_unit,
-            degree: local.degree as i32,
-            level_count: self.store.levels().len() as i32,
-            camera_z_coarse_m: coarse_m as f32,
-            camera_z_fine_m: (camera_m.z - coarse_m) as f32,
-            min_z_m: (f64::from(min_m) - camera_m.z) as f32,
-            max_z_m: (f64::from(max_m) - camera_m.z) as f32,
-            spacing_m: self.warp.spacing_m() as f32,
-            level_error_px: rule.error_px as f32,
-            level_bias: 0.0,
-            focal_px: rule.focal_px as f32,
-            world_origin_m: local.world_origin_m,
-            units_per_sample: units as f32,
-            inverse_radius: self.options.inverse_radius as f32,
-        }
+    /// For passes that ask no surface: what `hachure::earth` needs.
+    pub fn uniform(&self) -> Named<'_> {
+        self.buffers.uniform()
     }
 
-    /// What `shaders/shared/terrain.wgsl` declares.
+    /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
     pub fn resources(&self) -> [Named<'_>; 5] {
-        [
-            ("terrain", self.uniform.binding()),
-            ("levels", self.levels.binding()),
-            ("tile_rows", self.rows.binding()),
-            ("tiles", self.tiles.binding()),
-            ("heights", wgpu::BindingResource::TextureView(self.residency.atlas.view())),
-        ]
+        self.buffers.resources(&self.residency.atlas)
     }
 }

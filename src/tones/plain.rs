@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, texture};
+use crate::gpu::pass::{ComputePass, Named, texture};
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 
@@ -45,7 +45,7 @@ impl PlainPass {
         Self { pass, uniform: GrowingBuffer::new(gpu, "plain", wgpu::BufferUsages::UNIFORM) }
     }
 
-    /// Reads `view`, `position`, `normal`; writes `tone`.
+    /// Reads `view`, `terrain`, `position`, `normal`; writes `tone`.
     #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
     pub fn run(
         &mut self,
@@ -54,6 +54,7 @@ impl PlainPass {
         size_px: [u32; 2],
         light: PlainLight,
         view: wgpu::BindingResource<'_>,
+        terrain: Named<'_>,
         position: &Target,
         normal: &Target,
         tone: &Target,
@@ -70,6 +71,7 @@ impl PlainPass {
         self.uniform.write(gpu, &[uniform]);
         let resources = [
             ("view", view),
+            terrain,
             ("plain", self.uniform.binding()),
             ("position", texture(&position.view)),
             ("normal", texture(&normal.view)),

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use glam::DVec2;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
-use hachure::pyramid::{self, BakeOptions, Pyramid};
+use hachure::pyramid::{self, BakeOptions, Pyramid, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, Silent, WorldMapping};
@@ -57,11 +57,22 @@ pub struct World {
 impl World {
     /// Bakes `grid`; none where there is no GPU.
     pub fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
-        let gpu = gpu()?;
         let (folder, pyramid) = baked(&grid);
-        let mapping = WorldMapping::new(&grid.georeference, grid.width, grid.height).unwrap();
+        Self::of_store(grid, folder, std::sync::Arc::new(pyramid), lod_error_px)
+    }
+
+    /// The world of a store, whose files lie in `folder`; `grid` is what it will be held against.
+    pub fn of_store(
+        grid: HeightGrid,
+        folder: tempfile::TempDir,
+        store: std::sync::Arc<dyn TileStore>,
+        lod_error_px: f64,
+    ) -> Option<Self> {
+        let gpu = gpu()?;
+        let size = store.levels()[0];
+        let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
         let options = TerrainOptions { lod_error_px, ..TerrainOptions::default() };
-        let terrain = Terrain::new(&gpu, std::sync::Arc::new(pyramid), options).unwrap();
+        let terrain = Terrain::new(&gpu, store, options).unwrap();
         Some(Self { gpu, grid, mapping, terrain, folder })
     }
 

@@ -10,7 +10,8 @@
 // other triangle of its quad.
 #import hachure::view::View
 #import hachure::mesh::{Patch, QUADS, VERTICES}
-#import hachure::terrain::{terrain, world_from_grid, vertex_height_m}
+#import hachure::terrain::{terrain, world_from_grid}
+#import hachure::surface::vertex_height_m
 #import hachure::earth::bend
 #import hachure::stroke_edges::{Edge, Strokes, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
 

@@ -15,7 +15,7 @@ pub struct ContourEdgesPass {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: wgpu::BindingResource<'a>,
-    /// What `shaders/shared/terrain.wgsl` declares.
+    /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
     pub terrain: &'a [Named<'a>],
     /// First patch and number of patches of the batch.
     pub batch: [u32; 2],

@@ -1,0 +1,129 @@
+//! What `shaders/shared/terrain.wgsl` declares, as it lies on the GPU: the terrain's uniform and its tables.
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+
+use super::atlas::Atlas;
+use super::needed::LevelRule;
+use super::selection::units_log2;
+use super::tables::Tables;
+use super::warp::{MAX_TERMS, Warp};
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::Named;
+use crate::pyramid::TileStore;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct TerrainUniform {
+    terms: [[f32; 4]; MAX_TERMS],
+    extent_units: [i32; 4],
+    grid_unit: f32,
+    world_unit: f32,
+    degree: i32,
+    level_count: i32,
+    camera_z_coarse_m: f32,
+    camera_z_fine_m: f32,
+    min_z_m: f32,
+    max_z_m: f32,
+    spacing_m: f32,
+    level_error_px: f32,
+    world_origin_m: [f32; 2],
+    focal_px: f32,
+    units_per_sample: f32,
+    inverse_radius: f32,
+    pad: f32,
+}
+
+crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, world_origin_m, focal_px, units_per_sample, inverse_radius, pad);
+
+impl TerrainUniform {
+    /// For a view. `anchor` is the sample that grid coordinates count from.
+    pub(super) fn new(store: &dyn TileStore, warp: &Warp, anchor: DVec2, rule: &LevelRule) -> Self {
+        let camera_m = rule.camera_m;
+        let local = warp.around(anchor, camera_m.truncate());
+        let size = store.levels()[0];
+        let units = f64::from(units_log2(size)).exp2();
+        let [min_m, max_m] = store.range_m();
+        let first = -anchor * units;
+        let last = (DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1)) - anchor) * units;
+        // Coarse in sixteenths of a metre: exact in f32 up to a million metres.
+        let coarse_m = (camera_m.z * 16.0).round() / 16.0;
+        Self {
+            terms: local.terms,
+            extent_units: [first.x as i32, first.y as i32, last.x as i32, last.y as i32],
+            grid_unit: local.grid_unit,
+            world_unit: local.world_unit,
+            degree: local.degree as i32,
+            level_count: store.levels().len() as i32,
+            camera_z_coarse_m: coarse_m as f32,
+            camera_z_fine_m: (camera_m.z - coarse_m) as f32,
+            min_z_m: (f64::from(min_m) - camera_m.z) as f32,
+            max_z_m: (f64::from(max_m) - camera_m.z) as f32,
+            spacing_m: warp.spacing_m() as f32,
+            level_error_px: rule.error_px as f32,
+            world_origin_m: local.world_origin_m,
+            focal_px: rule.focal_px as f32,
+            units_per_sample: units as f32,
+            inverse_radius: rule.bending.inverse_radius as f32,
+            pad: 0.0,
+        }
+    }
+}
+
+/// The buffers.
+pub(super) struct TerrainBuffers {
+    /// What the tables' buffers hold: a still view writes them once.
+    tables: Tables,
+    uniform: GrowingBuffer,
+    levels: GrowingBuffer,
+    rows: GrowingBuffer,
+    tiles: GrowingBuffer,
+}
+
+impl TerrainBuffers {
+    /// With nothing in them.
+    pub fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Self {
+            tables: Tables::default(),
+            uniform: GrowingBuffer::new(gpu, "terrain", Usage::UNIFORM),
+            levels: GrowingBuffer::new(gpu, "levels", Usage::STORAGE),
+            rows: GrowingBuffer::new(gpu, "tile rows", Usage::STORAGE),
+            tiles: GrowingBuffer::new(gpu, "tiles", Usage::STORAGE),
+        }
+    }
+
+    /// Writes the uniform, and the tables where they have changed.
+    pub fn write(&mut self, gpu: &Gpu, tables: Tables, uniform: TerrainUniform) {
+        if tables != self.tables {
+            self.levels.write(gpu, &tables.levels);
+            self.rows.write(gpu, &tables.rows);
+            self.tiles.write(gpu, &tables.tiles);
+            self.tables = tables;
+        }
+        self.uniform.write(gpu, &[uniform]);
+    }
+
+    /// Their size on the GPU.
+    pub fn bytes(&self) -> u64 {
+        let buffers = [&self.uniform, &self.levels, &self.rows, &self.tiles];
+        buffers.iter().map(|buffer| buffer.buffer().size()).sum()
+    }
+
+    /// The uniform alone.
+    pub fn uniform(&self) -> Named<'_> {
+        ("terrain", self.uniform.binding())
+    }
+
+    /// They and the heights, by the names in the shaders.
+    pub fn resources<'a>(&'a self, atlas: &'a Atlas) -> [Named<'a>; 5] {
+        [
+            self.uniform(),
+            ("levels", self.levels.binding()),
+            ("tile_rows", self.rows.binding()),
+            ("tiles", self.tiles.binding()),
+            ("heights", wgpu::BindingResource::TextureView(atlas.view())),
+        ]
+    }
+}
