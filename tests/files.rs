@@ -184,7 +184,7 @@ fn names_say_what_an_output_is() {
     assert_eq!(of("dir/a.EXR").unwrap(), OutputKind::Picture(PictureFormat::Exr));
     assert_eq!(of("a.mp4").unwrap(), OutputKind::Mp4);
     assert!(matches!(of("dir/%05d.exr").unwrap(), OutputKind::Frames(_, PictureFormat::Exr)));
-    assert!(of("a.svg").unwrap_err().to_string().contains("needs a style with strokes, which this version does not"));
+    assert!(of("a.svg").unwrap_err().to_string().contains(".svg is not written by this version"));
     assert!(of("a.jpg").unwrap_err().to_string().contains(".png, .exr or .mp4"));
     assert!(of("a").is_err());
 }
