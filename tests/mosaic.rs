@@ -280,15 +280,15 @@ impl TileStore for Bare {
     }
 }
 
-/// Looks down on places of the inset: height errors in pixels against the inset's own surface (99.9 %) of what lies
+/// Looks at the inset from places over it: height errors in pixels against the inset's own surface (99.9 %) of what lies
 /// farther inside than the fade reaches.
-fn inset_errors_px(world: &mut World, places: &[[f64; 2]]) -> Vec<f64> {
+fn inset_errors_px(world: &mut World, views: &[(f64, f64, &str)]) -> Vec<f64> {
     let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
     let shift = f64::from(INSET[0]);
     let mut frame = None;
-    let errors = places.iter().map(|[x, y]| {
+    let errors = views.iter().map(|(x, y, view)| {
         let at_m = world.mapping.world_from_grid(x + shift, y + shift);
-        let pose = world.pose(&format!("{},{},+900,0,-90,40", at_m.x, at_m.y));
+        let pose = world.pose(&format!("{},{},{view}", at_m.x, at_m.y));
         let shot = shoot(world, &mut frame, pose, [160, 160]);
         let field = Field { grid: &world.grid, mapping: &inset_mapping };
         let errors = (0..shot.depth_m.len()).filter(|&pixel| !shot.is_sky(pixel)).filter_map(|pixel| {
@@ -323,12 +323,22 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
 
     const ALLOWED_PX: f64 = 0.25;
     let [near, middle, far] = [40.0, 512.0, 983.0];
-    let places = [[middle, middle], [far, middle], [near, middle], [middle, near], [middle, far], [far, far]];
+    // Down, and beyond the edge, where tiles far from the inset are wanted as well.
+    let (down, out) = ("+900,0,-90,40", "+300,90,-15,40");
+    let views = [
+        (middle, middle, down),
+        (far, middle, down),
+        (near, middle, down),
+        (middle, near, down),
+        (middle, far, down),
+        (far, far, down),
+        (900.0, middle, out),
+    ];
     let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
-    let errors_px = inset_errors_px(&mut world, &places);
+    let errors_px = inset_errors_px(&mut world, &views);
     println!("99.9 % within {errors_px:.4?} px; the first is the middle");
     let mut planted = World::of_store(inset, tempfile::tempdir().unwrap(), bare, ALLOWED_PX).unwrap();
-    let planted_px = inset_errors_px(&mut planted, &places);
+    let planted_px = inset_errors_px(&mut planted, &views);
     println!("without tiles beyond the inset {planted_px:.4?} px");
     assert!(errors_px.iter().all(|&error_px| error_px <= ALLOWED_PX), "{errors_px:?}");
     assert!(planted_px[1..].iter().all(|&error_px| error_px > ALLOWED_PX), "{planted_px:?}");
