@@ -5,6 +5,8 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
+use hachure::pyramid::derive::derive;
+use hachure::pyramid::ground::{Ground, height_in_tile, tile_at};
 use hachure::pyramid::{BakeOptions, ContinentStore, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;
 use hachure::scene::{Scene, World};
@@ -154,6 +156,32 @@ fn estimates_hold_against_a_bake() {
         }
     }
     assert!(safe * 100 >= count * 95, "{safe} of {count} patches");
+}
+
+#[test]
+fn coarse_tiles_know_of_the_relief_that_they_do_not_show() {
+    let store = Arc::new(store(SIZE_SAMPLES));
+    let ground = Ground::new(Arc::clone(&store) as Arc<dyn TileStore>);
+    let level = 8;
+    let middle = f64::from(SIZE_SAMPLES) / 2.0;
+    let address = tile_at(store.levels(), level, middle, middle).unwrap();
+    let loaded = Arc::clone(&store).load(address).unwrap();
+    let mut worst_m = 0.0_f64;
+    for i in 0..24 {
+        // Ridges and valleys of places some 40 km apart; a patch of 60 samples each, since a summit is not hit at once.
+        let (x, y) = (middle + 4000.0 * f64::from(i % 5 - 2), middle + 4000.0 * f64::from(i / 5 - 2));
+        for k in 0..64 {
+            let (column, row) = (x + 60.0 * f64::from(k % 8), y + 60.0 * f64::from(k / 8));
+            let coarse_m = height_in_tile(store.levels(), address, &loaded.tile, column, row).unwrap();
+            worst_m = worst_m.max((ground.height_m(column, row).unwrap() - coarse_m).abs());
+        }
+    }
+    let estimate_m = f64::from(derive(store.levels(), address, loaded.tile.clone()).statistics.error_m);
+    let error_m = f64::from(loaded.statistics.error_m);
+    println!("lost {worst_m:.0} m, bound {error_m:.0} m, estimate from the samples {estimate_m:.0} m");
+    assert!(worst_m <= error_m && worst_m > 150.0);
+    // What was missing before: the samples alone do not tell.
+    assert!(estimate_m < worst_m);
 }
 
 #[test]

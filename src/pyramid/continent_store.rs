@@ -10,9 +10,9 @@ use std::sync::Arc;
 use super::derive::{coarse_patches, derive};
 use super::fill::flagged;
 use super::levels::{LevelSize, level_sizes};
-use super::store::{Cancel, Decode, LoadedTile, TileStore};
+use super::store::{Cancel, Decode, LoadedTile, PAGE_PATCHES, TileStore};
 use super::{
-    PatchStatistics, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress,
+    PATCH_QUADS, PatchStatistics, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress,
     bake::{field::Field, overview},
     open_or_bake_key,
 };
@@ -165,7 +165,31 @@ impl ContinentStore {
                 flagged(heights_m[(start + column) as usize], false)
             }));
         }
-        Ok(derive(&self.levels, address, Tile { samples }))
+        let loaded = derive(&self.levels, address, Tile { samples });
+        Ok(self.with_relief(address, loaded))
+    }
+
+    /// From the base's level on, the pieces of relief do not show in a tile at all, so no estimate from its samples
+    /// knows of them.
+    fn with_relief(&self, address: TileAddress, loaded: LoadedTile) -> LoadedTile {
+        let Some(above) = address.level.checked_sub(BASE_LEVEL) else { return loaded };
+        let first = |tile: u32| (self.offset >> BASE_LEVEL) + ((tile * TILE_SAMPLES) << above);
+        let (x, y) = (first(address.x), first(address.y));
+        let relief_m = |x: u32, y: u32, samples: u32| self.scale * self.land.most_relief_m(x, y, samples << above);
+        let lost_m = relief_m(x, y, TILE_SAMPLES);
+        let LoadedTile { tile, mut statistics, mut patches, .. } = loaded;
+        statistics.error_m += lost_m;
+        statistics.corner_errors_m = statistics.corner_errors_m.map(|error_m| error_m + lost_m);
+        statistics.min_m -= lost_m;
+        statistics.max_m += lost_m;
+        for (i, patch) in (0..).zip(patches.patches_mut()) {
+            let place = |first: u32, patch: u32| first + ((patch * PATCH_QUADS) << above);
+            let lost_m = relief_m(place(x, i % PAGE_PATCHES), place(y, i / PAGE_PATCHES), PATCH_QUADS);
+            patch.mesh_error_m += lost_m;
+            patch.min_m -= lost_m;
+            patch.max_m += lost_m;
+        }
+        LoadedTile::new(tile, statistics, patches)
     }
 }
 

@@ -84,6 +84,18 @@ impl Continent {
         &self.base_m
     }
 
+    /// How far pieces of relief may reach above and below the base, most likely, in metres: over the base's samples from
+    /// (`x`, `y`) on, `side` of them along each side. What lies beyond the base counts as its border.
+    pub fn most_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
+        let width = BASE_SAMPLES as usize;
+        let span = |first: u32| {
+            let last = (first as usize + side as usize + 1).min(width - 1);
+            (first as usize).saturating_sub(1).min(last)..=last
+        };
+        let rows = span(y).map(|row| &self.relief_m[row * width..(row + 1) * width]);
+        MOST_RELIEF * rows.flat_map(|row| &row[span(x)]).copied().fold(0.0, f32::max)
+    }
+
     /// Bounds of the heights in metres over `size` samples of level 0 from (`offset`, `offset`) on, most likely.
     pub fn range_m(&self, offset: u32, size: u32) -> [f32; 2] {
         let (first, last) = ((offset >> BASE_LEVEL) as usize, ((offset + size - 1) >> BASE_LEVEL) as usize);
@@ -93,7 +105,7 @@ impl Continent {
             for at in row * width + first.saturating_sub(1)..=row * width + (last + 1).min(width - 1) {
                 // Pieces of relief are lopsided: summits stand out more than valleys.
                 low = low.min(self.base_m[at] - 2.5 * self.relief_m[at]);
-                high = high.max(self.base_m[at] + 3.5 * self.relief_m[at]);
+                high = high.max(self.base_m[at] + MOST_RELIEF * self.relief_m[at]);
             }
         }
         [low, high]
@@ -136,6 +148,9 @@ impl Continent {
         Field { span, heights_m }
     }
 }
+
+/// How many times the strength of the relief a summit stands out.
+const MOST_RELIEF: f32 = 3.5;
 
 /// How far the base is lifted, as a part of the relief of the pieces.
 const LIFT: f32 = 1.1;
