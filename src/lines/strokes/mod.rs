@@ -99,7 +99,7 @@ pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
 
 /// The lists that the passes hand to each other.
 pub struct Lists {
-    /// [`StrokesUniform`].
+    /// `Strokes` in `shaders/shared/stroke_edges.wgsl`.
     pub uniform: GrowingBuffer,
     /// [`StrokeCounts`].
     pub counts: GrowingBuffer,
