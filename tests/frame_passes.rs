@@ -260,7 +260,7 @@ fn differences(list: &str) -> Vec<String> {
             "lines/strokes/stroke" => STROKE,
             _ => "",
         };
-        for target in mentions(source, "&drawn.").into_iter().filter(|name| formats.contains_key(name)) {
+        for target in mentions(source, "drawn.").into_iter().filter(|name| formats.contains_key(name)) {
             row.writes.insert(target.clone(), formats[&target].clone());
         }
         let is_right = cells[0] == (i + 1).to_string()

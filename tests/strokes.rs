@@ -302,6 +302,8 @@ fn strokes_are_long() {
             100.0 * single / total
         );
         assert!(single < 0.1 * total);
+        // Planted: without chaining a stroke is an edge.
+        assert!(stroke_px > 2.0 * total / drawn.pieces.len() as f64);
         times.push(stroke_px / edge_px);
     }
     // Where the camera is near the ground, edges are long themselves.

@@ -32,6 +32,9 @@ pub fn cell(c: f64, count: u32) -> (u32, f64) {
     (cell, c - f64::from(cell))
 }
 
+/// The surface between samples passes them by this part of their relief at most.
+pub const OVERSHOOT: f32 = 0.15;
+
 /// The index of neighbour `k` (0..4, standing for −1, 0, 1, 2) of `cell` along an axis of `count` samples, clamped.
 pub fn neighbour(cell: u32, k: u32, count: u32) -> u32 {
     (cell + k).saturating_sub(1).min(count - 1)

@@ -3,6 +3,7 @@
 //! A ridge across a mesh patch of 16 × 16 quads hides little when the patch counts as high as its lowest place only;
 //! by blocks it closes the view nearly up to its crest.
 
+use super::bicubic::OVERSHOOT;
 use super::fill::is_void;
 use super::{TILE_SAMPLES, TILE_STRIDE, Tile, TileStatistics};
 
@@ -10,9 +11,6 @@ use super::{TILE_SAMPLES, TILE_STRIDE, Tile, TileStatistics};
 pub const BLOCK_SAMPLES: u32 = 4;
 /// Blocks along a tile's side.
 pub const TILE_BLOCKS: u32 = TILE_SAMPLES / BLOCK_SAMPLES;
-
-/// The bicubic surface passes its samples by this part of their relief at most.
-const OVERSHOOT: f32 = 0.15;
 
 /// A height for each block that the surface of full resolution does not go below.
 #[derive(Clone, Debug, PartialEq)]

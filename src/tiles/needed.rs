@@ -12,6 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::bending::Bending;
 use super::frustum::{Bounds, Frustum};
 use super::warp::Warp;
+use crate::pyramid::bicubic::OVERSHOOT;
 use crate::pyramid::{LevelSize, TILE_SAMPLES, TileAddress, TileStatistics, TileStore, Voids};
 
 /// How the surface chooses its level; shared with the shader.
@@ -146,7 +147,7 @@ fn urgency_below(
     let (low, high) = places.of(land.store.levels(), land.warp, tile);
     let (low, high) = (low - rule.camera_m.truncate(), high - rule.camera_m.truncate());
     // The surface overshoots its samples.
-    let slack_m = 0.15 * f64::from(range_m[1] - range_m[0]).max(0.0);
+    let slack_m = f64::from(OVERSHOOT * (range_m[1] - range_m[0])).max(0.0);
     let at_height = |z_m: f32, slack_m: f64| f64::from(z_m) + slack_m - rule.camera_m.z;
     let bounds = Bounds {
         low_m: low.extend(at_height(range_m[0], -slack_m)),

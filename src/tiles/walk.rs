@@ -9,6 +9,7 @@ use super::horizon::Horizon;
 use super::patches::{Known, Patches};
 use super::selection::{PatchInstance, PatchKey, Selection, Viewpoint, neighbours, patch_id, units_log2};
 use super::warp::Warp;
+use crate::pyramid::bicubic::OVERSHOOT;
 use crate::pyramid::lows::{BLOCK_SAMPLES, TILE_BLOCKS};
 use crate::pyramid::statistics::{PatchStatistics, Voids};
 use crate::pyramid::{PATCH_QUADS, TileAddress};
@@ -17,8 +18,6 @@ use crate::pyramid::{PATCH_QUADS, TileAddress};
 const MAX_LEVEL_STEP: i32 = 3;
 /// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
 const LEVEL_STEPS: f64 = 4096.0;
-/// The bicubic surface passes its samples by this part of their relief at most.
-const OVERSHOOT: f64 = 0.15;
 
 #[derive(Clone, Copy)]
 struct Leaf {
@@ -105,7 +104,7 @@ impl<'a> Walk<'a> {
         let places: [[DVec2; 5]; 5] =
             std::array::from_fn(|y| std::array::from_fn(|x| place(x.min(parts), y.min(parts))));
         let relief_m = f64::from(seen.statistics.max_m - seen.statistics.min_m);
-        let lowest_m = f64::from(seen.statistics.min_m) - OVERSHOOT * relief_m;
+        let lowest_m = f64::from(seen.statistics.min_m) - f64::from(OVERSHOOT) * relief_m;
         for (x, y) in (0..parts).flat_map(|y| (0..parts).map(move |x| (x, y))) {
             let corners = [places[y][x], places[y + 1][x + 1], places[y][x + 1], places[y + 1][x]];
             let land_m = self.low_m(key, parts, x, y).map_or(lowest_m, |low_m| lowest_m.max(low_m));
@@ -208,8 +207,8 @@ impl<'a> Walk<'a> {
         // The surface overshoots its samples.
         let relief_m = f64::from(statistics.max_m - statistics.min_m);
         let camera_m = self.viewpoint.camera_m;
-        let low_m = low.extend(f64::from(statistics.min_m) - OVERSHOOT * relief_m) - camera_m;
-        let high_m = high.extend(f64::from(statistics.max_m) + OVERSHOOT * relief_m) - camera_m;
+        let low_m = low.extend(f64::from(statistics.min_m) - f64::from(OVERSHOOT) * relief_m) - camera_m;
+        let high_m = high.extend(f64::from(statistics.max_m) + f64::from(OVERSHOOT) * relief_m) - camera_m;
         self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m })
     }
 

@@ -90,15 +90,7 @@ impl IdImagePass {
         let group = bind_group(gpu, "lines/strokes/id_image", &self.shader, layout, &resources);
         let descriptor = wgpu::RenderPassDescriptor {
             label: Some("lines/strokes/id_image"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &drawn.ids.view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
+            color_attachments: &[drawn.ids.cleared()],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &drawn.depth.view,
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),

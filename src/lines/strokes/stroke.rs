@@ -96,20 +96,9 @@ impl StrokePass {
         ];
         let layout = |i| self.pipeline.get_bind_group_layout(i);
         let group = bind_group(gpu, "lines/strokes/stroke", &self.shader, layout, &resources);
-        let cleared = |target| {
-            Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        };
         let descriptor = wgpu::RenderPassDescriptor {
             label: Some("lines/strokes/stroke"),
-            color_attachments: &[cleared(&drawn.ink.view), cleared(&drawn.ids.view)],
+            color_attachments: &[drawn.ink.cleared(), drawn.ids.cleared()],
             ..Default::default()
         };
         let (arguments, offset) = points.draw();
