@@ -44,6 +44,11 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::strokes::Place::shared(),
         crate::lines::strokes::ChainRulesUniform::shared(),
         crate::lines::strokes::ChainPlan::shared(),
+        crate::lines::strokes::samples::Sample::shared(),
+        crate::lines::strokes::samples::Match::shared(),
+        crate::lines::strokes::samples::SampleCounts::shared(),
+        crate::lines::strokes::samples::CarryUniform::shared(),
+        crate::lines::strokes::carry::Heritage::shared(),
         crate::tones::plain::PlainUniform::shared(),
         crate::tones::toon::ToonUniform::shared(),
         composite::CompositeUniform::shared(),
@@ -51,12 +56,16 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
     ]
 }
 
+/// From a frame to the next.
+const STEP_S: f64 = 1.0 / 30.0;
+
 /// The passes and targets of a style, and the clock.
 pub struct Frame {
     passes: Passes,
     targets: Targets,
     timer: Timer,
     view: GrowingBuffer,
+    step_s: f64,
 }
 
 impl Frame {
@@ -70,6 +79,7 @@ impl Frame {
             targets: Targets::new(gpu, &requirements, size_px)?,
             timer: Timer::new(gpu)?,
             view: GrowingBuffer::new(gpu, "view", wgpu::BufferUsages::UNIFORM),
+            step_s: STEP_S,
         })
     }
 
@@ -80,8 +90,16 @@ impl Frame {
     pub fn adapt(&mut self, gpu: &Gpu, requirements: Requirements, size_px: [u32; 2]) -> Result<(), GpuError> {
         if !self.targets.fit(&requirements, size_px) {
             self.targets = Targets::new(gpu, &requirements, size_px)?;
+            if let Some(strokes) = &mut self.passes.strokes {
+                strokes.forget();
+            }
         }
         self.passes.adapt(gpu, &requirements)
+    }
+
+    /// How much time passes from each frame to the next, in seconds: strokes come and go by it. 1/30 until told.
+    pub fn set_step_s(&mut self, step_s: f64) {
+        self.step_s = step_s.max(0.0);
     }
 
     /// Renders a view. The pictures are in [`Frame::targets`] when the GPU is done.
@@ -100,8 +118,9 @@ impl Frame {
         let targets = &self.targets;
         let passes = &mut self.passes;
 
+        let mut finds_edges = false;
         if let (Some(strokes), Some(pass)) = (&style.strokes, &mut passes.strokes) {
-            pass.begin(gpu, strokes, size_px, light.haze_m);
+            finds_edges = pass.begin(gpu, strokes, view, light.haze_m, self.step_s);
         }
 
         let mut frame = self.timer.record(gpu);
@@ -119,7 +138,7 @@ impl Frame {
                 surface_id: &targets.surface_id,
             };
             passes.terrain.run(gpu, recorder, &inputs);
-            if let (Some(_), Some(pass)) = (&style.strokes, &passes.strokes) {
+            if let (true, Some(pass)) = (finds_edges, &passes.strokes) {
                 let mesh = &passes.vertices;
                 pass.find(
                     gpu,
@@ -149,7 +168,11 @@ impl Frame {
         let mut ink = &targets.no_line;
         // Strokes: see what is visible of the edges, chain it, draw it.
         if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &passes.strokes, &targets.strokes) {
-            pass.run(gpu, recorder, view_resource(), &targets.depth, drawn);
+            if finds_edges {
+                pass.update(gpu, recorder, view_resource(), &targets.depth, drawn);
+            } else {
+                pass.advance(gpu, recorder, view_resource(), drawn);
+            }
             ink = &drawn.ink.ink;
         }
 

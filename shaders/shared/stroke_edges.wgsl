@@ -16,6 +16,9 @@ struct Point {
     px: vec2<f32>,
     depth_m: f32,
     chain: u32,
+    // Of the edge that begins here.
+    kind: u32,
+    padding: u32,
 }
 
 const KIND_CONTOUR: u32 = 0u;

@@ -21,6 +21,12 @@ struct View {
     padding: vec2<f32>,
 }
 
+// The ray through a place on the targets, at unit distance along the view axis.
+fn ray_at(view: View, px: vec2<f32>) -> vec3<f32> {
+    let p = px + vec2<f32>(view.origin_px);
+    return view.ray_corner + p.x * view.ray_dx + p.y * view.ray_dy;
+}
+
 // The ray through the centre of the targets' pixel, at unit distance along the view axis.
 fn ray_of_pixel(view: View, pixel: vec2<i32>) -> vec3<f32> {
     let p = vec2<f32>(pixel + view.origin_px) + 0.5;

@@ -25,6 +25,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/color"),
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
+    shader!("shared/stroke_samples"),
 ];
 
 /// The shaders that become pipelines: one for each pass.
@@ -55,7 +56,16 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/strokes/arguments"),
     shader!("lines/strokes/points"),
     shader!("lines/strokes/lengths"),
+    shader!("lines/strokes/budget"),
+    shader!("lines/strokes/budget_choose"),
+    shader!("lines/strokes/sizes"),
+    shader!("lines/strokes/samples"),
+    shader!("lines/strokes/vote"),
+    shader!("lines/strokes/carry"),
     shader!("lines/strokes/stroke"),
+    shader!("lines/strokes/fading"),
+    shader!("lines/strokes/keep"),
+    shader!("lines/strokes/advance"),
     shader!("tones/toon"),
     shader!("tones/plain"),
     shader!("composite/composite"),

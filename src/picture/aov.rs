@@ -2,7 +2,7 @@
 
 use super::Window;
 use crate::file::exr::{SampleKind, Samples};
-use crate::frame::Targets;
+use crate::frame::{Frame, Targets};
 use crate::gpu::{Gpu, GpuError};
 use crate::style::{Detector, Style};
 
@@ -32,7 +32,7 @@ pub enum PlaneSource {
     LsaError,
     /// After filter and ramp.
     LsaLine,
-    /// A stroke's number plus 1; 0 is none.
+    /// A stroke's number, which lasts from frame to frame; 0 is none.
     Strokes,
     /// Asked for: 0 black to 1 white.
     Tone,
@@ -114,20 +114,22 @@ impl PlaneSource {
 /// Reads the planes of a part into a band.
 pub(super) fn read_planes(
     gpu: &Gpu,
-    targets: &Targets,
+    frame: &Frame,
     window: &Window,
     planes: &[Plane],
     samples: &mut [Samples],
 ) -> Result<(), GpuError> {
+    let targets = frame.targets();
     for (plane, samples) in planes.iter().zip(samples) {
         match samples {
             Samples::U32(ids) => {
-                let target = match plane.source {
-                    PlaneSource::Strokes => targets.strokes.as_ref().map(|strokes| &strokes.ink.ids),
-                    _ => Some(&targets.surface_id),
-                };
-                if let Some(target) = target {
-                    window.scatter(gpu, target, |i, id: u32| ids[i] = id)?;
+                if plane.source != PlaneSource::Strokes {
+                    window.scatter(gpu, &targets.surface_id, |i, id: u32| ids[i] = id)?;
+                } else if let (Some(passes), Some(drawn)) = (frame.strokes(), &targets.strokes) {
+                    // The picture holds samples.
+                    let (_, list) = passes.samples().read(gpu)?;
+                    let stroke = |sample: u32| list.get(sample.wrapping_sub(1) as usize).map_or(0, |own| own.stroke);
+                    window.scatter(gpu, &drawn.ink.ids, |i, sample: u32| ids[i] = stroke(sample))?;
                 }
             }
             Samples::F32(values) => read_floats(gpu, targets, window, plane.source, values)?,

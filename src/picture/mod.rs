@@ -302,7 +302,7 @@ fn read_part(
     let targets = frame.targets();
     let picture = &mut band.picture;
     window.scatter(gpu, &targets.picture, |i, texel: [u16; 4]| picture[i] = texel.map(aov::f32_from_f16))?;
-    aov::read_planes(gpu, targets, window, request.planes, &mut band.planes)
+    aov::read_planes(gpu, frame, window, request.planes, &mut band.planes)
 }
 
 /// Linear colour to sRGB bytes, rounded.

@@ -130,6 +130,21 @@ pub struct Strokes {
     /// Whether the border of the land is drawn.
     #[serde(default = "yes")]
     pub borders: bool,
+    /// Strokes are made anew in each Nth frame; between, they move with the world.
+    #[serde(default = "every_frame")]
+    pub update_every: u32,
+    /// Whether strokes take over from those of the frame before: identity, texture, pressure, part of the place.
+    #[serde(default = "yes")]
+    pub carry: bool,
+    /// How long a stroke takes to come or go, in seconds, if it takes over from the frame before.
+    #[serde(default = "fade_s")]
+    pub fade_s: f32,
+    /// How far the line of the frame before holds the new one in its place, 0 to 1.
+    #[serde(default = "hold")]
+    pub hold: f32,
+    /// Length of all strokes together, at most, in pixels; the shortest are left out first.
+    #[serde(default = "budget_px")]
+    pub budget_px: f32,
     /// What is left of a stroke in full haze, 0 to 1.
     #[serde(default)]
     pub faintest: f32,
@@ -239,6 +254,22 @@ fn four() -> f32 {
     4.0
 }
 
+fn every_frame() -> u32 {
+    1
+}
+
+fn fade_s() -> f32 {
+    0.25
+}
+
+fn hold() -> f32 {
+    0.7
+}
+
+fn budget_px() -> f32 {
+    400_000.0
+}
+
 fn sixty() -> f32 {
     60.0
 }
@@ -272,6 +303,12 @@ impl Strokes {
         within("join_deg", self.join_deg, 0.0, 90.0)?;
         within("crease_deg", self.crease_deg.unwrap_or(0.0), 0.0, 180.0)?;
         within("faintest", self.faintest, 0.0, 1.0)?;
+        within("fade_s", self.fade_s, 0.0, 60.0)?;
+        within("hold", self.hold, 0.0, 1.0)?;
+        within("budget_px", self.budget_px, 100.0, 500_000.0)?;
+        if !(1..=1000).contains(&self.update_every) {
+            return Err(format!("strokes.update_every is {}, not between 1 and 1000", self.update_every));
+        }
         within("reach", self.reach, 1e-3, 1e6)
     }
 }

@@ -1,12 +1,12 @@
-// From numbers of things to numbers of workgroups and instances: what the GPU counted, it draws.
+// From numbers of things to numbers of workgroups: what the GPU counted, it dispatches.
 #import hachure::strokes::StrokeCounts
 #import hachure::stroke_edges::Strokes
 
 @group(0) @binding(0) var<uniform> strokes: Strokes;
 @group(0) @binding(1) var<storage, read> edge_draw: array<u32>;
 @group(0) @binding(2) var<storage, read_write> counts: StrokeCounts;
-// Workgroups for pieces, workgroups for points, and the indirect draw of points: see `src/lines/strokes/points.rs`.
-@group(0) @binding(3) var<storage, read_write> arguments: array<vec4<u32>, 3>;
+// Workgroups for pieces and for points: see `src/lines/strokes/points.rs`.
+@group(0) @binding(3) var<storage, read_write> arguments: array<vec4<u32>, 2>;
 
 @compute @workgroup_size(1)
 fn main() {
@@ -17,5 +17,4 @@ fn main() {
     counts.points = counts.pieces + counts.chains;
     arguments[0] = vec4<u32>((counts.pieces + 255u) / 256u, 1u, 1u, 0u);
     arguments[1] = vec4<u32>((counts.points + 255u) / 256u, 1u, 1u, 0u);
-    arguments[2] = vec4<u32>(6u, counts.points, 0u, 0u);
 }

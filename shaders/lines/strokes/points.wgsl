@@ -5,14 +5,15 @@
 // 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Loadholt 2021, section
 // 4.2.4, smooths "the transitions between edges" without saying how).
 #import hachure::strokes::{Chain, Piece, Place, StrokeCounts}
-#import hachure::stroke_edges::Point
+#import hachure::stroke_edges::{Edge, Point}
 
 @group(0) @binding(0) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(1) var<storage, read> ordered: array<u32>;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;
 @group(0) @binding(3) var<storage, read> places: array<Place>;
 @group(0) @binding(4) var<storage, read> counts: StrokeCounts;
-@group(0) @binding(5) var<storage, read_write> points: array<Point>;
+@group(0) @binding(5) var<storage, read> edges: array<Edge>;
+@group(0) @binding(6) var<storage, read_write> points: array<Point>;
 
 const UNITS: f32 = 16.0;
 const MOST_PX: f32 = 1.0;
@@ -84,9 +85,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let chain = chains[number];
     let i = i32(place - chain.first);
     let at = smoothed(chain, i);
-    points[place + number] = Point(at.xy, at.z, number);
+    let kind = edges[pieces[ordered[place] >> 1u].edge].kind;
+    points[place + number] = Point(at.xy, at.z, number, kind, 0u);
     if u32(i) + 1u == chain.count {
         let last = smoothed(chain, i + 1);
-        points[place + number + 1u] = Point(last.xy, last.z, number);
+        points[place + number + 1u] = Point(last.xy, last.z, number, kind, 0u);
     }
 }

@@ -1,33 +1,38 @@
-// Strokes as ink: a strip along the points of each chain (Loadholt 2021, section 4.2.4; Northrup and Markosian 2000).
+// Strokes as ink: a strip along the samples of each (Loadholt 2021, section 4.2.4; Northrup and Markosian 2000).
 //
-// One instance for each pair of points that follow each other, two triangles each. Sides are mitred, at most to twice
-// the width; ends are round and taper. The strip is half a pixel wider on each side for the border's coverage. Where
-// strokes cross or a strip folds onto itself, the darker one stays (max blending), so nothing shows twice.
+// One instance for each pair of samples that follow each other, two triangles each. Sides are mitred, at most to twice
+// the width; ends are round. The strip is half a pixel wider on each side for the border's coverage. Where strokes cross
+// or a strip folds onto itself, the darker one stays (max blending), so nothing shows twice.
 //
-// Along the stroke runs its arc length in pixels, across it the distance from its middle in pixels.
+// Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
 #import hachure::view::View
-#import hachure::strokes::Chain
-#import hachure::stroke_edges::{Strokes, Point}
+#import hachure::stroke_edges::Strokes
+#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, IS_CLOSED}
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> strokes: Strokes;
-@group(0) @binding(2) var<storage, read> points: array<Point>;
-// Arc length at each point since the first of all, in 1/16 px.
-@group(0) @binding(3) var<storage, read> along_units: array<u32>;
-@group(0) @binding(4) var<storage, read> chains: array<Chain>;
+// 0: strokes of this frame; 1: those that fade.
+@group(0) @binding(0) var<uniform> stage: u32;
+@group(0) @binding(1) var<uniform> view: View;
+@group(0) @binding(2) var<uniform> strokes: Strokes;
+@group(0) @binding(3) var<storage, read> list: SampleCounts;
+@group(0) @binding(4) var<storage, read> samples: array<Sample>;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(linear) along_px: f32,
     @location(1) @interpolate(linear) across_px: f32,
-    @location(2) @interpolate(flat) length_px: f32,
+    // Beyond the stroke's beginning and its end; below 0 on it.
+    @location(2) @interpolate(linear) beyond_px: vec2<f32>,
     @location(3) @interpolate(linear) half_width_px: f32,
     @location(4) @interpolate(linear) depth_m: f32,
-    @location(5) @interpolate(flat) id: u32,
+    @location(5) @interpolate(linear) pressure: f32,
+    @location(6) @interpolate(flat) id: u32,
 }
 
-const UNITS: f32 = 16.0;
 const FRINGE_PX: f32 = 0.75;
+// Below it ink pales.
+const PALE_PRESSURE: f32 = 0.3;
+// Farther outside of the picture nothing is drawn: rounding.
+const FAR_OUT_PX: f32 = 32768.0;
 
 fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
     let d = b - a;
@@ -36,56 +41,58 @@ fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
 }
 
 fn nothing() -> Vertex {
-    return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 0.0, 0.0, 1.0, 0u);
+    return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, vec2<f32>(0.0), 0.0, 1.0, 0.0, 0u);
+}
+
+fn is_out(own: Sample) -> bool {
+    return own.depth_m < view.near_m || any(abs(own.px) > vec2<f32>(FAR_OUT_PX));
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u32) -> Vertex {
-    let own = points[instance];
-    let first = chains[own.chain].first + own.chain;
-    let last = first + chains[own.chain].count;
-    if instance >= last {
+    let number = instance + select(0u, list.fresh, stage == 1u);
+    let begin = samples[number];
+    if number + 1u >= list.samples || (begin.flags & LAST) != 0u {
         return nothing();
     }
-    let length_px = f32(along_units[last] - along_units[first]) / UNITS;
-    if length_px < strokes.shortest_px {
+    let end = samples[number + 1u];
+    if is_out(begin) || is_out(end) || max(begin.pressure, end.pressure) <= 0.0 {
         return nothing();
     }
-    // Corners 0 1 2, 2 1 3: even ones at this point, odd ones at the next; the first two on the left.
+    // Corners 0 1 2, 2 1 3: even ones at this sample, odd ones at the next; the first two on the left.
     let slot = array<u32, 6>(0u, 1u, 2u, 2u, 1u, 3u)[corner];
     let is_next = (slot & 1u) == 1u;
     let side = select(1.0, -1.0, slot >= 2u);
-    let i = instance + u32(is_next);
-    let at = points[i];
-    let before = points[max(i, first + 1u) - 1u].px;
-    let after = points[min(i + 1u, last)].px;
-    let along = direction(own.px, points[instance + 1u].px);
+    let i = number + u32(is_next);
+    let at = samples[i];
+    let is_first = (at.flags & FIRST) != 0u;
+    let is_last = (at.flags & LAST) != 0u;
+    let along = direction(begin.px, end.px);
     if all(along == vec2<f32>(0.0)) {
         return nothing();
     }
-    let into = direction(before, at.px);
-    let out = direction(at.px, after);
+    let into = select(direction(samples[max(i, 1u) - 1u].px, at.px), vec2<f32>(0.0), is_first);
+    let out = select(direction(at.px, samples[i + 1u].px), vec2<f32>(0.0), is_last);
     var tangent = into + out;
     let turn = length(tangent);
     tangent = select(along, tangent / turn, turn > 0.5);
     // Longer at a bend, so that both sides keep their width.
     let mitre = min(1.0 / max(dot(tangent, along), 0.25), 2.0);
-    let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
-    let half_width = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width);
-    let reach = half_width + FRINGE_PX;
+    let reach = at.half_width_px + FRINGE_PX;
     var px = at.px + vec2<f32>(tangent.y, -tangent.x) * (side * reach * mitre);
-    var along_px = f32(along_units[i] - along_units[first]) / UNITS;
+    let sense = select(-1.0, 1.0, end.along_px >= begin.along_px);
+    var along_px = at.along_px;
     // Room for the round ends.
-    if i == first {
-        px -= tangent * reach;
-        along_px -= reach;
-    }
-    if i == last {
-        px += tangent * reach;
-        along_px += reach;
-    }
+    let has_end = vec2<bool>((begin.flags & FIRST) != 0u, (end.flags & LAST) != 0u) & vec2<bool>((at.flags & IS_CLOSED) == 0u);
+    let extent_px = select(0.0, reach, select(has_end.x, has_end.y, is_next));
+    px += along * select(-extent_px, extent_px, is_next);
+    along_px += sense * select(-extent_px, extent_px, is_next);
+    let own_px = select(-extent_px, distance(begin.px, end.px) + extent_px, is_next);
+    let beyond_px = select(vec2<f32>(-1.0), vec2<f32>(-own_px, own_px - distance(begin.px, end.px)), has_end);
     let ndc = px / vec2<f32>(view.size_px) * vec2<f32>(2.0, -2.0) + vec2<f32>(-1.0, 1.0);
-    return Vertex(vec4<f32>(ndc, 0.0, 1.0), along_px, side * reach, length_px, half_width, at.depth_m, own.chain + 1u);
+    return Vertex(
+        vec4<f32>(ndc, 0.0, 1.0), along_px, sense * side * reach, beyond_px, at.half_width_px, at.depth_m, at.pressure, number + 1u
+    );
 }
 
 struct Fragment {
@@ -95,14 +102,12 @@ struct Fragment {
 
 @fragment
 fn fragment(in: Vertex) -> Fragment {
-    // A stroke that is shorter than its tapers tapers faster.
-    let taper_px = min(strokes.taper_px, 0.5 * in.length_px) + 1e-3;
-    let from_end_px = min(in.along_px, in.length_px - in.along_px);
-    let pressure = clamp(from_end_px / taper_px, 0.0, 1.0);
-    let half_width = max(in.half_width_px * mix(0.35, 1.0, sqrt(pressure)), 0.4);
-    let beyond_px = max(-from_end_px, 0.0);
+    let half_width = max(in.half_width_px * mix(0.35, 1.0, sqrt(clamp(in.pressure, 0.0, 1.0))), 0.4);
+    let beyond_px = max(max(in.beyond_px.x, in.beyond_px.y), 0.0);
     let distance_px = length(vec2<f32>(in.across_px, beyond_px));
-    let covered = clamp(half_width - distance_px + 0.5, 0.0, 1.0);
+    // The last of a stroke is thin and pale.
+    let opacity = clamp(in.pressure / PALE_PRESSURE, 0.0, 1.0);
+    let covered = opacity * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
     let t = in.depth_m / strokes.haze_m;
     let clear = mix(strokes.faintest, 1.0, exp(-t * t));
     let ink = covered * clear;

@@ -2,15 +2,19 @@
 //! list on the CPU).
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
-//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]). What a step counted, the next one dispatches or draws indirectly:
-//! nothing is read back within a frame.
+//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
+//! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]). What a step counted, the next one
+//! dispatches or draws indirectly: nothing is read back within a frame.
 
+pub mod carry;
 pub mod chain;
 pub mod contour_edges;
 pub mod extract;
+pub mod history;
 pub mod id_image;
 pub mod points;
 mod records;
+pub mod samples;
 pub mod scan;
 pub mod stroke;
 pub mod twin;
@@ -19,11 +23,14 @@ use bytemuck::{Pod, Zeroable};
 
 pub use self::records::{Chain, ChainRules, Piece, Place, StrokeCounts, UNITS_PER_PX};
 pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
+use self::samples::CarryUniform;
+use self::stroke::Which;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError};
 use crate::style;
+use crate::surface::view::View;
 
 /// The passes in the order in which they first run.
 pub const PASSES: &[&str] = &[
@@ -44,7 +51,16 @@ pub const PASSES: &[&str] = &[
     "lines/strokes/arguments",
     "lines/strokes/points",
     "lines/strokes/lengths",
+    "lines/strokes/budget",
+    "lines/strokes/budget_choose",
+    "lines/strokes/sizes",
+    "lines/strokes/samples",
+    "lines/strokes/vote",
+    "lines/strokes/carry",
     "lines/strokes/stroke",
+    "lines/strokes/fading",
+    "lines/strokes/keep",
+    "lines/strokes/advance",
 ];
 
 /// Edges in a frame, at most.
@@ -164,7 +180,12 @@ pub struct StrokePasses {
     extract: extract::ExtractPass,
     chain: chain::ChainPass,
     points: points::PointsPass,
+    samples: samples::SamplesPass,
+    carry: carry::CarryPass,
     stroke: stroke::StrokePass,
+    scan: scan::ScanPass,
+    history: history::History,
+    plan: history::Plan,
 }
 
 impl StrokePasses {
@@ -180,7 +201,12 @@ impl StrokePasses {
             extract: extract::ExtractPass::new(gpu),
             chain: chain::ChainPass::new(gpu, MOST_PIECES, ChainRules::default())?,
             points: points::PointsPass::new(gpu),
+            samples: samples::SamplesPass::new(gpu),
+            carry: carry::CarryPass::new(gpu),
             stroke: stroke::StrokePass::new(gpu),
+            scan: scan::ScanPass::new(gpu),
+            history: history::History::default(),
+            plan: history::Plan { is_update: true, takes_over: false, step_m: glam::DVec3::ZERO, frame: 0 },
         })
     }
 
@@ -199,11 +225,40 @@ impl StrokePasses {
         &self.chain
     }
 
-    /// Begins a frame: makes room for a picture, counts from zero.
-    pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
-        self.lists.begin(gpu, strokes, size_px, haze_m);
+    /// The samples of the last frame.
+    pub fn samples(&self) -> &samples::SampleList {
+        self.samples.now()
+    }
+
+    /// The next frame takes nothing over: its pictures are not those of the last one.
+    pub fn forget(&mut self) {
+        self.history.forget();
+    }
+
+    /// Begins a frame, `step_s` seconds after the last one: makes room for a picture, counts from zero. Says whether
+    /// strokes are made anew: then edges are to be found, and [`StrokePasses::update`] draws; else
+    /// [`StrokePasses::advance`] does.
+    pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, view: &View, haze_m: f64, step_s: f64) -> bool {
+        self.plan = self.history.plan(strokes, view);
+        let history::Plan { is_update, takes_over, step_m, frame } = self.plan;
+        self.samples.begin(
+            gpu,
+            CarryUniform {
+                step_m: step_m.as_vec3().to_array(),
+                has_history: u32::from(takes_over || !is_update),
+                pressure_step: (step_s / f64::from(strokes.fade_s.max(1e-6))).min(1.0) as f32,
+                hold: strokes.hold,
+                capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
+                seed: frame,
+            },
+        );
+        self.lists.begin(gpu, strokes, view.part.size_px, haze_m);
+        if !is_update {
+            return false;
+        }
         self.chain.set_rules(gpu, ChainRules::new(strokes.join_px, strokes.join_deg.to_radians()));
         self.points.reserve(gpu, MOST_PIECES);
+        true
     }
 
     /// Finds the edges of a batch of patches.
@@ -211,8 +266,9 @@ impl StrokePasses {
         self.contour_edges.run(gpu, recorder, inputs, &self.lists);
     }
 
-    /// Draws the reference image, makes the list of visible pieces, chains them, and draws the strokes.
-    pub fn run(
+    /// Draws the reference image, makes the list of visible pieces, chains them, lets them take over from the frame
+    /// before, and draws the strokes.
+    pub fn update(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
@@ -223,8 +279,27 @@ impl StrokePasses {
         self.id_image.run(gpu, recorder, view.clone(), depth, &drawn.id_image, &self.lists);
         self.extract.run(gpu, recorder, view.clone(), &drawn.id_image.ids, &self.lists);
         self.chain.run(gpu, recorder, self.lists.pieces.buffer(), self.lists.counts.buffer());
-        self.points.run(gpu, recorder, &self.lists, &self.chain);
-        self.stroke.run(gpu, recorder, view, &self.lists, &self.points, &self.chain, &drawn.ink);
+        let (lists, chain, points, samples) = (&self.lists, &self.chain, &self.points, &self.samples);
+        points.run(gpu, recorder, lists, chain, &self.scan);
+        samples.run(gpu, recorder, view.clone(), lists, chain, points, &self.scan, &drawn.ink.ids);
+        self.carry.take_over(gpu, recorder, view.clone(), lists, chain, points, samples);
+        self.stroke.run(gpu, recorder, view.clone(), lists, samples, &drawn.ink, Which::Fresh);
+        if self.plan.takes_over {
+            self.carry.keep(gpu, recorder, view.clone(), samples, &self.scan, &drawn.ink.ids, depth);
+            self.stroke.run(gpu, recorder, view, lists, samples, &drawn.ink, Which::Fading);
+        }
+    }
+
+    /// Moves the strokes of the frame before with the world, and draws them.
+    pub fn advance(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        view: wgpu::BindingResource<'_>,
+        drawn: &StrokeTargets,
+    ) {
+        self.carry.advance(gpu, recorder, view.clone(), &self.samples);
+        self.stroke.run(gpu, recorder, view, &self.lists, &self.samples, &drawn.ink, Which::Fresh);
     }
 }
 

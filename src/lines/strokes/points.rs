@@ -20,16 +20,19 @@ pub struct Point {
     pub depth_m: f32,
     /// Whose it is.
     pub chain: u32,
+    /// Of the edge that begins here: [`Edge::kind`](super::Edge::kind).
+    pub kind: u32,
+    /// Nothing.
+    pub padding: u32,
 }
 
-crate::gpu::shared::describe!(Point as "Point" in "lines/strokes/points": px, depth_m, chain);
+crate::gpu::shared::describe!(Point as "Point" in "lines/strokes/points": px, depth_m, chain, kind, padding);
 
 /// Bytes of a point.
 const POINT_BYTES: u64 = size_of::<Point>() as u64;
-/// In the arguments: workgroups for pieces, workgroups for points, the draw.
+/// In the arguments: workgroups for pieces, workgroups for points.
 const FOR_PIECES: u64 = 0;
 const FOR_POINTS: u64 = 16;
-const FOR_DRAWING: u64 = 32;
 /// Where `StrokeCounts` has the number of points.
 const POINTS_INDEX: u32 = 3;
 
@@ -38,7 +41,6 @@ pub struct PointsPass {
     count: ComputePass,
     points: ComputePass,
     lengths: ComputePass,
-    scan: ScanPass,
     size: ScanSize,
     arguments: wgpu::Buffer,
     /// Places on the picture, distances, chains.
@@ -56,11 +58,10 @@ impl PointsPass {
             count: ComputePass::new(gpu, "lines/strokes/arguments"),
             points: ComputePass::new(gpu, "lines/strokes/points"),
             lengths: ComputePass::new(gpu, "lines/strokes/lengths"),
-            scan: ScanPass::new(gpu),
             size: ScanSize::new(gpu, POINTS_INDEX, 2 * MOST_PIECES),
             arguments: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("stroke arguments"),
-                size: 48,
+                size: 32,
                 usage: Usage::STORAGE | Usage::INDIRECT,
                 mapped_at_creation: false,
             }),
@@ -77,7 +78,7 @@ impl PointsPass {
     }
 
     /// Reads pieces and chains; writes points, their arc lengths, and how many there are.
-    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, lists: &Lists, chain: &ChainPass) {
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, lists: &Lists, chain: &ChainPass, scan: &ScanPass) {
         let counts = || ("counts", lists.counts.binding());
         let resources = [
             ("strokes", lists.uniform.binding()),
@@ -92,12 +93,13 @@ impl PointsPass {
             ("chains", chain.chains().as_entire_binding()),
             ("places", chain.places().as_entire_binding()),
             counts(),
+            ("edges", lists.edges.binding()),
             ("points", self.list.binding()),
         ];
         self.points.run_indirect(gpu, recorder, &self.arguments, FOR_PIECES, &resources);
         let resources = [("points", self.list.binding()), counts(), ("lengths", self.along.binding())];
         self.lengths.run_indirect(gpu, recorder, &self.arguments, FOR_POINTS, &resources);
-        self.scan.run(gpu, recorder, &self.size, lists.counts.buffer(), self.along.buffer());
+        scan.run(gpu, recorder, &self.size, lists.counts.buffer(), self.along.buffer());
     }
 
     /// The points.
@@ -110,8 +112,8 @@ impl PointsPass {
         &self.along
     }
 
-    /// An indirect draw of six vertices for each point: the buffer and its offset.
-    pub fn draw(&self) -> (&wgpu::Buffer, u64) {
-        (&self.arguments, FOR_DRAWING)
+    /// Workgroups of 256 for each piece, and so for each chain: the buffer and its offset.
+    pub fn per_piece(&self) -> (&wgpu::Buffer, u64) {
+        (&self.arguments, FOR_PIECES)
     }
 }

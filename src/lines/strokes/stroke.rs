@@ -1,9 +1,10 @@
 //! Draws strokes. See `shaders/lines/strokes/stroke.wgsl`.
 
 use super::Lists;
-use super::chain::ChainPass;
-use super::points::PointsPass;
+use super::samples::SamplesPass;
+use super::scan::numbers;
 use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::bind_group;
 use crate::gpu::shader::Shader;
 use crate::gpu::target::Target;
@@ -17,7 +18,7 @@ pub const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 pub struct InkTargets {
     /// How much ink.
     pub ink: Target,
-    /// Whose: a stroke's number plus 1.
+    /// Whose: the number of the sample where the piece begins, plus 1.
     pub ids: Target,
 }
 
@@ -31,10 +32,20 @@ impl InkTargets {
     }
 }
 
+/// Which strokes are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// Of this frame's chains. The pictures are cleared first.
+    Fresh,
+    /// Those that are not seen any more.
+    Fading,
+}
+
 /// The pass.
 pub struct StrokePass {
     pipeline: wgpu::RenderPipeline,
     shader: Shader,
+    stages: Vec<GrowingBuffer>,
 }
 
 impl StrokePass {
@@ -72,10 +83,10 @@ impl StrokePass {
             multiview_mask: None,
             cache: None,
         });
-        Self { pipeline, shader }
+        Self { pipeline, shader, stages: numbers(gpu, 2) }
     }
 
-    /// Reads `view`, `points`, their lengths and `chains`; clears and draws the pictures.
+    /// Draws strokes into the pictures: those of this frame's chains, on cleared pictures, or those that fade.
     #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
     pub fn run(
         &self,
@@ -83,29 +94,33 @@ impl StrokePass {
         recorder: &mut Recorder<'_>,
         view: wgpu::BindingResource<'_>,
         lists: &Lists,
-        points: &PointsPass,
-        chain: &ChainPass,
+        samples: &SamplesPass,
         drawn: &InkTargets,
+        which: Which,
     ) {
+        let stage = which as usize;
         let resources = [
+            ("stage", self.stages[stage].binding()),
             ("view", view),
             ("strokes", lists.uniform.binding()),
-            ("points", points.list().binding()),
-            ("along_units", points.along().binding()),
-            ("chains", chain.chains().as_entire_binding()),
+            ("list", samples.now().counts.as_entire_binding()),
+            ("samples", samples.now().samples.as_entire_binding()),
         ];
         let layout = |i| self.pipeline.get_bind_group_layout(i);
         let group = bind_group(gpu, "lines/strokes/stroke", &self.shader, layout, &resources);
+        let attachments = match which {
+            Which::Fresh => [drawn.ink.cleared(), drawn.ids.cleared()],
+            Which::Fading => [drawn.ink.kept(), drawn.ids.kept()],
+        };
         let descriptor = wgpu::RenderPassDescriptor {
             label: Some("lines/strokes/stroke"),
-            color_attachments: &[drawn.ink.cleared(), drawn.ids.cleared()],
+            color_attachments: &attachments,
             ..Default::default()
         };
-        let (arguments, offset) = points.draw();
         recorder.render("lines/strokes/stroke", &descriptor, |pass| {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &group, &[]);
-            pass.draw_indirect(arguments, offset);
+            pass.draw_indirect(samples.draw_arguments(), 16 * stage as u64);
         });
     }
 }

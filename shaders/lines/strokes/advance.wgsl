@@ -1,0 +1,32 @@
+// Between full updates strokes move with the world (Loadholt 2021, section 4.3, moves them by the motion field; a sample
+// knows its distance, so its own motion is exact).
+#import hachure::view::View
+#import hachure::stroke_samples::{Carry, Sample, SampleCounts}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> carry: Carry;
+@group(0) @binding(2) var<storage, read> old_list: SampleCounts;
+@group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
+@group(0) @binding(4) var<storage, read_write> list: SampleCounts;
+@group(0) @binding(5) var<storage, read_write> samples: array<Sample>;
+@group(0) @binding(6) var<storage, read_write> draws: array<u32, 8>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x == 0u {
+        list = old_list;
+        draws = array<u32, 8>(6u, old_list.samples, 0u, 0u, 6u, 0u, 0u, 0u);
+    }
+    if id.x >= old_list.samples {
+        return;
+    }
+    var own = old_samples[id.x];
+    own.position_m += carry.step_m;
+    let clip = view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
+    // What is behind the eye now stays there: the shader of strokes leaves it out.
+    let ndc = clip.xy / max(clip.w, 1e-6);
+    own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
+    own.depth_m = clip.w;
+    own.pressure += clamp(own.goal - own.pressure, -carry.pressure_step, carry.pressure_step);
+    samples[id.x] = own;
+}

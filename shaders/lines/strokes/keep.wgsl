@@ -1,0 +1,63 @@
+// The samples of strokes that fade, behind those of this frame.
+//
+// `stage` 0: marks what is kept, for the sum that follows. 1: moves it with the world and puts it into the list. 2: says
+// how many there are, and draws them.
+#import hachure::view::View
+#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FIRST, LAST, FADING}
+
+@group(0) @binding(0) var<uniform> stage: u32;
+@group(0) @binding(1) var<uniform> view: View;
+@group(0) @binding(2) var<uniform> carry: Carry;
+@group(0) @binding(3) var<storage, read> old_list: SampleCounts;
+@group(0) @binding(4) var<storage, read> old_samples: array<Sample>;
+@group(0) @binding(5) var<storage, read> gone: array<u32>;
+@group(0) @binding(6) var<storage, read_write> places: array<u32>;
+@group(0) @binding(7) var<storage, read_write> list: SampleCounts;
+@group(0) @binding(8) var<storage, read_write> samples: array<Sample>;
+// Two indirect draws: of strokes of this frame, and of those that fade.
+@group(0) @binding(9) var<storage, read_write> draws: array<u32, 8>;
+
+// Whether the piece from a sample to the next one is kept.
+fn is_kept(number: u32) -> bool {
+    if number + 1u >= old_list.samples || (old_samples[number].flags & LAST) != 0u {
+        return false;
+    }
+    return gone[number] == 0u || gone[number + 1u] == 0u;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = select(0u, old_list.samples, carry.has_history == 1u);
+    if stage == 2u {
+        if id.x == 0u {
+            let fading = select(0u, min(places[count], carry.capacity - list.fresh), count > 0u);
+            list.samples = list.fresh + fading;
+            draws[5] = fading;
+        }
+        return;
+    }
+    if id.x >= count {
+        return;
+    }
+    let runs_on = is_kept(id.x);
+    let came = id.x > 0u && is_kept(id.x - 1u);
+    if stage == 0u {
+        places[id.x] = u32(runs_on || came);
+        return;
+    }
+    let place = list.fresh + places[id.x];
+    if !(runs_on || came) || place >= carry.capacity {
+        return;
+    }
+    var own = old_samples[id.x];
+    own.position_m += carry.step_m;
+    let clip = view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
+    let ndc = clip.xy / max(clip.w, 1e-6);
+    own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
+    own.depth_m = clip.w;
+    own.goal = 0.0;
+    own.pressure = max(own.pressure - carry.pressure_step, 0.0);
+    own.flags = (own.flags & ~(FIRST | LAST)) | FADING;
+    own.flags |= select(0u, FIRST, !came) | select(0u, LAST, !runs_on || place + 1u == carry.capacity);
+    samples[place] = own;
+}

@@ -1,0 +1,170 @@
+// Strokes → samples at even distances along them, and what each finds in the frame before.
+//
+// Points of chains stand where edges of the mesh end: one pixel apart or a hundred. Samples are at most 4 px apart, so
+// that what is told to them (pressure, texture, the old line) is told to every part of a stroke.
+//
+// A sample's place in the frame before is exact: its own distance is known, and the world stands still. (The thesis
+// looks the motion up in a picture, where a line on a contour straddles two motions.) There the strokes that were drawn
+// are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
+#import hachure::view::{View, ray_at}
+#import hachure::strokes::{Chain, StrokeCounts}
+#import hachure::stroke_edges::{Point, Strokes}
+#import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, CLAIMS, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> strokes: Strokes;
+@group(0) @binding(2) var<uniform> carry: Carry;
+@group(0) @binding(3) var<storage, read> counts: StrokeCounts;
+@group(0) @binding(4) var<storage, read> chains: array<Chain>;
+@group(0) @binding(5) var<storage, read> points: array<Point>;
+@group(0) @binding(6) var<storage, read> along_units: array<u32>;
+// Where each chain's samples begin.
+@group(0) @binding(7) var<storage, read> starts: array<u32>;
+@group(0) @binding(8) var<storage, read> list: SampleCounts;
+@group(0) @binding(9) var<storage, read_write> samples: array<Sample>;
+@group(0) @binding(10) var<storage, read> old_samples: array<Sample>;
+// A sample's number plus 1, of the frame before.
+@group(0) @binding(11) var ids: texture_2d<u32>;
+@group(0) @binding(12) var<storage, read_write> matches: array<Match>;
+@group(0) @binding(13) var<storage, read_write> claims: array<u32>;
+
+const UNITS: f32 = 16.0;
+const REACH_PX: i32 = 4;
+const MOST_APART_PX: f32 = 4.0;
+// cos 45 degrees.
+const LEAST_ALIKE: f32 = 0.7;
+const MOST_DEPTH_RATIO: f32 = 1.25;
+
+// The chain of a sample: the last one that begins at it or before.
+fn chain_of(sample: u32) -> u32 {
+    var low = 0u;
+    var high = counts.chains;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if starts[middle] <= sample {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+struct OnStroke {
+    px: vec2<f32>,
+    depth_m: f32,
+    kind: u32,
+}
+
+// A place on the polyline through points `first` to `last`, so far from its start.
+fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
+    let origin = along_units[first];
+    var low = first;
+    var high = last;
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        if f32(along_units[middle] - origin) <= at_units {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let begin = f32(along_units[low] - origin);
+    let length = f32(along_units[high] - origin) - begin;
+    let t = clamp((at_units - begin) / max(length, 1e-3), 0.0, 1.0);
+    let a = points[low];
+    let b = points[high];
+    return OnStroke(mix(a.px, b.px, t), 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
+}
+
+// On the picture of the frame before: place, distance.
+fn before(at: OnStroke) -> vec3<f32> {
+    let clip = view.previous_clip_from_camera * vec4<f32>(ray_at(view, at.px) * at.depth_m, 1.0);
+    let ndc = clip.xy / max(clip.w, 1e-6);
+    return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px), clip.w);
+}
+
+fn look_back(at: OnStroke, ahead: OnStroke, at_px: f32) -> Match {
+    var found = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_px);
+    let place = before(at);
+    let ahead_px = before(ahead).xy;
+    let size = vec2<i32>(view.size_px);
+    if place.z < view.near_m || any(place.xy < vec2<f32>(-8.0)) || any(place.xy > vec2<f32>(size) + 8.0) {
+        return found;
+    }
+    let way = normalize(ahead_px - place.xy + vec2<f32>(1e-6, 0.0));
+    let middle = vec2<i32>(floor(place.xy));
+    var best = 1e9;
+    var seen = 0u;
+    for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
+        let pixel = middle + vec2<i32>(i % (2 * REACH_PX + 1), i / (2 * REACH_PX + 1)) - REACH_PX;
+        if any(pixel < vec2<i32>(0)) || any(pixel >= size) {
+            continue;
+        }
+        let id = textureLoad(ids, pixel, 0).r;
+        if id == 0u || id == seen {
+            continue;
+        }
+        seen = id;
+        let a = old_samples[id - 1u];
+        let b = old_samples[id];
+        let near = nearest_on(a.px, b.px, place.xy);
+        let apart_px = distance(near.px, place.xy);
+        let sense = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
+        let depth_ratio = mix(a.depth_m, b.depth_m, near.t) / place.z;
+        let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= MOST_DEPTH_RATIO;
+        let cost = apart_px + 4.0 * (1.0 - abs(sense)) + 4.0 * abs(log2(depth_ratio));
+        if is_like && apart_px <= MOST_APART_PX && cost < best {
+            best = cost;
+            found.stroke = a.stroke;
+            found.along_px = mix(a.along_px, b.along_px, near.t);
+            found.pressure = mix(a.pressure, b.pressure, near.t);
+            found.sense = select(-1.0, 1.0, sense * (b.along_px - a.along_px) >= 0.0);
+            found.toward_px = near.px - place.xy;
+            found.half_width_px = mix(a.half_width_px, b.half_width_px, near.t);
+        }
+    }
+    return found;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x < CLAIMS {
+        claims[id.x] = 0u;
+    }
+    if id.x >= list.fresh {
+        return;
+    }
+    let number = chain_of(id.x);
+    let chain = chains[number];
+    let first = chain.first + number;
+    let last = first + chain.count;
+    let length_units = f32(along_units[last] - along_units[first]);
+    let count = max(u32(ceil(length_units / (UNITS * SPACING_PX))), 1u);
+    let i = id.x - starts[number];
+    let step_units = length_units / f32(count);
+    let at_units = step_units * f32(i);
+    let at = on_stroke(first, last, at_units);
+
+    let from_end_px = min(at_units, length_units - at_units) / UNITS;
+    // A stroke that is shorter than its tapers tapers faster.
+    let taper_px = min(strokes.taper_px, 0.5 * length_units / UNITS);
+    let is_closed = chain.is_closed == 1u;
+    let goal = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
+    let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
+    let half_width_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width);
+    // The last one that there is room for ends its stroke.
+    let is_last = i == count || id.x + 1u == carry.capacity;
+    let flags = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed) | (at.kind << KIND_SHIFT);
+    let position_m = ray_at(view, at.px) * at.depth_m;
+    // Until it is carried, the chain stands for the stroke.
+    samples[id.x] = Sample(position_m, goal, at.px, at_units / UNITS, half_width_px, at.depth_m, goal, number, flags);
+    if carry.has_history == 1u {
+        let ahead_units = select(at_units + 2.0 * UNITS, at_units - 2.0 * UNITS, i == count);
+        var ahead = on_stroke(first, last, clamp(ahead_units, 0.0, length_units));
+        if i == count {
+            ahead.px = 2.0 * at.px - ahead.px;
+        }
+        matches[id.x] = look_back(at, ahead, at_units / UNITS);
+    }
+}

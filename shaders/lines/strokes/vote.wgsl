@@ -1,0 +1,83 @@
+// Which old stroke each chain continues, and where on it: its samples vote (Kalnins et al. 2003 let the samples of the
+// frame before vote for the parameter along a stroke).
+//
+// At most 64 samples of a chain, evenly spread, are asked. The stroke with the majority wins (Boyer and Moore 1981; where
+// there is no majority, whoever is left over). The offset of the parameter is the mean of what they found, without those
+// that are far off.
+#import hachure::strokes::{Chain, StrokeCounts}
+#import hachure::stroke_samples::{Carry, Heritage, Match, SampleCounts, CLAIMS, hash}
+
+@group(0) @binding(0) var<uniform> carry: Carry;
+@group(0) @binding(1) var<storage, read> counts: StrokeCounts;
+@group(0) @binding(2) var<storage, read> chains: array<Chain>;
+@group(0) @binding(3) var<storage, read> starts: array<u32>;
+@group(0) @binding(4) var<storage, read> list: SampleCounts;
+@group(0) @binding(5) var<storage, read> matches: array<Match>;
+@group(0) @binding(6) var<storage, read_write> heritages: array<Heritage>;
+@group(0) @binding(7) var<storage, read_write> claims: array<atomic<u32>>;
+
+const MOST_VOTERS: u32 = 64u;
+const FAR_OFF_PX: f32 = 16.0;
+
+@compute @workgroup_size(256)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= counts.chains || carry.has_history == 0u {
+        return;
+    }
+    let fresh = list.fresh;
+    let first = min(starts[id.x], fresh);
+    let end = min(select(fresh, starts[id.x + 1u], id.x + 1u < counts.chains), fresh);
+    heritages[id.x] = Heritage(0u, 1.0, 0.0, 0u);
+    if end <= first {
+        return;
+    }
+    let stride = (end - first + MOST_VOTERS - 1u) / MOST_VOTERS;
+    var winner = 0u;
+    var lead = 0u;
+    for (var i = first; i < end; i += stride) {
+        let stroke = matches[i].stroke;
+        if stroke == 0u {
+            continue;
+        }
+        if lead == 0u {
+            winner = stroke;
+            lead = 1u;
+        } else if stroke == winner {
+            lead += 1u;
+        } else {
+            lead -= 1u;
+        }
+    }
+    if winner == 0u {
+        return;
+    }
+    var votes = 0u;
+    var senses = 0.0;
+    for (var i = first; i < end; i += stride) {
+        if matches[i].stroke == winner {
+            votes += 1u;
+            senses += matches[i].sense;
+        }
+    }
+    let sense = select(-1.0, 1.0, senses >= 0.0);
+    var offset_px = 0.0;
+    // The first round finds where most are, the second leaves out who is far off.
+    for (var round = 0u; round < 2u; round++) {
+        var sum = 0.0;
+        var weight = 0.0;
+        for (var i = first; i < end; i += stride) {
+            let own = matches[i];
+            let offset = own.along_px - sense * own.at_px;
+            let is_near = round == 0u || abs(offset - offset_px) <= FAR_OFF_PX;
+            if own.stroke == winner && own.sense == sense && is_near {
+                sum += offset;
+                weight += 1.0;
+            }
+        }
+        offset_px = select(offset_px, sum / max(weight, 1.0), weight > 0.0);
+    }
+    // Longer ones first; what is equal is told apart by what lasts.
+    let claim = (min(votes * stride, 0xfffffu) << 12u) | (hash(chains[id.x].key) & 0xfffu);
+    heritages[id.x] = Heritage(winner, sense, offset_px, claim);
+    atomicMax(&claims[hash(winner) % CLAIMS], claim);
+}

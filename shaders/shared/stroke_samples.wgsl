@@ -1,0 +1,115 @@
+// What lasts of strokes from frame to frame: their samples. See src/lines/strokes/samples.rs and carry.rs.
+#define_import_path hachure::stroke_samples
+
+// A place on a stroke.
+struct Sample {
+    // Camera-relative, in the frame that the list belongs to.
+    position_m: vec3<f32>,
+    // How strongly the pen is pressed: 0 nothing, 1 full. It follows `goal`.
+    pressure: f32,
+    // On the picture.
+    px: vec2<f32>,
+    // The texture's parameter.
+    along_px: f32,
+    half_width_px: f32,
+    depth_m: f32,
+    goal: f32,
+    // Whose it is; lasts across frames. Not 0.
+    stroke: u32,
+    // FIRST, LAST, FADING, IS_CLOSED, and the kind of edge from bit 8 on.
+    flags: u32,
+}
+
+// What a sample found in the frame before.
+struct Match {
+    // 0: nothing.
+    stroke: u32,
+    along_px: f32,
+    pressure: f32,
+    // 1 if the old stroke runs the same way, -1 if the other.
+    sense: f32,
+    // From the sample to the old line.
+    toward_px: vec2<f32>,
+    half_width_px: f32,
+    // Of the sample itself: arc length from its stroke's start.
+    at_px: f32,
+}
+
+// What a chain takes over.
+struct Heritage {
+    // 0: nothing, it is new.
+    stroke: u32,
+    sense: f32,
+    offset_px: f32,
+    // Of those that want to be the same stroke the one with the highest claim is it.
+    claim: u32,
+}
+
+struct SampleCounts {
+    // All of the list.
+    samples: u32,
+    // Those of chains of this frame; the others fade.
+    fresh: u32,
+    strokes: u32,
+    // Strokes that the budget left out.
+    left_out: u32,
+    // Strokes that took over from others.
+    carried: u32,
+    least_class: u32,
+    padding: array<u32, 2>,
+}
+
+struct Carry {
+    // Takes the camera-relative positions of the frame before to this frame's.
+    step_m: vec3<f32>,
+    // 1: the other list is of the frame before.
+    has_history: u32,
+    // By how much the pressure may change in this frame.
+    pressure_step: f32,
+    // How far the line before holds the new one, 0 to 1.
+    hold: f32,
+    // Samples that there is room for.
+    capacity: u32,
+    // Of the frame: no two strokes that are born get the same number.
+    seed: u32,
+}
+
+const FIRST: u32 = 1u;
+const LAST: u32 = 2u;
+const FADING: u32 = 4u;
+const IS_CLOSED: u32 = 8u;
+const KIND_SHIFT: u32 = 8u;
+
+// Samples are at most so far apart along a stroke.
+const SPACING_PX: f32 = 4.0;
+// Classes of length, four for each octave.
+const CLASSES: u32 = 64u;
+// Places for claims: a power of two.
+const CLAIMS: u32 = 65536u;
+
+fn samples_of(length_px: f32) -> u32 {
+    return max(u32(ceil(length_px / SPACING_PX)), 1u) + 1u;
+}
+
+fn class_of(length_px: f32) -> u32 {
+    return u32(clamp(4.0 * log2(max(length_px, 1.0)), 0.0, f32(CLASSES - 1u)));
+}
+
+fn hash(value: u32) -> u32 {
+    var h = value * 0x9e3779b1u;
+    h = (h ^ (h >> 15u)) * 0x85ebca77u;
+    h = (h ^ (h >> 13u)) * 0xc2b2ae3du;
+    return h ^ (h >> 16u);
+}
+
+struct Nearest {
+    // Between the ends of the piece: 0 to 1.
+    t: f32,
+    px: vec2<f32>,
+}
+
+fn nearest_on(a: vec2<f32>, b: vec2<f32>, px: vec2<f32>) -> Nearest {
+    let along = b - a;
+    let t = clamp(dot(px - a, along) / max(dot(along, along), 1e-12), 0.0, 1.0);
+    return Nearest(t, a + along * t);
+}

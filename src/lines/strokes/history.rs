@@ -1,0 +1,128 @@
+//! What a frame of strokes does: a full update or a step, with or without the frame before.
+//!
+//! Loadholt 2021, section 4.3: a full update every N frames, and at once when the camera turns quickly. There the reason
+//! is that motion vectors overshoot; here motion is exact, but what a turn brings into view has no strokes until the
+//! next update.
+
+use glam::DVec3;
+
+use crate::style;
+use crate::surface::view::View;
+
+/// A turn by this part of the field of view since the last update asks for the next.
+const QUICK_TURN: f64 = 1.0 / 8.0;
+/// A turn by this part of the field of view from one frame to the next is a cut: nothing is taken over.
+const CUT: f64 = 0.5;
+
+/// What was drawn last.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    last: Option<View>,
+    /// Where the camera looked at the last update.
+    updated_forward: DVec3,
+    frames_since_update: u32,
+    frames: u32,
+}
+
+/// What a frame does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Strokes are made anew.
+    pub is_update: bool,
+    /// New strokes take over from those of the frame before.
+    pub takes_over: bool,
+    /// Takes camera-relative positions of the frame before to this frame's, in metres.
+    pub step_m: DVec3,
+    /// Frames since the history began: 0 in the first.
+    pub frame: u32,
+}
+
+impl History {
+    /// What the frame of `view` does; the next one follows on it.
+    pub fn plan(&mut self, strokes: &style::Strokes, view: &View) -> Plan {
+        let last = self.last.replace(*view).filter(|last| continues(last, view));
+        let plan = match last {
+            None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, frame: 0 },
+            Some(last) => {
+                let turned_rad = self.updated_forward.angle_between(view.pose.forward);
+                Plan {
+                    is_update: self.frames_since_update + 1 >= strokes.update_every
+                        || turned_rad > QUICK_TURN * view.pose.fov_rad,
+                    takes_over: strokes.carry,
+                    step_m: last.pose.position_m - view.pose.position_m,
+                    frame: self.frames.wrapping_add(1),
+                }
+            }
+        };
+        self.frames = plan.frame;
+        self.frames_since_update = if plan.is_update { 0 } else { self.frames_since_update + 1 };
+        if plan.is_update {
+            self.updated_forward = view.pose.forward;
+        }
+        plan
+    }
+
+    /// The next frame is the first.
+    pub fn forget(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// Whether a view follows on the last one that was drawn.
+fn continues(last: &View, view: &View) -> bool {
+    let is_next = last.pose == view.previous && last.part == view.part && last.picture_px == view.picture_px;
+    is_next && last.pose.forward.angle_between(view.pose.forward) <= CUT * view.pose.fov_rad.min(last.pose.fov_rad)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use super::*;
+    use crate::style::Style;
+    use crate::surface::view::{Part, Pose};
+
+    fn pose(yaw_deg: f64) -> Pose {
+        let (sin, cos) = yaw_deg.to_radians().sin_cos();
+        let (forward, right) = (DVec3::new(sin, cos, 0.0), DVec3::new(cos, -sin, 0.0));
+        Pose { position_m: DVec3::X * yaw_deg, forward, right, up: DVec3::Z, fov_rad: 1.0 }
+    }
+
+    fn view(previous: Pose, pose: Pose) -> View {
+        View { pose, previous, picture_px: [64, 36], part: Part::whole([64, 36]) }
+    }
+
+    fn strokes(update_every: u32, carry: bool) -> style::Strokes {
+        style::Strokes { update_every, carry, ..Style::load("strokes").unwrap().strokes.unwrap() }
+    }
+
+    #[test]
+    fn updates_come_every_n_frames_and_at_quick_turns() {
+        let (mut history, strokes) = (History::default(), strokes(4, true));
+        let mut updates = Vec::new();
+        let mut previous = pose(0.0);
+        for yaw_deg in [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 12.0, 12.1, 12.2, 12.3, 12.4] {
+            let now = pose(yaw_deg);
+            updates.push(history.plan(&strokes, &view(previous, now)).is_update);
+            previous = now;
+        }
+        assert_eq!(updates, [true, false, false, false, true, false, true, false, false, false, true]);
+    }
+
+    #[test]
+    fn what_does_not_follow_on_the_last_frame_takes_nothing_over() {
+        let (mut history, strokes) = (History::default(), strokes(1, true));
+        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0))).takes_over);
+        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)));
+        assert!(next.takes_over && next.step_m == DVec3::X * -1.0);
+        // Another camera's frame came in between.
+        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0))).takes_over);
+        // A cut.
+        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0))).takes_over);
+        // Another part of the picture.
+        let part = Part { origin_px: [64, 0], size_px: [64, 36] };
+        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }).takes_over);
+        history.forget();
+        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0))).takes_over);
+    }
+}
