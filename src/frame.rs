@@ -218,6 +218,11 @@ impl Frame {
         self.timer.take()
     }
 
+    /// Whether the next frame of the same view would be another picture: strokes are still coming or going.
+    pub fn is_settling(&self) -> bool {
+        self.passes.strokes.as_ref().is_some_and(StrokePasses::is_settling)
+    }
+
     /// The passes of strokes, if the style has any, with what the last frame left: for measurements.
     pub fn strokes(&self) -> Option<&StrokePasses> {
         self.passes.strokes.as_ref()

@@ -278,6 +278,9 @@ impl Job<'_> {
             light: self.world.light(),
             planes: &self.planes,
         };
+        if let Some(frame) = &mut self.frame {
+            frame.set_step_s(1.0 / self.args.fps);
+        }
         let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?;
         // A drawing of something else than the data is no drawing; what went wrong was told as it happened.
         if report.tiles_failed > 0 {

@@ -169,7 +169,7 @@ impl Flight {
         let painted = self.lay_panel_out()?;
         let rendered = self.stale || self.frames_left.is_some();
         if rendered {
-            self.render_picture()?;
+            self.render_picture(step_s)?;
             if let Some(since) = since {
                 self.frame_times.push((now - since).as_secs_f64() * 1000.0);
             }
@@ -184,8 +184,9 @@ impl Flight {
             }
         }
 
-        // Tiles that came in make a better picture the next time.
-        self.stale = rendered && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late);
+        // Tiles that came in make a better picture the next time; strokes come and go for a while.
+        let is_settling = self.frame.as_ref().is_some_and(Frame::is_settling);
+        self.stale = rendered && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling);
         let flows = !input.is_still() || !self.camera.is_still() || self.stale || self.frames_left.is_some();
         self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
         if !flows {
@@ -261,7 +262,7 @@ impl Flight {
         Ok(painted)
     }
 
-    fn render_picture(&mut self) -> Result<(), WindowError> {
+    fn render_picture(&mut self, step_s: f64) -> Result<(), WindowError> {
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let light = self.light();
         let style = &self.styles.list()[self.settings.style];
@@ -275,6 +276,7 @@ impl Flight {
         let pose = self.camera.pose();
         let view = View { pose, previous: self.last.pose, picture_px, part: Part::whole(picture_px) };
         self.world.terrain.set_lod_error_px(self.settings.lod_error_px);
+        frame.set_step_s(step_s);
         let prepared = frame.render(&self.gpu, &mut self.world.terrain, &view, style, &light);
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;

@@ -22,6 +22,8 @@ pub struct History {
     updated_forward: DVec3,
     frames_since_update: u32,
     frames: u32,
+    /// Until all strokes have come and gone if the camera stays where it is.
+    restless_s: f64,
 }
 
 /// What a frame does.
@@ -38,8 +40,9 @@ pub struct Plan {
 }
 
 impl History {
-    /// What the frame of `view` does; the next one follows on it.
-    pub fn plan(&mut self, strokes: &style::Strokes, view: &View) -> Plan {
+    /// What the frame of `view`, `step_s` seconds after the last one, does; the next one follows on it.
+    pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step_s: f64) -> Plan {
+        let rests = self.last.is_some_and(|last| last.pose == view.pose);
         let last = self.last.replace(*view).filter(|last| continues(last, view));
         let plan = match last {
             None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, frame: 0 },
@@ -54,12 +57,20 @@ impl History {
                 }
             }
         };
+        // What a new line replaces is gone after it has come.
+        let settles_s = if strokes.carry && plan.frame > 0 { 2.0 * f64::from(strokes.fade_s) } else { 0.0 };
+        self.restless_s = if rests { self.restless_s - step_s } else { settles_s };
         self.frames = plan.frame;
         self.frames_since_update = if plan.is_update { 0 } else { self.frames_since_update + 1 };
         if plan.is_update {
             self.updated_forward = view.pose.forward;
         }
         plan
+    }
+
+    /// Whether the next frame of the same view would be another picture.
+    pub fn is_settling(&self) -> bool {
+        self.restless_s > 0.0
     }
 
     /// The next frame is the first.
@@ -82,6 +93,8 @@ mod tests {
     use crate::style::Style;
     use crate::surface::view::{Part, Pose};
 
+    const STEP_S: f64 = 0.1;
+
     fn pose(yaw_deg: f64) -> Pose {
         let (sin, cos) = yaw_deg.to_radians().sin_cos();
         let (forward, right) = (DVec3::new(sin, cos, 0.0), DVec3::new(cos, -sin, 0.0));
@@ -103,7 +116,7 @@ mod tests {
         let mut previous = pose(0.0);
         for yaw_deg in [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 12.0, 12.1, 12.2, 12.3, 12.4] {
             let now = pose(yaw_deg);
-            updates.push(history.plan(&strokes, &view(previous, now)).is_update);
+            updates.push(history.plan(&strokes, &view(previous, now), STEP_S).is_update);
             previous = now;
         }
         assert_eq!(updates, [true, false, false, false, true, false, true, false, false, false, true]);
@@ -112,17 +125,17 @@ mod tests {
     #[test]
     fn what_does_not_follow_on_the_last_frame_takes_nothing_over() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
-        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0))).takes_over);
-        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)));
+        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP_S).takes_over);
+        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP_S);
         assert!(next.takes_over && next.step_m == DVec3::X * -1.0);
         // Another camera's frame came in between.
-        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0))).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP_S).takes_over);
         // A cut.
-        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0))).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0)), STEP_S).takes_over);
         // Another part of the picture.
         let part = Part { origin_px: [64, 0], size_px: [64, 36] };
-        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }).takes_over);
+        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }, STEP_S).takes_over);
         history.forget();
-        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0))).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0)), STEP_S).takes_over);
     }
 }

@@ -230,6 +230,11 @@ impl StrokePasses {
         self.samples.now()
     }
 
+    /// Whether strokes are still coming or going.
+    pub fn is_settling(&self) -> bool {
+        self.history.is_settling()
+    }
+
     /// The next frame takes nothing over: its pictures are not those of the last one.
     pub fn forget(&mut self) {
         self.history.forget();
@@ -239,7 +244,7 @@ impl StrokePasses {
     /// strokes are made anew: then edges are to be found, and [`StrokePasses::update`] draws; else
     /// [`StrokePasses::advance`] does.
     pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, view: &View, haze_m: f64, step_s: f64) -> bool {
-        self.plan = self.history.plan(strokes, view);
+        self.plan = self.history.plan(strokes, view, step_s);
         let history::Plan { is_update, takes_over, step_m, frame } = self.plan;
         self.samples.begin(
             gpu,
