@@ -251,7 +251,7 @@ fn what_comes_to_light_is_masked() {
     }
     // What leaves the picture is masked as well.
     let turned = pair(DVec3::ZERO, 110.0, &near, &near);
-    assert!(value(turned.lines.unwrap().births.masked) > 0.15);
+    assert!(value(turned.lines.unwrap().deaths.masked) > 0.3);
     assert_eq!(flicker(&turned)[..2], [0.0; 2]);
 }
 
