@@ -20,6 +20,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::measure::report::{Memory, Pass, Report, Run, WorldSize};
 use crate::measure::report_html::write_html;
 use crate::measure::statistics::{FrameRecord, RunFrames, write_frames_csv};
+use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
 use crate::measure::{lod_error, memory, report_text};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -68,6 +69,9 @@ pub struct BenchArgs {
     /// Memory for tiles on the GPU, and as much for tiles in memory, in MiB, for each style
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
+    /// Measure steadiness on so many pairs of consecutive frames, spread over the path; 0 measures none
+    #[arg(long, value_name = "PAIRS", default_value_t = 24)]
+    pub temporal: u32,
     /// Folder for report.json, frames.csv and report.html
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
@@ -159,13 +163,15 @@ fn fly_by_frames(
     };
     let start_s = path.times_s()[0];
     let between_checks = frames.div_ceil(CHECKED_FRAMES);
+    let pairs = PairPlan::new(frames, args.temporal);
     for frame in 0..frames {
         bar.report("flying", frame as f32 / frames as f32);
         let t_s = start_s + frame as f64 * step_s;
         let camera = path.sample(t_s);
         for turn in 0..flights.len() {
             let flight = &mut flights[(frame + turn) % flights.len()];
-            flight.fly(gpu, args.size, &camera, t_s, frame % between_checks == 0)?;
+            let checks = Checks { lod_error: frame % between_checks == 0, begins_pair: pairs.begins_at(frame) };
+            flight.fly(gpu, args.size, &camera, t_s, checks)?;
         }
     }
     Ok(())
@@ -181,22 +187,50 @@ fn fly_by_the_clock(
 ) -> anyhow::Result<()> {
     let (start_s, duration_s) = (path.times_s()[0], path.duration_s());
     let between_checks_s = duration_s / CHECKED_FRAMES as f64;
+    let between_pairs_s = duration_s / f64::from(args.temporal);
     for flight in flights {
-        let mut next_check_s = 0.0;
+        // No pairs: the first would come after infinite time.
+        let (mut next_check_s, mut next_pair_s) = (0.0, if args.temporal > 0 { 0.0 } else { f64::INFINITY });
         loop {
             let now_s = flight.wall_s();
             if now_s >= duration_s {
                 break;
             }
             bar.report("flying", (now_s / duration_s) as f32);
-            let is_checked = now_s >= next_check_s;
-            if is_checked {
-                next_check_s += between_checks_s;
-            }
-            flight.fly(gpu, args.size, &path.sample(start_s + now_s), start_s + now_s, is_checked)?;
+            let checks = Checks { lod_error: now_s >= next_check_s, begins_pair: now_s >= next_pair_s };
+            next_check_s += if checks.lod_error { between_checks_s } else { 0.0 };
+            next_pair_s += if checks.begins_pair { between_pairs_s } else { 0.0 };
+            flight.fly(gpu, args.size, &path.sample(start_s + now_s), start_s + now_s, checks)?;
         }
     }
     Ok(())
+}
+
+/// What is measured on a frame beside its times.
+#[derive(Clone, Copy)]
+struct Checks {
+    lod_error: bool,
+    /// Whether this frame and the next are compared.
+    begins_pair: bool,
+}
+
+/// Which frames are compared with the next: pairs spread evenly over all that there are.
+struct PairPlan {
+    pairs: usize,
+    all: usize,
+}
+
+impl PairPlan {
+    fn new(frames: usize, pairs: u32) -> Self {
+        let all = frames.saturating_sub(1);
+        Self { pairs: (pairs as usize).min(all), all }
+    }
+
+    fn begins_at(&self, frame: usize) -> bool {
+        // Pair i begins at frame i · all / pairs, rounded down.
+        let pairs_before = |frame: usize| (frame * self.pairs).div_ceil(self.all.max(1));
+        frame < self.all && pairs_before(frame) < pairs_before(frame + 1)
+    }
 }
 
 /// A style on its way along the path.
@@ -213,6 +247,9 @@ struct Flight {
     /// What checks took since then.
     checks: Duration,
     records: Vec<FrameRecord>,
+    /// The frame before, where the next one is compared with it.
+    pair: Option<DrawnFrame>,
+    steadiness: TemporalTotals,
 }
 
 /// A frame that was drawn.
@@ -240,6 +277,8 @@ impl Flight {
             begun: None,
             checks: Duration::ZERO,
             records: Vec::new(),
+            pair: None,
+            steadiness: TemporalTotals::default(),
         })
     }
 
@@ -279,18 +318,36 @@ impl Flight {
     }
 
     /// Draws a frame that counts.
-    fn fly(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64, is_checked: bool) -> anyhow::Result<()> {
+    fn fly(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64, checks: Checks) -> anyhow::Result<()> {
         self.wall_s();
         let (view, drawn) = self.draw(gpu, size_px, camera)?;
         let wall_s = self.wall_s();
         let mut record = self.record(t_s, wall_s, drawn);
-        if is_checked {
-            let start = Instant::now();
+        let start = Instant::now();
+        let is_pair = checks.begins_pair || self.pair.is_some();
+        if checks.lod_error {
             let (targets, terrain) = (self.frame.targets(), &self.world.terrain);
             record.lod_error_px = lod_error::largest_px(gpu, targets, &view, terrain, record.frame as u32)?;
-            self.checks += start.elapsed();
         }
+        if checks.lod_error || is_pair {
+            record.strokes = temporal::count_strokes(gpu, &self.frame, &self.style)?;
+        }
+        if is_pair {
+            self.compare(gpu, &view, record.jumped == Some(true), checks.begins_pair)?;
+        }
+        self.checks += start.elapsed();
         self.records.push(record);
+        Ok(())
+    }
+
+    /// Compares the frame with the one before, if that began a pair, and keeps it if it begins one itself.
+    fn compare(&mut self, gpu: &Gpu, view: &View, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
+        let drawn = temporal::read_drawn(gpu, &self.frame, view, &self.style)?;
+        // After a jump there is nothing that could be steady.
+        if let Some(before) = self.pair.take().filter(|_| !jumped) {
+            self.steadiness.add(temporal::compare(&before, &drawn)?);
+        }
+        self.pair = begins_pair.then_some(drawn);
         Ok(())
     }
 
@@ -321,6 +378,7 @@ impl Flight {
             let names = self.requirements.passes().into_iter();
             run.passes = names.map(|name| Pass { name: name.to_owned(), gpu_ms: None }).collect();
         }
+        run.temporal = self.steadiness.metrics();
         let counts = self.world.terrain.tile_counts();
         run.memory = Memory {
             gpu_bytes: Some(self.world.terrain.gpu_bytes() + self.frame.targets().bytes()),

@@ -1,5 +1,5 @@
-//! What a drawing cost and how far it is from another: statistics of runs, the report of a bench, comparison of
-//! pictures.
+//! What a drawing cost, how steady it is, and how far it is from another: statistics of runs, the report of a bench,
+//! comparison of pictures and of frames.
 
 pub mod image_compare;
 pub mod lod_error;
@@ -8,3 +8,4 @@ pub mod report;
 pub mod report_html;
 pub mod report_text;
 pub mod statistics;
+pub mod temporal;

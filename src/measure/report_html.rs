@@ -243,13 +243,15 @@ fn none() -> String {
     "–".to_owned()
 }
 
-/// Three digits that count, without an exponent.
+/// Three digits that count, without an exponent; nothing below 1e-9.
 fn short(value: f64) -> String {
     let decimals = match value.abs() {
         size if size >= 100.0 || size == 0.0 => 0,
         size if size >= 10.0 => 1,
         size if size >= 1.0 => 2,
-        _ => 4,
+        size if size >= 0.01 => 4,
+        size if size >= 1e-4 => 6,
+        _ => 9,
     };
     let text = format!("{value:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

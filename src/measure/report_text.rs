@@ -1,20 +1,61 @@
-//! The report on a terminal: a row for each run, with its ratio to the first.
+//! The report on a terminal: a row for each run, with its ratio to the first; and a table of steadiness.
 
 use super::report::{Report, Run};
 
 /// The heads of the columns.
-const HEADS: [&str; 11] =
-    ["style", "frames", "frame ms p50", "p95", "p99", "×", "GPU ms p50", "×", "LOD px max", "triangles", "late"];
+const HEADS: [&str; 12] = [
+    "style",
+    "frames",
+    "frame ms p50",
+    "p95",
+    "p99",
+    "×",
+    "GPU ms p50",
+    "×",
+    "LOD px max",
+    "triangles",
+    "strokes",
+    "late",
+];
 
-/// The table. – is what was not measured.
+/// The columns of steadiness: head, name of the number, what it is multiplied by, decimals.
+const STEADINESS: [(&str, &str, f64, usize); 10] = [
+    ("pairs", "pairs", 1.0, 0),
+    ("lines %", "line_coverage", 100.0, 2),
+    ("flicker %", "flicker", 100.0, 2),
+    ("by ink %", "flicker_ink", 100.0, 2),
+    ("births/frame", "births_per_frame", 1.0, 2),
+    ("deaths/frame", "deaths_per_frame", 1.0, 2),
+    ("identity %", "identity_change", 100.0, 2),
+    ("slip px p50", "slip_px_p50", 1.0, 2),
+    ("p95", "slip_px_p95", 1.0, 2),
+    ("E_warp ×1e-6", "e_warp", 1e6, 1),
+];
+
+/// The tables: what frames cost, and how steady they are where that was measured. – is what was not measured.
 pub fn table(report: &Report) -> String {
     let first = report.runs.first();
-    let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)));
-    let rows: Vec<[String; 11]> = std::iter::once(HEADS.map(str::to_owned)).chain(rows).collect();
-    let widths: [usize; 11] =
-        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
+    let costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
+    if report.runs.iter().all(|run| run.temporal.is_none()) {
+        return costs;
+    }
+    let heads = std::iter::once("style").chain(STEADINESS.map(|(head, ..)| head)).map(str::to_owned).collect();
+    let rows = report.runs.iter().map(|run| {
+        let value = |name| run.temporal.as_ref().and_then(|metrics| *metrics.get(name)?);
+        let cells = STEADINESS
+            .map(|(_, name, factor, decimals)| number(value(name).map(|value: f64| value * factor), decimals));
+        std::iter::once(run.style.clone()).chain(cells).collect()
+    });
+    format!("{costs}\n{}", columns(std::iter::once(heads).chain(rows).collect()))
+}
+
+/// Rows of as many cells each, the first one to the left and the others to the right.
+fn columns(rows: Vec<Vec<String>>) -> String {
+    let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..rows.first().map_or(0, Vec::len)).map(widest).collect();
     let lines = rows.iter().map(|row| {
-        let cells = row.iter().zip(widths).enumerate().map(|(column, (cell, width))| match column {
+        let cells = row.iter().zip(&widths).enumerate().map(|(column, (cell, &width))| match column {
             0 => format!("{cell:<width$}"),
             _ => format!("{cell:>width$}"),
         });
@@ -23,7 +64,7 @@ pub fn table(report: &Report) -> String {
     lines.collect()
 }
 
-fn row(run: &Run, first: &Run) -> [String; 11] {
+fn row(run: &Run, first: &Run) -> [String; 12] {
     let frame_ms = |run: &Run| run.frame_ms.map(|ms| ms.p50);
     let gpu_ms = |run: &Run| run.gpu_ms.map(|ms| ms.p50);
     [
@@ -37,6 +78,7 @@ fn row(run: &Run, first: &Run) -> [String; 11] {
         number(ratio(gpu_ms(run), gpu_ms(first)), 2),
         number(run.lod_error_px.map(|px| px.max), 2),
         number(run.triangles.map(|count| count as f64), 0),
+        number(run.strokes.map(|count| count as f64), 0),
         number(run.tiles.late_frames.map(|count| count as f64), 0),
     ]
 }
@@ -68,10 +110,23 @@ mod tests {
         };
         let table = table(&report);
         let cells: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
-        assert_eq!(cells[0], ["ink", "7", "2.00", "4.00", "6.00", "1.00", "–", "–", "–", "–", "–"]);
+        assert_eq!(cells[0], ["ink", "7", "2.00", "4.00", "6.00", "1.00", "–", "–", "–", "–", "–", "–"]);
         assert_eq!(cells[1][..6], ["plain", "7", "5.00", "10.00", "15.00", "2.50"]);
         assert_eq!(cells[2][..6], ["unmeasured", "7", "–", "–", "–", "–"]);
         let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
         assert!(widths.iter().all(|width| *width == widths[0]), "{table}");
+    }
+
+    #[test]
+    fn steadiness_stands_below_where_it_was_measured() {
+        let measured = [("flicker", 0.0123), ("line_coverage", 0.5), ("e_warp", 2.5e-4), ("pairs", 3.0)];
+        let metrics = measured.map(|(name, value)| (name.to_owned(), Some(value)));
+        let steady = Run { temporal: Some(metrics.into()), ..run("ink", None) };
+        let report = Report { runs: vec![steady, run("plain", None)], ..Report::default() };
+        let table = table(&report);
+        let below = table.split("\n\n").nth(1).expect("a second table");
+        let cells: Vec<Vec<&str>> = below.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
+        assert_eq!(cells[0], ["ink", "3", "50.00", "1.23", "–", "–", "–", "–", "–", "–", "250.0"]);
+        assert_eq!(cells[1], ["plain", "–", "–", "–", "–", "–", "–", "–", "–", "–", "–"]);
     }
 }

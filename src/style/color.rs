@@ -21,6 +21,12 @@ pub fn linear_from_srgb(value: f32) -> f32 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
+/// The inverse: one channel in linear light as sRGB, 0 to 1; what is beyond is taken as the nearest.
+pub fn srgb_from_linear(value: f32) -> f32 {
+    let value = value.clamp(0.0, 1.0);
+    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
+}
+
 impl std::str::FromStr for Color {
     type Err = String;
 

@@ -93,6 +93,14 @@ impl View {
         self.pose.forward + self.pose.right * (from_middle.x / focal_px) - self.pose.up * (from_middle.y / focal_px)
     }
 
+    /// Where a way from the eye, or a direction, appears in the picture: the inverse of [`View::ray`]. None beside or
+    /// behind the eye.
+    pub fn place_px(&self, way: DVec3) -> Option<DVec2> {
+        let ahead = way.dot(self.pose.forward);
+        let across = DVec2::new(way.dot(self.pose.right), -way.dot(self.pose.up));
+        (ahead > 1e-6 * way.length()).then(|| self.middle_px() + across * (self.focal_px() / ahead))
+    }
+
     /// What the part sees.
     pub fn frustum(&self) -> Frustum {
         let low = DVec2::new(f64::from(self.part.origin_px[0]), f64::from(self.part.origin_px[1]));

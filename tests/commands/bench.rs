@@ -76,9 +76,26 @@ fn check_schema(report: &Value) -> Result<(), String> {
             return Err(format!("{name} is no number"));
         }
         all_numbers(&run["lod_error_px"], &["p50", "p99", "max"])?;
-        ["strokes", "temporal", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
+        check_steadiness(&run["temporal"], run["style"] == "plain")?;
+        ["strokes", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
     }
     Ok(())
+}
+
+/// Of styles without strokes; plain draws no lines either.
+fn check_steadiness(temporal: &Value, is_plain: bool) -> Result<(), String> {
+    let lines = ["line_coverage", "line_masked", "flicker", "flicker_births", "flicker_deaths", "flicker_ink"];
+    let lines = [&lines[..], &["flicker_ink_births", "flicker_ink_deaths"]].concat();
+    let strokes = ["strokes_per_frame", "births_per_frame", "deaths_per_frame", "identity_change"];
+    let strokes = [&strokes[..], &["slip_px_p50", "slip_px_p95"]].concat();
+    keys(temporal, &[&["pairs", "e_warp"][..], &lines[..], &strokes[..]].concat())?;
+    strokes.iter().try_for_each(|name| is_null(temporal, name))?;
+    let is_share = |name: &&str| temporal[*name].as_f64().is_some_and(|share| (0.0..=1.0).contains(&share));
+    match lines.iter().find(|name| if is_plain { !temporal[**name].is_null() } else { !is_share(name) }) {
+        Some(name) => Err(format!("{name} is {}", temporal[name])),
+        None if temporal["pairs"] == 4.0 && temporal["e_warp"].as_f64().is_some_and(|e_warp| e_warp > 0.0) => Ok(()),
+        None => Err(format!("{temporal}")),
+    }
 }
 
 #[test]
@@ -125,10 +142,43 @@ fn a_bench_writes_what_scripts_rely_on() {
 
     // The check itself finds a wrong name, and a 0 where nothing was measured.
     let text = report.to_string();
-    for (right, wrong) in [("\"frame_ms\"", "\"frame_time\""), ("\"strokes\":null", "\"strokes\":0")] {
+    for (right, wrong) in [
+        ("\"frame_ms\"", "\"frame_time\""),
+        ("\"strokes\":null", "\"strokes\":0"),
+        ("\"slip_px_p50\":null", "\"slip_px_p50\":0"),
+        ("\"pairs\":4.0", "\"pairs\":3.0"),
+    ] {
         let planted: Value = serde_json::from_str(&text.replace(right, wrong)).unwrap();
         assert!(check_schema(&planted).is_err(), "{right} → {wrong}");
     }
+}
+
+#[test]
+fn the_steadiness_of_strokes_is_measured() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "192x108", "--styles", "strokes"];
+    let of = |frames: &str, pairs: &str| {
+        let more = ["--frames", frames, "--temporal", pairs, "-o", "out", "--json"];
+        place.json(&[&flight[..], &more].concat())["runs"][0].clone()
+    };
+    // The same way in fewer frames: each is farther from the one before.
+    let (slow, fast) = (of("81", "3"), of("5", "3"));
+    for run in [&slow, &fast] {
+        let temporal = &run["temporal"];
+        assert_eq!(temporal["pairs"], 3.0);
+        assert!(run["strokes"].as_u64().unwrap() > 0);
+        // The number of a chain means nothing in the next frame.
+        assert!(temporal["identity_change"].is_null() && temporal["slip_px_p50"].as_f64().unwrap() > 0.0);
+    }
+    let e_warp = |run: &Value| run["temporal"]["e_warp"].as_f64().unwrap();
+    assert!(e_warp(&fast) > 0.0 && e_warp(&slow) > 0.0);
+    assert!(of("5", "0")["temporal"].is_null());
+    // Whoever follows the clock is compared too.
+    let real_time = place.json(&[&flight[..], &["--real-time", "-o", "out", "--json"]].concat());
+    assert!(real_time["runs"][0]["temporal"]["pairs"].as_f64().unwrap() >= 1.0, "{real_time}");
 }
 
 #[test]
@@ -172,6 +222,8 @@ fn the_table_has_a_row_for_each_style() {
     let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "64x36", "--styles", "ink,ink"];
     let table = place.text(&[&flight[..], &["--frames", "2", "-o", "out"]].concat());
     let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("ink ")).collect();
-    assert_eq!(rows.len(), 2, "{table}");
+    // Times, and steadiness.
+    assert_eq!(rows.len(), 4, "{table}");
     assert!(rows[0].contains("1.00") && table.contains("report.html"), "{table}");
+    assert!(table.contains("flicker %"), "{table}");
 }

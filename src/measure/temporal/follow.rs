@@ -1,0 +1,185 @@
+//! Where a pixel of one frame lies in another, and whether it is seen there.
+//!
+//! The world stands still: a surface's place comes from its position, and of the sky its direction. A line straddles the
+//! edge that it outlines, so half of its pixels lie over what is behind: a line moves with the *nearest* surface within
+//! [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's pixel tells the motion: on a
+//! plane seen at a grazing angle motion changes from row to row.
+//!
+//! Whether a place is seen in both frames is decided by the nearest distance around it: what is expected from one frame
+//! must be found in the other. Distances may change much from pixel to pixel on land seen at a grazing angle, and
+//! places lie between pixels; so the distance must be between what is found within a somewhat smaller and a somewhat
+//! larger circle, with a tolerance.
+//!
+//! One edge is also where lines of what is *behind* end, with motion of their own: where a line is not found by the
+//! motion of what is in front, it may be by its own surface's ([`Follower::place_behind`]).
+//!
+//! The earth's curvature is that of either camera's own picture: between frames it moves a place by the camera's step
+//! over the earth's radius, some 1e-6 rad at 10 m.
+
+use glam::{DVec2, DVec3};
+
+use super::DrawnFrame;
+use crate::surface::view::View;
+
+/// A line belongs to the nearest surface within this.
+pub const OWNER_PX: f64 = 2.0;
+/// What has no ink is as far as the nearest surface within this. Wider than for lines: a line of the other frame
+/// reaches over the edge that it outlines, and what it covers there is not seen.
+const SURROUNDINGS_PX: f64 = 3.0;
+/// Places lie between pixels: circles in which a distance is looked for are so much smaller and larger.
+const SLACK_PX: f64 = 0.75;
+/// What is expected must be found to this share of its distance.
+const SAME_DISTANCE: f64 = 0.02;
+/// What is no farther than this share beyond the nearest surface moves as it does, nearly.
+const SAME_SURFACE: f64 = 0.05;
+
+/// Where everything is in a frame.
+pub(super) struct Seen<'a> {
+    view: &'a View,
+    position: &'a [[f32; 4]],
+    /// From the eye; the sky is infinitely far.
+    distance_m: Vec<f32>,
+    size: [i64; 2],
+}
+
+/// Whose motion a pixel has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Whose {
+    /// What is seen at the pixel.
+    Surface,
+    /// The nearest around it.
+    Line,
+}
+
+/// Follows pixels from a frame to another.
+pub(super) struct Follower<'a> {
+    pub from: &'a Seen<'a>,
+    pub to: &'a Seen<'a>,
+}
+
+impl<'a> Seen<'a> {
+    pub fn new(frame: &'a DrawnFrame) -> Self {
+        let distance_m = |at: &[f32; 4]| if at[3] > 0.0 { way(at).length() as f32 } else { f32::INFINITY };
+        Self {
+            view: &frame.view,
+            position: &frame.position,
+            distance_m: frame.position.iter().map(distance_m).collect(),
+            size: frame.view.part.size_px.map(i64::from),
+        }
+    }
+
+    /// Of the picture, in pixels.
+    pub fn width(&self) -> usize {
+        self.size[0] as usize
+    }
+
+    /// The centre of a pixel, from the upper left corner of the picture.
+    pub fn centre(&self, pixel: usize) -> DVec2 {
+        let width = self.width();
+        DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
+    }
+
+    /// The pixels whose centres lie within a distance of a place, with the square of their distance.
+    pub fn within(&self, place: DVec2, radius_px: f64) -> impl Iterator<Item = (usize, f64)> + use<'_> {
+        let span = |at: f64, side: i64| {
+            let first = ((at - radius_px - 0.5).ceil() as i64).max(0);
+            let last = ((at + radius_px - 0.5).floor() as i64).min(side - 1);
+            first..=last
+        };
+        let columns = span(place.x, self.size[0]);
+        span(place.y, self.size[1]).flat_map(move |y| columns.clone().map(move |x| [x, y])).filter_map(move |[x, y]| {
+            let squared = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - place).length_squared();
+            (squared <= radius_px * radius_px).then_some(((y * self.size[0] + x) as usize, squared))
+        })
+    }
+
+    /// A picture between its pixels; the outermost ones go on.
+    pub fn bilinear(&self, picture: &[f32], place: DVec2) -> f64 {
+        let corner = place - 0.5;
+        let (whole, part) = (corner.floor(), corner - corner.floor());
+        let at = |dx: i64, dy: i64| {
+            let x = (whole.x as i64 + dx).clamp(0, self.size[0] - 1);
+            let y = (whole.y as i64 + dy).clamp(0, self.size[1] - 1);
+            f64::from(picture[(y * self.size[0] + x) as usize])
+        };
+        let row = |dy: i64| at(0, dy) + (at(1, dy) - at(0, dy)) * part.x;
+        row(0) + (row(1) - row(0)) * part.y
+    }
+
+    fn nearest_m(&self, place: DVec2, radius_px: f64) -> f64 {
+        self.within(place, radius_px).map(|(pixel, _)| f64::from(self.distance_m[pixel])).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Follower<'_> {
+    /// Where `pixel` of one frame lies in the other, from that picture's upper left corner; none if it is not seen
+    /// there.
+    pub fn place(&self, pixel: usize, whose: Whose) -> Option<DVec2> {
+        let centre = self.from.centre(pixel);
+        let radius_px = if whose == Whose::Line { OWNER_PX } else { SURROUNDINGS_PX };
+        let distance_m = |pixel: usize| f64::from(self.from.distance_m[pixel]);
+        let around = || self.from.within(centre, radius_px);
+        let owner = around().min_by(|a, b| distance_m(a.0).total_cmp(&distance_m(b.0)))?.0;
+        let mover = match whose {
+            Whose::Surface => pixel,
+            Whose::Line => {
+                let of_owner = around().filter(|(at, _)| distance_m(*at) <= distance_m(owner) * (1.0 + SAME_SURFACE));
+                of_owner.min_by(|a, b| a.1.total_cmp(&b.1))?.0
+            }
+        };
+        let place = self.moved(pixel, mover)?;
+        let expected_m = self.expected_m(owner);
+        let covered = self.to.nearest_m(place, radius_px - SLACK_PX) < expected_m * (1.0 - SAME_DISTANCE);
+        let gone = self.to.nearest_m(place, radius_px + SLACK_PX) > expected_m * (1.0 + SAME_DISTANCE);
+        (!covered && !gone).then_some(place)
+    }
+
+    /// As [`Self::place`], with the motion of what is seen at the pixel itself; that must be seen near its place, but
+    /// need not be the nearest.
+    pub fn place_behind(&self, pixel: usize) -> Option<DVec2> {
+        let place = self.moved(pixel, pixel)?;
+        let expected_m = self.expected_m(pixel);
+        let is_it = |found_m: f64| (found_m - expected_m).abs() <= SAME_DISTANCE * expected_m || found_m == expected_m;
+        let mut around = self.to.within(place, OWNER_PX);
+        around.any(|(at, _)| is_it(self.to.distance_m[at].into())).then_some(place)
+    }
+
+    /// A pixel's place by the motion of `mover`; none outside of the picture.
+    fn moved(&self, pixel: usize, mover: usize) -> Option<DVec2> {
+        let place = self.from.centre(pixel) + self.motion(mover)?;
+        let [width, height] = self.to.size.map(|side| side as f64);
+        ((0.0..width).contains(&place.x) && (0.0..height).contains(&place.y)).then_some(place)
+    }
+
+    fn expected_m(&self, pixel: usize) -> f64 {
+        self.way_there(pixel).map_or(f64::INFINITY, DVec3::length)
+    }
+
+    /// From the other frame's eye to what a pixel shows; none for the sky.
+    fn way_there(&self, pixel: usize) -> Option<DVec3> {
+        let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;
+        let at = &self.from.position[pixel];
+        (at[3] > 0.0).then(|| way(at) + step_m)
+    }
+
+    /// How far what a pixel shows moves on the picture; none if it comes beside or behind the eye.
+    fn motion(&self, pixel: usize) -> Option<DVec2> {
+        let (here, there) = match self.way_there(pixel) {
+            Some(there) => (way(&self.from.position[pixel]), there),
+            None => {
+                let origin = self.from.view.part.origin_px;
+                let ray = self.from.view.ray(self.from.centre(pixel) + DVec2::new(origin[0].into(), origin[1].into()));
+                (ray, ray)
+            }
+        };
+        // Both by projection: what positions lack of their pixel's centre by rounding is in both, and goes.
+        let shift = |view: &View| DVec2::new(view.part.origin_px[0].into(), view.part.origin_px[1].into());
+        let from = self.from.view.place_px(here)? - shift(self.from.view);
+        let to = self.to.view.place_px(there)? - shift(self.to.view);
+        Some(to - from)
+    }
+}
+
+fn way(at: &[f32; 4]) -> DVec3 {
+    DVec3::new(at[0].into(), at[1].into(), at[2].into())
+}

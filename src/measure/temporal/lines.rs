@@ -1,0 +1,115 @@
+//! What becomes of the ink of a frame in another.
+
+use std::collections::HashMap;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::follow::{Follower, Whose};
+use super::{HELD_SHARE, LINE_INK, LineChange, REACH_PX, Share};
+
+/// Of a pixel that has ink.
+pub(super) struct Fate {
+    pub pixel: usize,
+    pub ink: f32,
+    /// None where it cannot be followed.
+    pub there: Option<There>,
+}
+
+/// What the other frame has.
+pub(super) struct There {
+    /// The pixel's place in it.
+    pub place: DVec2,
+    /// The most ink within [`REACH_PX`].
+    pub ink: f32,
+    /// The nearest line pixel within [`REACH_PX`].
+    pub line: Option<usize>,
+}
+
+impl Fate {
+    pub fn is_line(&self) -> bool {
+        self.ink >= LINE_INK
+    }
+}
+
+/// Of all pixels that have ink, row by row.
+pub(super) struct Fates(pub Vec<Fate>);
+
+impl Fates {
+    /// Follows the ink of a frame to the other one.
+    pub fn of(follower: &Follower<'_>, ink: &[f32], ink_there: &[f32]) -> Self {
+        let look = |place: DVec2| {
+            let (mut most, mut nearest) = (0.0_f32, None::<(usize, f64)>);
+            for (at, squared) in follower.to.within(place, REACH_PX) {
+                most = most.max(ink_there[at]);
+                if ink_there[at] >= LINE_INK && nearest.is_none_or(|(_, least)| squared < least) {
+                    nearest = Some((at, squared));
+                }
+            }
+            There { place, ink: most, line: nearest.map(|(at, _)| at) }
+        };
+        let there = |pixel: usize| {
+            let as_line = follower.place(pixel, Whose::Line).map(look);
+            if as_line.as_ref().is_some_and(|there| there.line.is_some()) {
+                return as_line;
+            }
+            let behind = follower.place_behind(pixel).map(look);
+            behind.filter(|there| there.line.is_some()).or(as_line)
+        };
+        let width = follower.from.width();
+        let rows = ink.par_chunks(width).enumerate().flat_map_iter(|(row, inks)| {
+            let inked = inks.iter().enumerate().filter(|(_, ink)| **ink > 0.0);
+            inked.map(move |(column, ink)| (row * width + column, *ink))
+        });
+        Self(rows.map(|(pixel, ink)| Fate { pixel, ink, there: there(pixel) }).collect())
+    }
+
+    fn lines(&self) -> impl Iterator<Item = &Fate> {
+        self.0.iter().filter(|fate| fate.is_line())
+    }
+
+    pub fn line_pixels(&self) -> usize {
+        self.lines().count()
+    }
+
+    pub fn change(&self) -> LineChange {
+        let mut change = LineChange::default();
+        for fate in self.lines() {
+            change.masked += Share { part: f64::from(u8::from(fate.there.is_none())), whole: 1.0 };
+            if let Some(there) = &fate.there {
+                change.lone += Share { part: f64::from(u8::from(there.line.is_none())), whole: 1.0 };
+            }
+        }
+        for (fate, there) in self.0.iter().filter_map(|fate| Some((fate, fate.there.as_ref()?))) {
+            let lacking = (fate.ink - there.ink).max(0.0);
+            change.lone_ink += Share { part: lacking.into(), whole: fate.ink.into() };
+        }
+        change
+    }
+
+    /// Strokes of which less than [`HELD_SHARE`] goes on, of those with line pixels that can be followed.
+    pub fn lone_strokes(&self, id: &[u32]) -> Share {
+        let mut held: HashMap<u32, Share> = HashMap::new();
+        for fate in self.lines().filter(|fate| id[fate.pixel] != 0) {
+            if let Some(there) = &fate.there {
+                let goes_on = f64::from(u8::from(there.line.is_some()));
+                *held.entry(id[fate.pixel]).or_default() += Share { part: goes_on, whole: 1.0 };
+            }
+        }
+        let lone = held.values().filter(|held| held.part < HELD_SHARE * held.whole).count();
+        Share { part: lone as f64, whole: held.len() as f64 }
+    }
+
+    /// Line pixels whose stroke is another one there, of those that are of a stroke in both.
+    pub fn identity_change(&self, id: &[u32], id_there: &[u32]) -> Share {
+        let mut change = Share::default();
+        for fate in self.lines() {
+            let Some(line) = fate.there.as_ref().and_then(|there| there.line) else { continue };
+            let (own, other) = (id[fate.pixel], id_there[line]);
+            if own != 0 && other != 0 {
+                change += Share { part: f64::from(u8::from(own != other)), whole: 1.0 };
+            }
+        }
+        change
+    }
+}

@@ -1,0 +1,46 @@
+//! What a frame drew, from the GPU.
+
+use super::{DrawnFrame, read_stroke_pictures};
+use crate::frame::Frame;
+use crate::gpu::target::Target;
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::style::Style;
+use crate::style::color::srgb_from_linear;
+use crate::surface::view::View;
+
+/// Reads what `frame` drew last: with `view` and `style`. Waits for the GPU.
+///
+/// # Errors
+/// [`GpuError::Readback`].
+pub fn read_drawn(gpu: &Gpu, frame: &Frame, view: &View, style: &Style) -> Result<DrawnFrame, GpuError> {
+    let targets = frame.targets();
+    let size_px = targets.size_px();
+    let line = style.lines.as_ref().and_then(|lines| frame.line_target(lines));
+    let line: Option<Vec<f32>> = line.map(|line| readback::read_as(gpu, line, [0, 0], size_px)).transpose()?;
+    let drawn = targets.strokes.as_ref().filter(|_| style.strokes.is_some());
+    let ink = drawn.map(|drawn| halves::<1>(gpu, &drawn.ink.ink, size_px)).transpose()?;
+    let ink = ink.map(|ink| ink.into_iter().map(|[ink]| ink).collect::<Vec<f32>>());
+    let luma = halves::<4>(gpu, &targets.picture, size_px)?
+        .into_iter()
+        .map(|[red, green, blue, _]| srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
+    Ok(DrawnFrame {
+        view: *view,
+        position: readback::read_as(gpu, &targets.position, [0, 0], size_px)?,
+        ink: match (line, ink) {
+            (Some(line), Some(ink)) => Some(line.into_iter().zip(ink).map(|(line, ink)| line.max(ink)).collect()),
+            (line, ink) => line.or(ink),
+        },
+        strokes: read_stroke_pictures(gpu, frame, style)?,
+        luma: luma.collect(),
+    })
+}
+
+fn halves<const CHANNELS: usize>(
+    gpu: &Gpu,
+    target: &Target,
+    size_px: [u32; 2],
+) -> Result<Vec<[f32; CHANNELS]>, GpuError> {
+    let halves: Vec<u16> = readback::read_as(gpu, target, [0, 0], size_px)?;
+    let texels = halves.as_chunks::<CHANNELS>().0.iter();
+    Ok(texels.map(|texel| texel.map(|bits| half::f16::from_bits(bits).to_f32())).collect())
+}
