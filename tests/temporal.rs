@@ -4,13 +4,14 @@
 
 mod common;
 
-use common::{grid_of, random, rough_height_m};
+use common::random;
 use glam::{DQuat, DVec2, DVec3};
 use hachure::frame::{Frame, Light, Requirements};
 use hachure::measure::temporal::{
     DrawnFrame, LINE_INK, PairMeasures, Share, StrokePictures, TemporalError, TemporalTotals, compare, count_strokes,
     read_drawn,
 };
+use hachure::source::{Silent, procedural};
 use hachure::style::Style;
 use hachure::surface::view::{Part, Pose, View};
 
@@ -348,8 +349,22 @@ fn totals_are_over_all_pairs() {
 }
 
 #[test]
+fn a_place_is_where_its_ray_went_through() {
+    for view in [eye(EYE_M, 0.0), eye(EYE_M, 33.0)] {
+        for place in [[0.0, 0.0], [17.3, 99.1], [239.0, 3.0], [-40.0, 500.0]].map(DVec2::from) {
+            let ray = view.ray(place);
+            assert!((view.place_px(ray * 123.0).unwrap() - place).length() < 1e-9);
+            assert!((view.place_px(ray + 0.01 * view.pose.right).unwrap() - place).length() > 1.0);
+            assert_eq!(view.place_px(-ray), None);
+        }
+    }
+}
+
+#[test]
 fn a_real_drawing_is_measured() {
-    let Some(mut world) = common::World::new(grid_of(401, 401, 20.0, rough_height_m), 1.0) else { return };
+    // The embedded world's seed, at a smaller size.
+    let grid = procedural::generate_sized(1, 512, 24.0, &Silent);
+    let Some(mut world) = common::World::new(grid, 1.0) else { return };
     let size_px = [320, 180];
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     for name in ["strokes", "ink", "plain"] {

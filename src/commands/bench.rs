@@ -3,6 +3,11 @@
 //! Each style has a frame and a terrain of its own, so that each loads the tiles that it would load alone. The styles
 //! take turns at every frame, and the turn's order moves on with it: what the machine does meanwhile (clocks, heat,
 //! the disk's cache) falls on all of them alike, and ratios between them are fair.
+//!
+//! Some frames are looked at more closely, when their times have been taken: how far the terrain is from the data, how
+//! many strokes there are, and how steady the drawing is from that frame to the next ([`temporal`]).
+
+mod pairs;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -10,6 +15,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use clap::Args;
 
+use self::pairs::PairPlan;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::{tell, tell_json};
@@ -212,25 +218,6 @@ struct Checks {
     lod_error: bool,
     /// Whether this frame and the next are compared.
     begins_pair: bool,
-}
-
-/// Which frames are compared with the next: pairs spread evenly over all that there are.
-struct PairPlan {
-    pairs: usize,
-    all: usize,
-}
-
-impl PairPlan {
-    fn new(frames: usize, pairs: u32) -> Self {
-        let all = frames.saturating_sub(1);
-        Self { pairs: (pairs as usize).min(all), all }
-    }
-
-    fn begins_at(&self, frame: usize) -> bool {
-        // Pair i begins at frame i · all / pairs, rounded down.
-        let pairs_before = |frame: usize| (frame * self.pairs).div_ceil(self.all.max(1));
-        frame < self.all && pairs_before(frame) < pairs_before(frame + 1)
-    }
 }
 
 /// A style on its way along the path.

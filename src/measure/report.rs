@@ -61,9 +61,9 @@ pub struct Run {
     pub lod_error_px: Option<LodError>,
     /// In the median frame.
     pub triangles: Option<u64>,
-    /// In the median frame.
+    /// In the median of the frames in which they were counted.
     pub strokes: Option<u64>,
-    /// How steady the drawing is from frame to frame.
+    /// How steady the drawing is from frame to frame: [`super::temporal::TemporalTotals::metrics`].
     pub temporal: Option<Metrics>,
     /// How well both eyes agree.
     pub stereo: Option<Metrics>,

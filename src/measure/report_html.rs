@@ -31,6 +31,12 @@ const LEFT: f64 = 48.0;
 const PLOT_HEIGHT: f64 = 220.0;
 const COLUMNS: usize = 800;
 
+/// What the names of steadiness mean.
+const STEADINESS: &str = "Pairs of consecutive frames, followed by exact motion; what is not seen in both is masked. \
+    Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after (deaths). \
+    A stroke is born, or dies, when less than half of it goes on. Slip: how far the parameter along a stroke moves under \
+    a place, in pixels per frame. E_warp: mean squared difference of encoded luminance, 0 to 1.";
+
 /// Writes `report.html`, whole or not at all. `frames` are the runs of the report, in its order; the plots along the
 /// path need them.
 ///
@@ -64,8 +70,8 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
     page += &along("Level-of-detail error", "Pixels", |frame| frame.lod_error_px);
     page += &bars(&report.runs);
     page += &table(&report.runs);
-    page += &metrics("Steadiness from frame to frame", &report.runs, |run| run.temporal.as_ref());
-    page += &metrics("Agreement of both eyes", &report.runs, |run| run.stereo.as_ref());
+    page += &metrics("Steadiness from frame to frame", STEADINESS, &report.runs, |run| run.temporal.as_ref());
+    page += &metrics("Agreement of both eyes", "", &report.runs, |run| run.stereo.as_ref());
     page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – was not measured.</p>\n";
     page += "</body></html>\n";
     page
@@ -206,14 +212,15 @@ fn table(runs: &[Run]) -> String {
     format!("<h2>Numbers</h2>\n{}", grid(runs, rows))
 }
 
-fn metrics(title: &str, runs: &[Run], of: fn(&Run) -> Option<&Metrics>) -> String {
+fn metrics(title: &str, meaning: &str, runs: &[Run], of: fn(&Run) -> Option<&Metrics>) -> String {
     let names: std::collections::BTreeSet<&String> = runs.iter().filter_map(of).flat_map(Metrics::keys).collect();
     if names.is_empty() {
         return String::new();
     }
     let cell = |run: &Run, name: &String| of(run).and_then(|metrics| *metrics.get(name)?).map_or(none(), short);
     let rows = names.into_iter().map(|name| (name.clone(), runs.iter().map(|run| cell(run, name)).collect()));
-    format!("<h2>{title}</h2>\n{}", grid(runs, rows))
+    let meaning = if meaning.is_empty() { String::new() } else { format!("<p class=\"faint\">{meaning}</p>\n") };
+    format!("<h2>{title}</h2>\n{meaning}{}", grid(runs, rows))
 }
 
 /// A table with a column for each run.

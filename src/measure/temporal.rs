@@ -1,7 +1,7 @@
 //! How steady a drawing is from frame to frame, whatever its lines are made of.
 //!
 //! Two frames that follow each other are held against each other in both directions. The world stands still, so where
-//! a pixel of one frame lies in the other is known exactly ([`follow`]); what is not seen in both is masked. A **line
+//! a pixel of one frame lies in the other is known exactly (`follow`); what is not seen in both is masked. A **line
 //! pixel** has ink of at least [`LINE_INK`]; the line goes on where the other frame has a line pixel within
 //! [`REACH_PX`] of its place. From this come
 //!
@@ -10,7 +10,7 @@
 //!   frame lacks within the same reach, and needs no threshold;
 //! - *births and deaths of strokes*: strokes of which less than half goes on;
 //! - *change of identity*: line pixels that go on as a stroke of another identity;
-//! - *slip*: how far the parameter along strokes (what a texture is laid by) moved under a place ([`parameter`]);
+//! - *slip*: how far the parameter along strokes (what a texture is laid by) moved under a place (`parameter`);
 //! - *E_warp*: the mean squared difference between the later picture and the earlier one, bilinearly fetched from where
 //!   each pixel was.
 //!

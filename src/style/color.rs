@@ -43,3 +43,17 @@ impl<'de> Deserialize<'de> for Color {
         String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ways_are_inverse() {
+        for value in (0..=255).map(|byte| f32::from(byte as u8) / 255.0) {
+            assert!((srgb_from_linear(linear_from_srgb(value)) - value).abs() < 1e-5, "{value}");
+        }
+        assert_eq!((srgb_from_linear(-1.0), srgb_from_linear(2.0)), (0.0, srgb_from_linear(1.0)));
+        assert!((srgb_from_linear(0.5) - 0.735_357).abs() < 1e-5);
+    }
+}

@@ -13,6 +13,9 @@
 //! One edge is also where lines of what is *behind* end, with motion of their own: where a line is not found by the
 //! motion of what is in front, it may be by its own surface's ([`Follower::place_behind`]).
 //!
+//! What comes to light within [`OWNER_PX`] of an edge cannot be told from that edge's own line. Edges mostly have a line
+//! in both frames, which is then found.
+//!
 //! The earth's curvature is that of either camera's own picture: between frames it moves a place by the camera's step
 //! over the earth's radius, some 1e-6 rad at 10 m.
 
@@ -182,4 +185,77 @@ impl Follower<'_> {
 
 fn way(at: &[f32; 4]) -> DVec3 {
     DVec3::new(at[0].into(), at[1].into(), at[2].into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::view::{Part, Pose};
+
+    const SIZE_PX: [u32; 2] = [7, 5];
+
+    fn view(position_m: DVec3) -> View {
+        let pose = Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.7 };
+        View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) }
+    }
+
+    /// A wall `ahead_m` to the north of the eye.
+    fn frame(position_m: DVec3, ahead_m: f32) -> DrawnFrame {
+        let view = view(position_m);
+        let centres = (0..SIZE_PX[0] * SIZE_PX[1])
+            .map(|pixel| DVec2::new(f64::from(pixel % SIZE_PX[0]) + 0.5, f64::from(pixel / SIZE_PX[0]) + 0.5));
+        let position = centres.map(|centre| {
+            let [x, y, z] = (view.ray(centre).as_vec3() * ahead_m).to_array();
+            [x, y, z, ahead_m]
+        });
+        DrawnFrame { view, position: position.collect(), ink: None, strokes: None, luma: vec![0.0; 35] }
+    }
+
+    #[test]
+    fn a_circle_has_the_pixels_whose_centres_lie_in_it() {
+        let frame = frame(DVec3::ZERO, 10.0);
+        let seen = Seen::new(&frame);
+        let places = (-8..40).flat_map(|x| (-8..30).map(move |y| DVec2::new(f64::from(x) / 4.0, f64::from(y) / 4.0)));
+        for (place, radius_px) in places.flat_map(|place| [0.3, 1.25, 1.5, 2.0, 2.75].map(|radius| (place, radius))) {
+            let found: Vec<usize> = seen.within(place, radius_px).map(|(pixel, _)| pixel).collect();
+            let squared = |pixel: &usize| (seen.centre(*pixel) - place).length_squared();
+            let expected: Vec<usize> = (0..35).filter(|pixel| squared(pixel) <= radius_px * radius_px).collect();
+            assert_eq!(found, expected, "{place} {radius_px}");
+        }
+    }
+
+    #[test]
+    fn a_wall_grows_as_the_eye_comes_nearer() {
+        let (far, near) = (frame(DVec3::ZERO, 10.0), frame(DVec3::new(0.0, 2.0, 0.0), 8.0));
+        let (far, near) = (Seen::new(&far), Seen::new(&near));
+        let (on, back) = (Follower { from: &far, to: &near }, Follower { from: &near, to: &far });
+        let middle = DVec2::new(3.5, 2.5);
+        // The second pixel of the second row: its place is 10 / 8 as far from the middle, and back.
+        let expected = middle + (DVec2::new(1.5, 1.5) - middle) * 1.25;
+        for whose in [Whose::Line, Whose::Surface] {
+            let place = on.place(8, whose).expect("it is in both pictures");
+            assert!((place - expected).length() < 1e-5, "{place}");
+            let place = back.place(8, whose).expect("it is in both pictures");
+            assert!((place - middle - (DVec2::new(1.5, 1.5) - middle) * 0.8).length() < 1e-5, "{place}");
+        }
+        assert_eq!(on.place(0, Whose::Line), None, "the corner leaves the picture");
+        // Planted: the wall is farther there than it can be.
+        let wrong = frame(DVec3::new(0.0, 2.0, 0.0), 10.0);
+        let wrong = Seen::new(&wrong);
+        assert_eq!(Follower { from: &far, to: &wrong }.place(8, Whose::Line), None);
+        assert_eq!(Follower { from: &far, to: &wrong }.place_behind(8), None);
+    }
+
+    #[test]
+    fn a_picture_is_linear_between_its_pixels() {
+        let frame = frame(DVec3::ZERO, 10.0);
+        let seen = Seen::new(&frame);
+        let linear = |place: DVec2| 0.25 + 0.1 * place.x - 0.07 * place.y;
+        let picture: Vec<f32> = (0..35).map(|pixel| linear(seen.centre(pixel)) as f32).collect();
+        for place in [[0.5, 0.5], [3.0, 2.0], [6.2, 4.4], [1.75, 3.1]].map(DVec2::from) {
+            assert!((seen.bilinear(&picture, place) - linear(place)).abs() < 1e-6, "{place}");
+        }
+        let corner = seen.bilinear(&picture, DVec2::ZERO);
+        assert!((corner - linear(DVec2::splat(0.5))).abs() < 1e-6, "the outermost pixel goes on");
+    }
 }

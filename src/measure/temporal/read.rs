@@ -1,4 +1,7 @@
 //! What a frame drew, from the GPU.
+//!
+//! The ink of strokes is what haze has left of it; that of line pictures is what the composite reads, before haze takes
+//! its part. Where a style has both, the darker one counts.
 
 use super::{DrawnFrame, read_stroke_pictures};
 use crate::frame::Frame;
