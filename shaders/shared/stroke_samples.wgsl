@@ -5,7 +5,7 @@
 struct Sample {
     // Camera-relative, in the frame that the list belongs to.
     position_m: vec3<f32>,
-    // How strongly the pen is pressed: 0 nothing, 1 full. It follows `goal`.
+    // How strongly the pen is pressed: 0 nothing, 1 full.
     pressure: f32,
     // On the picture.
     px: vec2<f32>,
@@ -13,8 +13,9 @@ struct Sample {
     along_px: f32,
     half_width_px: f32,
     depth_m: f32,
-    goal: f32,
-    // Whose it is; lasts across frames. Not 0.
+    // How far along the stroke it is to where drawing ends: above 0 the sample is drawn, below it is not.
+    shown_px: f32,
+    // Whose it is; lasts across frames. Not 0. When a stroke falls into several, all of them keep it.
     stroke: u32,
     // FIRST, LAST, FADING, IS_CLOSED, and the kind of edge from bit 8 on.
     flags: u32,
@@ -33,6 +34,8 @@ struct Match {
     half_width_px: f32,
     // Of the sample itself: arc length from its stroke's start.
     at_px: f32,
+    shown_px: f32,
+    padding: f32,
 }
 
 // What a chain takes over.
@@ -41,8 +44,7 @@ struct Heritage {
     stroke: u32,
     sense: f32,
     offset_px: f32,
-    // Of those that want to be the same stroke the one with the highest claim is it.
-    claim: u32,
+    padding: u32,
 }
 
 struct SampleCounts {
@@ -68,10 +70,15 @@ struct Carry {
     pressure_step: f32,
     // How far the line before holds the new one, 0 to 1.
     hold: f32,
+    // How far the ends of strokes grow and shrink in this frame.
+    growth_px: f32,
     // Samples that there is room for.
     capacity: u32,
     // Of the frame: no two strokes that are born get the same number.
     seed: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
 }
 
 const FIRST: u32 = 1u;
@@ -81,11 +88,28 @@ const IS_CLOSED: u32 = 8u;
 const KIND_SHIFT: u32 = 8u;
 
 // Samples are at most so far apart along a stroke.
-const SPACING_PX: f32 = 4.0;
+const SPACING_PX: f32 = 2.0;
 // Classes of length, four for each octave.
 const CLASSES: u32 = 64u;
-// Places for claims: a power of two.
-const CLAIMS: u32 = 65536u;
+
+// New strokes begin to grow, and old ones to shrink, in places so far apart: then all of them are done in the same time.
+const SEEDS_PX: f32 = 64.0;
+// Parameters that differ from arc length by more than this do not run on.
+const SEAM_PX: f32 = 6.0;
+// `shown_px` of what is far from any end.
+const WHOLLY_PX: f32 = 8.0;
+// Samples on either side that growth looks at.
+const BESIDE: u32 = 8u;
+
+// Whether growth begins between two places along a stroke.
+fn has_seed(a_px: f32, b_px: f32) -> bool {
+    return floor(a_px / SEEDS_PX) != floor(b_px / SEEDS_PX);
+}
+
+// Whether two samples that follow each other have parameters of different strokes.
+fn is_seam(a_px: f32, b_px: f32, apart_px: f32) -> bool {
+    return abs(abs(b_px - a_px) - apart_px) > SEAM_PX;
+}
 
 fn samples_of(length_px: f32) -> u32 {
     return max(u32(ceil(length_px / SPACING_PX)), 1u) + 1u;

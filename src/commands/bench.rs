@@ -39,6 +39,10 @@ use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
 const WARM_UP_FRAMES: u32 = 3;
+/// After the last tiles came, strokes grow for no longer than this, if time runs quickly.
+const SETTLING_FRAMES: u32 = 5;
+/// From one frame of the warm-up to the next.
+const WARM_UP_STEP_S: f64 = 10.0;
 /// The longest wait for the tiles of the first frame.
 const WARM_UP: Duration = Duration::from_secs(10);
 /// Of a run's frames, so many at most are compared with the full-resolution heights.
@@ -288,11 +292,17 @@ impl Flight {
     /// Draws a few frames that do not count, until the tiles of the first are there.
     fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(), GpuError> {
         let start = Instant::now();
+        self.frame.set_step_s(WARM_UP_STEP_S);
+        // Strokes may be older than the tiles, and take their time to come and go.
+        let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera)?;
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
             if frame >= WARM_UP_FRAMES && is_settled {
-                break;
+                if updates == 0 {
+                    break;
+                }
+                updates -= 1;
             }
         }
         self.before = self.world.terrain.tile_counts();
@@ -307,6 +317,9 @@ impl Flight {
     /// Draws a frame that counts.
     fn fly(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64, checks: Checks) -> anyhow::Result<()> {
         self.wall_s();
+        if let Some(last) = self.records.last() {
+            self.frame.set_step_s(t_s - last.t_s);
+        }
         let (view, drawn) = self.draw(gpu, size_px, camera)?;
         let wall_s = self.wall_s();
         let mut record = self.record(t_s, wall_s, drawn);

@@ -259,7 +259,7 @@ fn every_frame() -> u32 {
 }
 
 fn fade_s() -> f32 {
-    0.25
+    0.8
 }
 
 fn hold() -> f32 {

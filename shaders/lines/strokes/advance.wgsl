@@ -1,7 +1,7 @@
 // Between full updates strokes move with the world (Loadholt 2021, section 4.3, moves them by the motion field; a sample
 // knows its distance, so its own motion is exact).
 #import hachure::view::View
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts}
+#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FADING, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> carry: Carry;
@@ -27,6 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ndc = clip.xy / max(clip.w, 1e-6);
     own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
     own.depth_m = clip.w;
-    own.pressure += clamp(own.goal - own.pressure, -carry.pressure_step, carry.pressure_step);
+    own.shown_px += select(carry.growth_px, -carry.growth_px, (own.flags & FADING) != 0u);
+    own.shown_px = clamp(own.shown_px, -WHOLLY_PX, WHOLLY_PX);
     samples[id.x] = own;
 }

@@ -1,7 +1,7 @@
 // Which strokes of the frame before are not drawn any more: their samples stay, and fade.
 //
 // A sample is gone if a new stroke runs where it is now (within COVERED_PX, the same way), if the surface hides it, if it
-// has left the picture or if its pressure is used up. Pieces with a sample at an end that is not gone are kept.
+// has left the picture or if nothing is left of it. Pieces with a sample at an end that is not gone are kept.
 #import hachure::view::View
 #import hachure::stroke_samples::{Carry, Sample, SampleCounts, nearest_on, LAST}
 
@@ -16,7 +16,7 @@
 @group(0) @binding(6) var depth: texture_depth_2d;
 @group(0) @binding(7) var<storage, read_write> gone: array<u32>;
 
-const COVERED_PX: f32 = 3.0;
+const COVERED_PX: f32 = 1.5;
 const LEAST_ALIKE: f32 = 0.6;
 // Behind the surface by this part of the distance, it is hidden.
 const HIDDEN: f32 = 0.01;
@@ -29,7 +29,7 @@ fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 
 fn is_gone(number: u32) -> bool {
     let own = old_samples[number];
-    if own.pressure <= carry.pressure_step {
+    if own.shown_px <= -0.5 {
         return true;
     }
     let at = on_picture(own.position_m + carry.step_m);

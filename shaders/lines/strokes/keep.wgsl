@@ -1,9 +1,10 @@
-// The samples of strokes that fade, behind those of this frame.
+// The samples of strokes that fade, behind those of this frame. They shrink from their ends, and from places SEEDS_PX
+// apart, as strokes grow (carry.wgsl).
 //
 // `stage` 0: marks what is kept, for the sum that follows. 1: moves it with the world and puts it into the list. 2: says
 // how many there are, and draws them.
 #import hachure::view::View
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FIRST, LAST, FADING}
+#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FIRST, LAST, FADING, SPACING_PX, BESIDE, has_seed}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
@@ -55,9 +56,30 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ndc = clip.xy / max(clip.w, 1e-6);
     own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
     own.depth_m = clip.w;
-    own.goal = 0.0;
-    own.pressure = max(own.pressure - carry.pressure_step, 0.0);
+    own.shown_px = shrunk_px(id.x);
     own.flags = (own.flags & ~(FIRST | LAST)) | FADING;
     own.flags |= select(0u, FIRST, !came) | select(0u, LAST, !runs_on || place + 1u == carry.capacity);
     samples[place] = own;
+}
+
+fn shrunk_px(number: u32) -> f32 {
+    let own = old_samples[number];
+    var left_px = own.shown_px;
+    if (own.flags & LAST) == 0u && has_seed(own.along_px, old_samples[number + 1u].along_px) {
+        left_px = min(left_px, 0.5 * carry.growth_px);
+    }
+    // Both ways, as far as the stroke is kept; there it ends.
+    for (var way = 0u; way < 2u; way++) {
+        var at = number;
+        for (var i = 0u; i <= BESIDE; i++) {
+            let apart_px = SPACING_PX * f32(i);
+            left_px = min(left_px, old_samples[at].shown_px + apart_px);
+            if !select(is_kept(at), at > 0u && is_kept(at - 1u), way == 1u) {
+                left_px = min(left_px, apart_px);
+                break;
+            }
+            at = select(at + 1u, at - 1u, way == 1u);
+        }
+    }
+    return left_px - carry.growth_px;
 }

@@ -9,7 +9,7 @@
 #import hachure::view::{View, ray_at}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_edges::{Point, Strokes}
-#import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, CLAIMS, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
+#import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -26,11 +26,10 @@
 // A sample's number plus 1, of the frame before.
 @group(0) @binding(11) var ids: texture_2d<u32>;
 @group(0) @binding(12) var<storage, read_write> matches: array<Match>;
-@group(0) @binding(13) var<storage, read_write> claims: array<u32>;
 
 const UNITS: f32 = 16.0;
-const REACH_PX: i32 = 4;
-const MOST_APART_PX: f32 = 4.0;
+const REACH_PX: i32 = 3;
+const MOST_APART_PX: f32 = 2.5;
 // cos 45 degrees.
 const LEAST_ALIKE: f32 = 0.7;
 const MOST_DEPTH_RATIO: f32 = 1.25;
@@ -85,7 +84,7 @@ fn before(at: OnStroke) -> vec3<f32> {
 }
 
 fn look_back(at: OnStroke, ahead: OnStroke, at_px: f32) -> Match {
-    var found = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_px);
+    var found = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_px, -WHOLLY_PX, 0.0);
     let place = before(at);
     let ahead_px = before(ahead).xy;
     let size = vec2<i32>(view.size_px);
@@ -112,15 +111,22 @@ fn look_back(at: OnStroke, ahead: OnStroke, at_px: f32) -> Match {
         let apart_px = distance(near.px, place.xy);
         let sense = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
         let depth_ratio = mix(a.depth_m, b.depth_m, near.t) / place.z;
+        if is_seam(a.along_px, b.along_px, distance(a.px, b.px)) {
+            continue;
+        }
         let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= MOST_DEPTH_RATIO;
         let cost = apart_px + 4.0 * (1.0 - abs(sense)) + 4.0 * abs(log2(depth_ratio));
         if is_like && apart_px <= MOST_APART_PX && cost < best {
             best = cost;
             found.stroke = a.stroke;
-            found.along_px = mix(a.along_px, b.along_px, near.t);
+            // Beyond an end of the old stroke: what is shown of it ends there.
+            let old_way = normalize(b.px - a.px + vec2<f32>(1e-6, 0.0));
+            let beyond_px = dot(place.xy - near.px, old_way);
+            found.along_px = mix(a.along_px, b.along_px, near.t) + beyond_px * sign(b.along_px - a.along_px);
             found.pressure = mix(a.pressure, b.pressure, near.t);
+            found.shown_px = mix(a.shown_px, b.shown_px, near.t) - abs(beyond_px);
             found.sense = select(-1.0, 1.0, sense * (b.along_px - a.along_px) >= 0.0);
-            found.toward_px = near.px - place.xy;
+            found.toward_px = near.px - place.xy + beyond_px * old_way;
             found.half_width_px = mix(a.half_width_px, b.half_width_px, near.t);
         }
     }
@@ -129,9 +135,6 @@ fn look_back(at: OnStroke, ahead: OnStroke, at_px: f32) -> Match {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < CLAIMS {
-        claims[id.x] = 0u;
-    }
     if id.x >= list.fresh {
         return;
     }
@@ -150,7 +153,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A stroke that is shorter than its tapers tapers faster.
     let taper_px = min(strokes.taper_px, 0.5 * length_units / UNITS);
     let is_closed = chain.is_closed == 1u;
-    let goal = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
+    let pressure = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
     let half_width_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width);
     // The last one that there is room for ends its stroke.
@@ -158,7 +161,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let flags = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed) | (at.kind << KIND_SHIFT);
     let position_m = ray_at(view, at.px) * at.depth_m;
     // Until it is carried, the chain stands for the stroke.
-    samples[id.x] = Sample(position_m, goal, at.px, at_units / UNITS, half_width_px, at.depth_m, goal, number, flags);
+    // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
+    let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
+    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS, half_width_px, at.depth_m, shown_px, number, flags);
     if carry.has_history == 1u {
         let ahead_units = select(at_units + 2.0 * UNITS, at_units - 2.0 * UNITS, i == count);
         var ahead = on_stroke(first, last, clamp(ahead_units, 0.0, length_units));

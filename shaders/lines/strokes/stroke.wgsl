@@ -7,7 +7,7 @@
 // Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
 #import hachure::view::View
 #import hachure::stroke_edges::Strokes
-#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, IS_CLOSED}
+#import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED}
 
 // 0: strokes of this frame; 1: those that fade.
 @group(0) @binding(0) var<uniform> stage: u32;
@@ -25,7 +25,8 @@ struct Vertex {
     @location(3) @interpolate(linear) half_width_px: f32,
     @location(4) @interpolate(linear) depth_m: f32,
     @location(5) @interpolate(linear) pressure: f32,
-    @location(6) @interpolate(flat) id: u32,
+    @location(6) @interpolate(linear) shown_px: f32,
+    @location(7) @interpolate(flat) id: u32,
 }
 
 const FRINGE_PX: f32 = 0.75;
@@ -41,7 +42,7 @@ fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
 }
 
 fn nothing() -> Vertex {
-    return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, vec2<f32>(0.0), 0.0, 1.0, 0.0, 0u);
+    return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, vec2<f32>(0.0), 0.0, 1.0, 0.0, 0.0, 0u);
 }
 
 fn is_out(own: Sample) -> bool {
@@ -56,7 +57,7 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
         return nothing();
     }
     let end = samples[number + 1u];
-    if is_out(begin) || is_out(end) || max(begin.pressure, end.pressure) <= 0.0 {
+    if is_out(begin) || is_out(end) || max(begin.shown_px, end.shown_px) <= -0.5 {
         return nothing();
     }
     // Corners 0 1 2, 2 1 3: even ones at this sample, odd ones at the next; the first two on the left.
@@ -81,17 +82,20 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
     let reach = at.half_width_px + FRINGE_PX;
     var px = at.px + vec2<f32>(tangent.y, -tangent.x) * (side * reach * mitre);
     let sense = select(-1.0, 1.0, end.along_px >= begin.along_px);
-    var along_px = at.along_px;
+    // Where strokes of different parameters meet, the one before runs on.
+    let length_px = distance(begin.px, end.px);
+    let is_broken = is_seam(begin.along_px, end.along_px, length_px);
+    var along_px = select(at.along_px, begin.along_px + sense * length_px, is_broken && is_next);
     // Room for the round ends.
     let has_end = vec2<bool>((begin.flags & FIRST) != 0u, (end.flags & LAST) != 0u) & vec2<bool>((at.flags & IS_CLOSED) == 0u);
     let extent_px = select(0.0, reach, select(has_end.x, has_end.y, is_next));
     px += along * select(-extent_px, extent_px, is_next);
     along_px += sense * select(-extent_px, extent_px, is_next);
-    let own_px = select(-extent_px, distance(begin.px, end.px) + extent_px, is_next);
-    let beyond_px = select(vec2<f32>(-1.0), vec2<f32>(-own_px, own_px - distance(begin.px, end.px)), has_end);
+    let own_px = select(-extent_px, length_px + extent_px, is_next);
+    let beyond_px = select(vec2<f32>(-1.0), vec2<f32>(-own_px, own_px - length_px), has_end);
     let ndc = px / vec2<f32>(view.size_px) * vec2<f32>(2.0, -2.0) + vec2<f32>(-1.0, 1.0);
     return Vertex(
-        vec4<f32>(ndc, 0.0, 1.0), along_px, sense * side * reach, beyond_px, at.half_width_px, at.depth_m, at.pressure, number + 1u
+        vec4<f32>(ndc, 0.0, 1.0), along_px, sense * side * reach, beyond_px, at.half_width_px, at.depth_m, at.pressure, at.shown_px, number + 1u
     );
 }
 
@@ -107,7 +111,7 @@ fn fragment(in: Vertex) -> Fragment {
     let distance_px = length(vec2<f32>(in.across_px, beyond_px));
     // The last of a stroke is thin and pale.
     let opacity = clamp(in.pressure / PALE_PRESSURE, 0.0, 1.0);
-    let covered = opacity * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
+    let covered = opacity * clamp(in.shown_px + 0.5, 0.0, 1.0) * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
     let t = in.depth_m / strokes.haze_m;
     let clear = mix(strokes.faintest, 1.0, exp(-t * t));
     let ink = covered * clear;

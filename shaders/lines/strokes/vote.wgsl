@@ -4,17 +4,15 @@
 // At most 64 samples of a chain, evenly spread, are asked. The stroke with the majority wins (Boyer and Moore 1981; where
 // there is no majority, whoever is left over). The offset of the parameter is the mean of what they found, without those
 // that are far off.
-#import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Carry, Heritage, Match, SampleCounts, CLAIMS, hash}
+#import hachure::strokes::StrokeCounts
+#import hachure::stroke_samples::{Carry, Heritage, Match, SampleCounts}
 
 @group(0) @binding(0) var<uniform> carry: Carry;
 @group(0) @binding(1) var<storage, read> counts: StrokeCounts;
-@group(0) @binding(2) var<storage, read> chains: array<Chain>;
-@group(0) @binding(3) var<storage, read> starts: array<u32>;
-@group(0) @binding(4) var<storage, read> list: SampleCounts;
-@group(0) @binding(5) var<storage, read> matches: array<Match>;
-@group(0) @binding(6) var<storage, read_write> heritages: array<Heritage>;
-@group(0) @binding(7) var<storage, read_write> claims: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read> starts: array<u32>;
+@group(0) @binding(3) var<storage, read> list: SampleCounts;
+@group(0) @binding(4) var<storage, read> matches: array<Match>;
+@group(0) @binding(5) var<storage, read_write> heritages: array<Heritage>;
 
 const MOST_VOTERS: u32 = 64u;
 const FAR_OFF_PX: f32 = 16.0;
@@ -51,11 +49,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if winner == 0u {
         return;
     }
-    var votes = 0u;
     var senses = 0.0;
     for (var i = first; i < end; i += stride) {
         if matches[i].stroke == winner {
-            votes += 1u;
             senses += matches[i].sense;
         }
     }
@@ -76,8 +72,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         offset_px = select(offset_px, sum / max(weight, 1.0), weight > 0.0);
     }
-    // Longer ones first; what is equal is told apart by what lasts.
-    let claim = (min(votes * stride, 0xfffffu) << 12u) | (hash(chains[id.x].key) & 0xfffu);
-    heritages[id.x] = Heritage(winner, sense, offset_px, claim);
-    atomicMax(&claims[hash(winner) % CLAIMS], claim);
+    heritages[id.x] = Heritage(winner, sense, offset_px, 0u);
 }

@@ -1,23 +1,28 @@
 //! Which frames of a flight are compared with the next.
 
-/// Which frames are compared with the next: pairs spread evenly over all that there are.
+use std::collections::BTreeSet;
+
+/// Which frames are compared with the next: one in each of as many equal parts of the path, at another place in each
+/// (multiples of the golden ratio), so that no rhythm of a style hides between them.
 pub(super) struct PairPlan {
-    pairs: usize,
-    all: usize,
+    begins: BTreeSet<usize>,
 }
 
 impl PairPlan {
     /// So many pairs, or as many as there are, of `frames` frames.
     pub fn new(frames: usize, pairs: u32) -> Self {
         let all = frames.saturating_sub(1);
-        Self { pairs: (pairs as usize).min(all), all }
+        let pairs = (pairs as usize).min(all);
+        let begin = |i: usize| {
+            let (first, end) = (i * all / pairs, (i + 1) * all / pairs);
+            first + ((i as f64 * 0.618_034).fract() * (end - first) as f64) as usize
+        };
+        Self { begins: (0..pairs).map(begin).collect() }
     }
 
     /// Whether this frame is compared with the next; frames count from 0.
     pub fn begins_at(&self, frame: usize) -> bool {
-        // Pair i begins at frame i · all / pairs, rounded down.
-        let pairs_before = |frame: usize| (frame * self.pairs).div_ceil(self.all.max(1));
-        frame < self.all && pairs_before(frame) < pairs_before(frame + 1)
+        self.begins.contains(&frame)
     }
 }
 
@@ -25,20 +30,33 @@ impl PairPlan {
 mod tests {
     use super::*;
 
+    fn begins(frames: usize, pairs: u32) -> Vec<usize> {
+        let plan = PairPlan::new(frames, pairs);
+        // Far beyond the end too: a frame that never comes begins nothing.
+        (0..frames + 50).filter(|frame| plan.begins_at(*frame)).collect()
+    }
+
     #[test]
-    fn pairs_are_as_many_as_asked_for_and_spread_evenly() {
+    fn pairs_are_as_many_as_asked_for_and_one_in_each_part() {
         for frames in 0..40 {
             for pairs in 0..45 {
-                let plan = PairPlan::new(frames, pairs);
-                // Far beyond the end too: a frame that never comes begins nothing.
-                let begins: Vec<usize> = (0..frames + 50).filter(|frame| plan.begins_at(*frame)).collect();
+                let begins = begins(frames, pairs);
                 let all = frames.saturating_sub(1);
                 assert_eq!(begins.len(), all.min(pairs as usize), "{frames} frames, {pairs} pairs: {begins:?}");
-                assert!(begins.last().is_none_or(|last| last + 1 < frames), "{frames} {pairs}: {begins:?}");
-                let gaps: Vec<usize> = begins.windows(2).map(|pair| pair[1] - pair[0]).collect();
-                let (least, most) = (gaps.iter().min(), gaps.iter().max());
-                assert!(least.zip(most).is_none_or(|(least, most)| most - least <= 1), "{frames} {pairs}: {begins:?}");
+                for (i, begin) in begins.iter().enumerate() {
+                    let part = i * all / begins.len()..(i + 1) * all / begins.len();
+                    assert!(part.contains(begin), "{frames} {pairs}: {begins:?}");
+                }
             }
         }
+    }
+
+    #[test]
+    fn pairs_meet_every_beat_of_a_rhythm() {
+        let mut beats: Vec<usize> = begins(1801, 60).into_iter().map(|begin| begin % 10).collect();
+        beats.sort_unstable();
+        beats.dedup();
+        // Evenly spread ones begin at multiples of thirty.
+        assert_eq!(beats.len(), 10, "{beats:?}");
     }
 }

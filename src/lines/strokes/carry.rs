@@ -33,10 +33,10 @@ pub(crate) struct Heritage {
     stroke: u32,
     sense: f32,
     offset_px: f32,
-    claim: u32,
+    padding: u32,
 }
 
-describe!(Heritage as "Heritage" in "lines/strokes/vote": stroke, sense, offset_px, claim);
+describe!(Heritage as "Heritage" in "lines/strokes/vote": stroke, sense, offset_px, padding);
 
 /// The passes.
 pub struct CarryPass {
@@ -92,17 +92,14 @@ impl CarryPass {
         let list = || ("list", samples.now().counts.as_entire_binding());
         let matches = || ("matches", samples.matches.as_entire_binding());
         let heritages = || ("heritages", self.heritages.as_entire_binding());
-        let claims = || ("claims", samples.claims.as_entire_binding());
         let (arguments, offset) = points.per_piece();
         let resources = [
             samples.carry(),
             counts(),
-            chains(),
             samples.starts(),
             list(),
             matches(),
             heritages(),
-            claims(),
         ];
         self.vote.run_indirect(gpu, recorder, arguments, offset, &resources);
         let resources = [
@@ -113,7 +110,6 @@ impl CarryPass {
             samples.starts(),
             matches(),
             heritages(),
-            claims(),
             ("samples", samples.now().samples.as_entire_binding()),
             list(),
         ];

@@ -246,15 +246,19 @@ impl StrokePasses {
     pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, view: &View, haze_m: f64, step_s: f64) -> bool {
         self.plan = self.history.plan(strokes, view, step_s);
         let history::Plan { is_update, takes_over, step_m, frame } = self.plan;
+        // By how much of the whole strokes come or go in this frame.
+        let progress = step_s / f64::from(strokes.fade_s.max(1e-6));
         self.samples.begin(
             gpu,
             CarryUniform {
                 step_m: step_m.as_vec3().to_array(),
                 has_history: u32::from(takes_over || !is_update),
-                pressure_step: (step_s / f64::from(strokes.fade_s.max(1e-6))).min(1.0) as f32,
+                pressure_step: progress.min(1.0) as f32,
+                growth_px: (progress * samples::SEEDS_PX / 2.0).min(8.0) as f32,
                 hold: strokes.hold,
                 capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
                 seed: frame,
+                ..CarryUniform::default()
             },
         );
         self.lists.begin(gpu, strokes, view.part.size_px, haze_m);

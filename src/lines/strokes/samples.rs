@@ -18,13 +18,13 @@ use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError, readback};
 
 /// Samples of a frame, at most: half a million pixels of line.
-pub const MOST_SAMPLES: u32 = 1 << 17;
+pub const MOST_SAMPLES: u32 = 1 << 18;
 /// Samples are at most so far apart along a stroke: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
-pub const SPACING_PX: f32 = 4.0;
+pub const SPACING_PX: f32 = 2.0;
+/// `SEEDS_PX` in the same file.
+pub(super) const SEEDS_PX: f64 = 32.0;
 /// `CLASSES` in the same file.
 const CLASSES: u64 = 64;
-/// `CLAIMS` in the same file, below [`MOST_SAMPLES`].
-const CLAIMS: u32 = 1 << 16;
 /// Where `StrokeCounts` has the number of chains.
 const CHAINS_INDEX: u32 = 2;
 
@@ -34,7 +34,7 @@ const CHAINS_INDEX: u32 = 2;
 pub struct Sample {
     /// Camera-relative metres, in the frame that the list belongs to.
     pub position_m: [f32; 3],
-    /// How strongly the pen is pressed: 0 nothing, 1 full. From frame to frame it follows `goal`.
+    /// How strongly the pen is pressed: 0 nothing, 1 full.
     pub pressure: f32,
     /// On the picture.
     pub px: [f32; 2],
@@ -44,16 +44,16 @@ pub struct Sample {
     pub half_width_px: f32,
     /// Distance along the view axis.
     pub depth_m: f32,
-    /// Where the pressure will end.
-    pub goal: f32,
-    /// Whose it is; lasts across frames. Not 0.
+    /// How far along the stroke it is to where drawing ends: above 0 the sample is drawn, below it is not.
+    pub shown_px: f32,
+    /// Whose it is; lasts across frames. Not 0. When a stroke falls into several, all of them keep it.
     pub stroke: u32,
     /// [`Sample::FIRST`], [`Sample::LAST`], [`Sample::FADING`], [`Sample::IS_CLOSED`], and the kind of edge in bits 8 on.
     pub flags: u32,
 }
 
 describe!(Sample as "Sample" in "lines/strokes/samples":
-    position_m, pressure, px, along_px, half_width_px, depth_m, goal, stroke, flags);
+    position_m, pressure, px, along_px, half_width_px, depth_m, shown_px, stroke, flags);
 
 impl Sample {
     /// The first of its stroke.
@@ -82,10 +82,12 @@ pub(crate) struct Match {
     toward_px: [f32; 2],
     half_width_px: f32,
     at_px: f32,
+    shown_px: f32,
+    padding: f32,
 }
 
 describe!(Match as "Match" in "lines/strokes/samples":
-    stroke, along_px, pressure, sense, toward_px, half_width_px, at_px);
+    stroke, along_px, pressure, sense, toward_px, half_width_px, at_px, shown_px, padding);
 
 /// How many samples there are.
 #[repr(C)]
@@ -118,12 +120,16 @@ pub(crate) struct CarryUniform {
     pub has_history: u32,
     pub pressure_step: f32,
     pub hold: f32,
+    pub growth_px: f32,
     pub capacity: u32,
     pub seed: u32,
+    pub padding_a: u32,
+    pub padding_b: u32,
+    pub padding_c: u32,
 }
 
 describe!(CarryUniform as "Carry" in "lines/strokes/samples":
-    step_m, has_history, pressure_step, hold, capacity, seed);
+    step_m, has_history, pressure_step, hold, growth_px, capacity, seed, padding_a, padding_b, padding_c);
 
 /// The samples of a frame.
 pub struct SampleList {
@@ -164,7 +170,6 @@ pub struct SamplesPass {
     classes: wgpu::Buffer,
     starts: wgpu::Buffer,
     pub(super) matches: wgpu::Buffer,
-    pub(super) claims: wgpu::Buffer,
     pub(super) uniform: GrowingBuffer,
     draws: wgpu::Buffer,
     lists: [SampleList; 2],
@@ -184,7 +189,6 @@ impl SamplesPass {
             classes: storage("stroke classes", 4 * CLASSES),
             starts: storage("stroke starts", 4 * (u64::from(MOST_PIECES) + 1)),
             matches: storage("stroke matches", u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
-            claims: storage("stroke claims", 4 * u64::from(CLAIMS)),
             uniform: GrowingBuffer::new(gpu, "stroke carry", wgpu::BufferUsages::UNIFORM),
             draws: buffer(
                 gpu,
@@ -273,7 +277,6 @@ impl SamplesPass {
             ("old_samples", self.before().samples.as_entire_binding()),
             ("ids", texture(&ids.view)),
             ("matches", self.matches.as_entire_binding()),
-            ("claims", self.claims.as_entire_binding()),
         ];
         self.samples.run_groups(gpu, recorder, [MOST_SAMPLES.div_ceil(64), 1], &resources);
     }
