@@ -44,6 +44,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::strokes::Place::shared(),
         crate::lines::strokes::ChainRulesUniform::shared(),
         crate::lines::strokes::ChainPlan::shared(),
+        crate::lines::strokes::texture::Brush::shared(),
         crate::tones::plain::PlainUniform::shared(),
         crate::tones::toon::ToonUniform::shared(),
         composite::CompositeUniform::shared(),

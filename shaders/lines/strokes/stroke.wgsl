@@ -8,6 +8,7 @@
 #import hachure::view::View
 #import hachure::strokes::Chain
 #import hachure::stroke_edges::{Strokes, Point}
+#import hachure::brush::{Brush, brush_uv, brush_ink}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -15,6 +16,10 @@
 // Arc length at each point since the first of all, in 1/16 px.
 @group(0) @binding(3) var<storage, read> along_units: array<u32>;
 @group(0) @binding(4) var<storage, read> chains: array<Chain>;
+// Of a style with a stroke texture; only `textured` reads them. Pigment and threshold.
+@group(0) @binding(5) var<uniform> brush: Brush;
+@group(0) @binding(6) var brush_tile: texture_2d<f32>;
+@group(0) @binding(7) var brush_sampler: sampler;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -24,6 +29,7 @@ struct Vertex {
     @location(3) @interpolate(linear) half_width_px: f32,
     @location(4) @interpolate(linear) depth_m: f32,
     @location(5) @interpolate(flat) id: u32,
+    @location(6) @interpolate(flat) key: u32,
 }
 
 const UNITS: f32 = 16.0;
@@ -36,7 +42,7 @@ fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
 }
 
 fn nothing() -> Vertex {
-    return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 0.0, 0.0, 1.0, 0u);
+    return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 0.0, 0.0, 1.0, 0u, 0u);
 }
 
 @vertex
@@ -85,7 +91,9 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
         along_px += reach;
     }
     let ndc = px / vec2<f32>(view.size_px) * vec2<f32>(2.0, -2.0) + vec2<f32>(-1.0, 1.0);
-    return Vertex(vec4<f32>(ndc, 0.0, 1.0), along_px, side * reach, length_px, half_width, at.depth_m, own.chain + 1u);
+    let clip = vec4<f32>(ndc, 0.0, 1.0);
+    let key = chains[own.chain].key;
+    return Vertex(clip, along_px, side * reach, length_px, half_width, at.depth_m, own.chain + 1u, key);
 }
 
 struct Fragment {
@@ -93,8 +101,18 @@ struct Fragment {
     @location(1) id: u32,
 }
 
-@fragment
-fn fragment(in: Vertex) -> Fragment {
+// A place on a stroke.
+struct Touched {
+    pressure: f32,
+    half_width_px: f32,
+    from_middle_px: f32,
+    // Of the pixel.
+    covered: f32,
+    // What haze has left.
+    clear: f32,
+}
+
+fn touched(in: Vertex) -> Touched {
     // A stroke that is shorter than its tapers tapers faster.
     let taper_px = min(strokes.taper_px, 0.5 * in.length_px) + 1e-3;
     let from_end_px = min(in.along_px, in.length_px - in.along_px);
@@ -105,7 +123,34 @@ fn fragment(in: Vertex) -> Fragment {
     let covered = clamp(half_width - distance_px + 0.5, 0.0, 1.0);
     let t = in.depth_m / strokes.haze_m;
     let clear = mix(strokes.faintest, 1.0, exp(-t * t));
-    let ink = covered * clear;
+    return Touched(pressure, half_width, distance_px, covered, clear);
+}
+
+// Solid ink.
+@fragment
+fn fragment(in: Vertex) -> Fragment {
+    let at = touched(in);
+    let ink = at.covered * at.clear;
+    if ink < 1.0 / 256.0 {
+        discard;
+    }
+    return Fragment(vec4<f32>(ink), in.id);
+}
+
+// What the stroke texture takes of it, 0 to 1.
+fn texture_ink(along_px: f32, across_px: f32, from_middle_px: f32, half_width_px: f32, pressure: f32, key: u32) -> f32 {
+    let texel = textureSample(brush_tile, brush_sampler, brush_uv(brush, along_px, across_px, half_width_px, key)).xy;
+    return brush_ink(brush, texel, pressure, from_middle_px, half_width_px);
+}
+
+// Ink through the style's stroke texture. Haze takes a quarter of its part from the hand's pressure: far strokes are
+// lighter, and more broken.
+@fragment
+fn textured(in: Vertex) -> Fragment {
+    let at = touched(in);
+    let air = sqrt(sqrt(at.clear));
+    let taken = texture_ink(in.along_px, in.across_px, at.from_middle_px, at.half_width_px, at.pressure * air, in.key);
+    let ink = at.covered * air * air * air * taken;
     if ink < 1.0 / 256.0 {
         discard;
     }

@@ -2,7 +2,8 @@
 //! list on the CPU).
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
-//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]). What a step counted, the next one dispatches or draws indirectly:
+//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]), solid or through
+//! a [`texture`]. What a step counted, the next one dispatches or draws indirectly:
 //! nothing is read back within a frame.
 
 pub mod chain;
@@ -13,6 +14,7 @@ pub mod points;
 mod records;
 pub mod scan;
 pub mod stroke;
+pub mod texture;
 pub mod twin;
 
 use bytemuck::{Pod, Zeroable};
@@ -204,6 +206,7 @@ impl StrokePasses {
         self.lists.begin(gpu, strokes, size_px, haze_m);
         self.chain.set_rules(gpu, ChainRules::new(strokes.join_px, strokes.join_deg.to_radians()));
         self.points.reserve(gpu, MOST_PIECES);
+        self.stroke.set_texture(gpu, strokes.texture.as_ref());
     }
 
     /// Finds the edges of a batch of patches.
