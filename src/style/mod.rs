@@ -15,12 +15,12 @@ const PRESETS: &[(&str, &str)] = &[
     ("ink", include_str!("presets/ink.toml")),
     ("sobel", include_str!("presets/sobel.toml")),
     ("strokes", include_str!("presets/strokes.toml")),
+    ("roystan", include_str!("presets/roystan.toml")),
     ("pen", include_str!("presets/pen.toml")),
     ("brush", include_str!("presets/brush.toml")),
     ("dry-ink", include_str!("presets/dry-ink.toml")),
     ("charcoal", include_str!("presets/charcoal.toml")),
     ("pencil-lines", include_str!("presets/pencil-lines.toml")),
-    ("roystan", include_str!("presets/roystan.toml")),
 ];
 
 /// A style that is not there or does not hold.

@@ -103,7 +103,9 @@ struct Fragment {
 
 // A place on a stroke.
 struct Touched {
-    pressure: f32,
+    // Below 0 in the round end.
+    from_end_px: f32,
+    taper_px: f32,
     half_width_px: f32,
     from_middle_px: f32,
     // Of the pixel.
@@ -123,7 +125,7 @@ fn touched(in: Vertex) -> Touched {
     let covered = clamp(half_width - distance_px + 0.5, 0.0, 1.0);
     let t = in.depth_m / strokes.haze_m;
     let clear = mix(strokes.faintest, 1.0, exp(-t * t));
-    return Touched(pressure, half_width, distance_px, covered, clear);
+    return Touched(from_end_px, taper_px, half_width, distance_px, covered, clear);
 }
 
 // Solid ink.
@@ -149,7 +151,10 @@ fn texture_ink(along_px: f32, across_px: f32, from_middle_px: f32, half_width_px
 fn textured(in: Vertex) -> Fragment {
     let at = touched(in);
     let air = sqrt(sqrt(at.clear));
-    let taken = texture_ink(in.along_px, in.across_px, at.from_middle_px, at.half_width_px, at.pressure * air, in.key);
+    // The round end is a part of the stroke: pressure is gone where it ends.
+    let round_px = in.half_width_px;
+    let pressure = air * clamp((at.from_end_px + round_px) / (at.taper_px + round_px), 0.0, 1.0);
+    let taken = texture_ink(in.along_px, in.across_px, at.from_middle_px, at.half_width_px, pressure, in.key);
     let ink = at.covered * air * air * air * taken;
     if ink < 1.0 / 256.0 {
         discard;

@@ -3,8 +3,7 @@
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]), solid or through
-//! a [`texture`]. What a step counted, the next one dispatches or draws indirectly:
-//! nothing is read back within a frame.
+//! a [`texture`]. What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame.
 
 pub mod chain;
 pub mod contour_edges;
@@ -199,6 +198,11 @@ impl StrokePasses {
     /// The chains of the last frame, for measurements.
     pub fn chains(&self) -> &chain::ChainPass {
         &self.chain
+    }
+
+    /// The stroke texture of the last frame, for measurements.
+    pub fn texture(&self) -> Option<&texture::StrokeTexture> {
+        self.stroke.texture()
     }
 
     /// Begins a frame: makes room for a picture, counts from zero.

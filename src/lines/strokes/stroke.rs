@@ -67,6 +67,11 @@ impl StrokePass {
         }
     }
 
+    /// The texture of the last frame, for measurements.
+    pub fn texture(&self) -> Option<&StrokeTexture> {
+        self.textured.as_ref().map(|textured| &textured.texture)
+    }
+
     fn pipeline(gpu: &Gpu, shader: &Shader, fragment: &str) -> wgpu::RenderPipeline {
         let darker = wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::One,
