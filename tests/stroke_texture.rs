@@ -192,7 +192,9 @@ fn loss(levels: &[Level], brush: &Brush) -> f64 {
 #[test]
 fn levels_keep_the_ink() {
     for (name, recipe) in recipes() {
+        let begin = std::time::Instant::now();
         let (levels, brush) = (grow(&recipe), Brush::of(&recipe));
+        println!("{name}: grown in {:.1} ms", begin.elapsed().as_secs_f64() * 1e3);
         assert_eq!(levels.len(), 6, "{name}");
         let kept = loss(&levels, &brush);
         println!("{name}: levels differ by {kept:.4} at most");

@@ -37,12 +37,21 @@ fn blur(values: &mut [f32], length: f32) {
         return;
     }
     let (whole, rest) = (half as usize, half - (half as usize) as f32);
+    let reach = whole + 1;
+    // Sums of all that stand before a place, from `reach` before the first value on, in turn around the circle.
+    let mut before = Vec::with_capacity(count + 2 * reach + 1);
     for _ in 0..3 {
-        let old = values.to_vec();
-        let at = |i: usize, step: usize| old[(i + count - step) % count] + old[(i + step) % count];
+        let around = (0..count + 2 * reach).map(|i| values[(i + count - reach % count) % count]);
+        before.clear();
+        before.push(0.0_f64);
+        before.extend(around.scan(0.0, |sum, value| {
+            *sum += f64::from(value);
+            Some(*sum)
+        }));
         for (i, value) in values.iter_mut().enumerate() {
-            let inner: f32 = (1..=whole).map(|step| at(i, step)).sum();
-            *value = (old[i] + inner + rest * at(i, whole + 1)) / length;
+            let inner = before[i + reach + whole + 1] - before[i + reach - whole];
+            let outer = before[i + 2 * reach + 1] - before[i] - inner;
+            *value = ((inner + f64::from(rest) * outer) / f64::from(length)) as f32;
         }
     }
 }
