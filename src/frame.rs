@@ -49,6 +49,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::strokes::samples::SampleCounts::shared(),
         crate::lines::strokes::samples::CarryUniform::shared(),
         crate::lines::strokes::carry::Heritage::shared(),
+        crate::lines::strokes::texture::Brush::shared(),
         crate::tones::plain::PlainUniform::shared(),
         crate::tones::toon::ToonUniform::shared(),
         composite::CompositeUniform::shared(),

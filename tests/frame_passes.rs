@@ -64,7 +64,9 @@ fn format(constant: &str) -> String {
 
 /// The pictures by the names of their fields, with their formats.
 fn target_formats() -> BTreeMap<String, String> {
-    let mut formats = BTreeMap::from([("heights".to_owned(), format!("{:?}", tiles::atlas::HEIGHTS_FORMAT))]);
+    let made = [("heights", tiles::atlas::HEIGHTS_FORMAT), ("brush_tile", lines::strokes::texture::TILE_FORMAT)];
+    let mut formats: BTreeMap<String, String> =
+        made.into_iter().map(|(name, format)| (name.to_owned(), format!("{format:?}"))).collect();
     for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()) {
         let Some((field, made)) = line.trim().split_once(": ") else { continue };
         let is_made = ["Target::storage(", "Target::attachment(", "storage("].iter().any(|how| made.contains(how));
@@ -143,6 +145,8 @@ fn row_of_shader(shader: &str, exists: &str, formats: &BTreeMap<String, String>)
                 assert_eq!(*access, StorageAccess::STORE, "{shader}: {name}");
                 row.writes.insert(name, format!("{format:?}"));
             }
+            // It holds nothing.
+            (TypeInner::Sampler { .. }, _) => {}
             (TypeInner::Image { .. }, _) => {
                 row.pictures.insert(name.clone(), known());
             }

@@ -26,6 +26,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
     shader!("shared/stroke_samples"),
+    shader!("shared/brush"),
 ];
 
 /// The shaders that become pipelines: one for each pass.
@@ -107,6 +108,14 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
         .find(|(known, _)| *known == name)
         .map(|(_, source)| text(name, source))
         .ok_or_else(|| ShaderError { name: name.to_owned(), cause: "not in the table of shaders".to_owned() })?;
+    compose_text(name, &source)
+}
+
+/// Composes a shader that is in no table, with the imports that the others have: to run a shared function by itself.
+///
+/// # Errors
+/// [`ShaderError`] when `source` does not parse or validate; `name` is for errors.
+pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
     let mut composer = Composer::default();
     for (path, source) in MODULES {
         composer
@@ -117,7 +126,7 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
             })
             .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
     }
-    match composer.make_naga_module(NagaModuleDescriptor { source: &source, file_path: name, ..Default::default() }) {
+    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, ..Default::default() }) {
         Ok(module) => Ok(module),
         Err(error) => Err(ShaderError { name: name.to_owned(), cause: error.emit_to_string(&composer) }),
     }

@@ -1,6 +1,7 @@
 //! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
 
 pub mod color;
+pub mod texture;
 
 use std::path::Path;
 
@@ -15,6 +16,11 @@ const PRESETS: &[(&str, &str)] = &[
     ("sobel", include_str!("presets/sobel.toml")),
     ("strokes", include_str!("presets/strokes.toml")),
     ("roystan", include_str!("presets/roystan.toml")),
+    ("pen", include_str!("presets/pen.toml")),
+    ("brush", include_str!("presets/brush.toml")),
+    ("dry-ink", include_str!("presets/dry-ink.toml")),
+    ("charcoal", include_str!("presets/charcoal.toml")),
+    ("pencil-lines", include_str!("presets/pencil-lines.toml")),
 ];
 
 /// A style that is not there or does not hold.
@@ -35,7 +41,22 @@ pub enum StyleError {
         #[source]
         source: std::io::Error,
     },
-    /// The text is not a style.
+    /// Neither a stroke texture of the program nor a file.
+    #[error("{name}: no such stroke texture; there is {}, or the path of a file (.toml)", texture::names().join(", "))]
+    UnknownTexture {
+        /// As given.
+        name: String,
+    },
+    /// The stroke texture's file cannot be read.
+    #[error("{path}: cannot read the stroke texture")]
+    ReadTexture {
+        /// The file.
+        path: String,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// The text is not a style, or not a stroke texture.
     #[error("{name}: {cause}")]
     Parse {
         /// The file or preset.
@@ -107,6 +128,12 @@ pub struct Strokes {
     pub ink: Color,
     /// Their width in pixels.
     pub width_px: f32,
+    /// What they are drawn with: one of [`texture::names`], or a file beside the style's (`.toml`). None is solid.
+    #[serde(rename = "texture")]
+    pub texture_name: Option<String>,
+    /// What `texture_name` means.
+    #[serde(skip)]
+    pub texture: Option<texture::Recipe>,
     /// Over so many pixels they thin out at their ends.
     #[serde(default)]
     pub taper_px: f32,
@@ -288,6 +315,14 @@ pub fn preset_text(name: &str) -> Option<&'static str> {
     PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
+/// What TOML says; a mistake is told in one line, with its place.
+fn from_toml<T: serde::de::DeserializeOwned>(name: &str, text: &str) -> Result<T, StyleError> {
+    toml::from_str(text).map_err(|error| {
+        let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        StyleError::Parse { name: name.to_owned(), cause: format!("line {line}: {}", error.message()) }
+    })
+}
+
 impl Strokes {
     fn check(&self) -> Result<(), String> {
         let within = |what: &str, value: f32, low: f32, high: f32| {
@@ -331,17 +366,18 @@ impl Style {
         Self::parse(name, &text)
     }
 
-    /// A style from its text; `name` is for errors.
+    /// A style from its text; `name` is for errors, and a stroke texture that is a file lies beside it.
     ///
     /// # Errors
-    /// [`StyleError::Parse`].
+    /// [`StyleError`], but for [`StyleError::Unknown`] and [`StyleError::Read`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let fail = |cause: String| StyleError::Parse { name: name.to_owned(), cause };
-        let style: Self = toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-            fail(format!("line {line}: {}", error.message()))
-        })?;
-        style.check().map_err(fail)?;
+        let mut style: Self = from_toml(name, text)?;
+        style.check().map_err(|cause| StyleError::Parse { name: name.to_owned(), cause })?;
+        if let Some(strokes) = &mut style.strokes {
+            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+            let load = |texture: &String| texture::Recipe::load(texture, folder);
+            strokes.texture = strokes.texture_name.as_ref().map(load).transpose()?;
+        }
         Ok(style)
     }
 

@@ -7,6 +7,7 @@
 // Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
 #import hachure::view::View
 #import hachure::stroke_edges::Strokes
+#import hachure::brush::{Brush, brush_uv, brush_ink}
 #import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED}
 
 // 0: strokes of this frame; 1: those that fade.
@@ -15,6 +16,10 @@
 @group(0) @binding(2) var<uniform> strokes: Strokes;
 @group(0) @binding(3) var<storage, read> list: SampleCounts;
 @group(0) @binding(4) var<storage, read> samples: array<Sample>;
+// Of a style with a stroke texture; only `textured` reads them. Pigment and threshold.
+@group(0) @binding(5) var<uniform> brush: Brush;
+@group(0) @binding(6) var brush_tile: texture_2d<f32>;
+@group(0) @binding(7) var brush_sampler: sampler;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -104,18 +109,57 @@ struct Fragment {
     @location(1) id: u32,
 }
 
-@fragment
-fn fragment(in: Vertex) -> Fragment {
+// A place on a stroke.
+struct Touched {
+    half_width_px: f32,
+    from_middle_px: f32,
+    // Of the pixel.
+    covered: f32,
+    // What haze has left.
+    clear: f32,
+}
+
+fn touched(in: Vertex) -> Touched {
     let half_width = max(in.half_width_px * mix(0.35, 1.0, sqrt(clamp(in.pressure, 0.0, 1.0))), 0.4);
     let beyond_px = max(max(in.beyond_px.x, in.beyond_px.y), 0.0);
     let distance_px = length(vec2<f32>(in.across_px, beyond_px));
-    // The last of a stroke is thin and pale.
-    let opacity = clamp(in.pressure / PALE_PRESSURE, 0.0, 1.0);
-    let covered = opacity * clamp(in.shown_px + 0.5, 0.0, 1.0) * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
+    let covered = clamp(in.shown_px + 0.5, 0.0, 1.0) * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
     let t = in.depth_m / strokes.haze_m;
     let clear = mix(strokes.faintest, 1.0, exp(-t * t));
-    let ink = covered * clear;
+    return Touched(half_width, distance_px, covered, clear);
+}
+
+// Solid ink.
+@fragment
+fn fragment(in: Vertex) -> Fragment {
+    let at = touched(in);
+    // The last of a stroke is thin and pale.
+    let ink = clamp(in.pressure / PALE_PRESSURE, 0.0, 1.0) * at.covered * at.clear;
     if ink < 1.0 / 256.0 {
+        discard;
+    }
+    return Fragment(vec4<f32>(ink), in.id);
+}
+
+// What the stroke texture takes of it, 0 to 1.
+fn texture_ink(along_px: f32, across_px: f32, from_middle_px: f32, half_width_px: f32, pressure: f32) -> f32 {
+    let texel = textureSample(brush_tile, brush_sampler, brush_uv(brush, along_px, across_px, half_width_px, 0u)).xy;
+    return brush_ink(brush, texel, pressure, from_middle_px, half_width_px);
+}
+
+// Ink through the style's stroke texture. Haze takes a quarter of its part from the hand's pressure: far strokes are
+// lighter, and more broken.
+@fragment
+fn textured(in: Vertex) -> Fragment {
+    let at = touched(in);
+    let air = sqrt(sqrt(at.clear));
+    // The round end is a part of the stroke: pressure is gone where it ends.
+    let round_px = in.half_width_px;
+    let pressure = air * (in.pressure * strokes.taper_px + round_px) / (strokes.taper_px + round_px);
+    let taken = texture_ink(in.along_px, in.across_px, at.from_middle_px, at.half_width_px, pressure);
+    let ink = at.covered * air * air * air * taken;
+    // Also where the texture takes nothing the stroke is there.
+    if at.covered * at.clear < 1.0 / 256.0 {
         discard;
     }
     return Fragment(vec4<f32>(ink), in.id);

@@ -3,8 +3,8 @@
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
-//! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]). What a step counted, the next one
-//! dispatches or draws indirectly: nothing is read back within a frame.
+//! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
+//! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame.
 
 pub mod carry;
 pub mod chain;
@@ -17,6 +17,7 @@ mod records;
 pub mod samples;
 pub mod scan;
 pub mod stroke;
+pub mod texture;
 pub mod twin;
 
 use bytemuck::{Pod, Zeroable};
@@ -225,6 +226,11 @@ impl StrokePasses {
         &self.chain
     }
 
+    /// The stroke texture of the last frame, for measurements.
+    pub fn texture(&self) -> Option<&texture::StrokeTexture> {
+        self.stroke.texture()
+    }
+
     /// The samples of the last frame.
     pub fn samples(&self) -> &samples::SampleList {
         self.samples.now()
@@ -262,6 +268,7 @@ impl StrokePasses {
             },
         );
         self.lists.begin(gpu, strokes, view.part.size_px, haze_m);
+        self.stroke.set_texture(gpu, strokes.texture.as_ref());
         if !is_update {
             return false;
         }

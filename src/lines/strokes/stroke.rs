@@ -1,14 +1,16 @@
-//! Draws strokes. See `shaders/lines/strokes/stroke.wgsl`.
+//! Draws strokes, solid or through a stroke texture. See `shaders/lines/strokes/stroke.wgsl`.
 
 use super::Lists;
 use super::samples::SamplesPass;
 use super::scan::numbers;
+use super::texture::StrokeTexture;
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::bind_group;
 use crate::gpu::shader::Shader;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
+use crate::style::texture::Recipe;
 use crate::surface::terrain::ID_FORMAT;
 
 /// Ink: 0 none, 1 full. It is blended, which 32 bits are not everywhere.
@@ -43,15 +45,45 @@ pub enum Which {
 
 /// The pass.
 pub struct StrokePass {
-    pipeline: wgpu::RenderPipeline,
     shader: Shader,
     stages: Vec<GrowingBuffer>,
+    solid: wgpu::RenderPipeline,
+    textured: Option<Textured>,
+}
+
+/// What a style with a stroke texture has more.
+struct Textured {
+    pipeline: wgpu::RenderPipeline,
+    texture: StrokeTexture,
 }
 
 impl StrokePass {
-    /// Builds the pipeline.
+    /// Builds the pipeline of solid strokes.
     pub fn new(gpu: &Gpu) -> Self {
         let shader = Shader::new(&gpu.device, "lines/strokes/stroke");
+        let solid = Self::pipeline(gpu, &shader, "fragment");
+        Self { shader, stages: numbers(gpu, 2), solid, textured: None }
+    }
+
+    /// Strokes are drawn through `recipe`'s texture, or solid. What is there already is kept.
+    pub fn set_texture(&mut self, gpu: &Gpu, recipe: Option<&Recipe>) {
+        match (recipe, &mut self.textured) {
+            (None, textured) => *textured = None,
+            (Some(recipe), Some(textured)) if textured.texture.is_of(recipe) => {}
+            (Some(recipe), Some(textured)) => textured.texture = StrokeTexture::new(gpu, recipe),
+            (Some(recipe), None) => {
+                let pipeline = Self::pipeline(gpu, &self.shader, "textured");
+                self.textured = Some(Textured { pipeline, texture: StrokeTexture::new(gpu, recipe) });
+            }
+        }
+    }
+
+    /// The texture of the last frame, for measurements.
+    pub fn texture(&self) -> Option<&StrokeTexture> {
+        self.textured.as_ref().map(|textured| &textured.texture)
+    }
+
+    fn pipeline(gpu: &Gpu, shader: &Shader, fragment: &str) -> wgpu::RenderPipeline {
         let darker = wgpu::BlendComponent {
             src_factor: wgpu::BlendFactor::One,
             dst_factor: wgpu::BlendFactor::One,
@@ -62,7 +94,7 @@ impl StrokePass {
             blend: Some(wgpu::BlendState { color: darker, alpha: darker }),
             write_mask: wgpu::ColorWrites::ALL,
         };
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("lines/strokes/stroke"),
             layout: None,
             vertex: wgpu::VertexState {
@@ -73,7 +105,7 @@ impl StrokePass {
             },
             fragment: Some(wgpu::FragmentState {
                 module: &shader.module,
-                entry_point: Some("fragment"),
+                entry_point: Some(fragment),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 targets: &[Some(ink), Some(ID_FORMAT.into())],
             }),
@@ -82,8 +114,7 @@ impl StrokePass {
             multisample: wgpu::MultisampleState::default(),
             multiview_mask: None,
             cache: None,
-        });
-        Self { pipeline, shader, stages: numbers(gpu, 2) }
+        })
     }
 
     /// Draws strokes into the pictures: those of this frame's chains, on cleared pictures, or those that fade.
@@ -99,14 +130,19 @@ impl StrokePass {
         which: Which,
     ) {
         let stage = which as usize;
-        let resources = [
+        let mut resources = vec![
             ("stage", self.stages[stage].binding()),
             ("view", view),
             ("strokes", lists.uniform.binding()),
             ("list", samples.now().counts.as_entire_binding()),
             ("samples", samples.now().samples.as_entire_binding()),
         ];
-        let layout = |i| self.pipeline.get_bind_group_layout(i);
+        let mut pipeline = &self.solid;
+        if let Some(textured) = &self.textured {
+            pipeline = &textured.pipeline;
+            resources.extend(textured.texture.resources());
+        }
+        let layout = |i| pipeline.get_bind_group_layout(i);
         let group = bind_group(gpu, "lines/strokes/stroke", &self.shader, layout, &resources);
         let attachments = match which {
             Which::Fresh => [drawn.ink.cleared(), drawn.ids.cleared()],
@@ -118,7 +154,7 @@ impl StrokePass {
             ..Default::default()
         };
         recorder.render("lines/strokes/stroke", &descriptor, |pass| {
-            pass.set_pipeline(&self.pipeline);
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &group, &[]);
             pass.draw_indirect(samples.draw_arguments(), 16 * stage as u64);
         });

@@ -1,0 +1,152 @@
+//! Stroke textures: a tile that is grown from a recipe, and the rule by which it takes ink.
+//!
+//! A tile has two numbers for each pixel along and across a stroke. The *threshold* is how deep the place lies: paper's
+//! grain, a gap between a brush's hairs. A tool that is pressed lightly touches only what is high, so ink is left where
+//! the felt pressure is above the threshold (graphite on grains of paper: Sousa and Buchanan 2000; dry brush: Curtis
+//! and others 1997; strokes against a height field: Kalnins and others 2002). The *pigment* is how much ink is left
+//! where the tool touches. Pressure falls towards a stroke's border, so borders break up by the same rule.
+//!
+//! **Growing.** Marks are white noise blurred by boxes ([`field`]), which wrap around: the tile repeats without a seam
+//! (textures for painting from filtered noise: Lewis 1984). The sum of the marks is replaced by its rank, so that
+//! thresholds are uniform and the inked part of the paper is the felt pressure, whatever the marks are.
+//!
+//! **Levels.** Each coarser level is an average of four texels. An average has less contrast, and against a threshold
+//! that changes the mean: a light stroke would vanish. So thresholds get their rank again on every level (as alpha is
+//! scaled to keep its coverage: Castaño 2010), and every level takes as much ink at every pressure.
+//!
+//! A texel is a pixel: strokes have a width in pixels, and so has the grain. `spread` widens marks with the stroke.
+
+pub mod field;
+mod gpu_tile;
+
+use bytemuck::{Pod, Zeroable};
+pub use gpu_tile::{StrokeTexture, TILE_FORMAT};
+
+use self::field::Field;
+use crate::style::texture::{Recipe, Touch};
+
+/// Levels of a tile, at most: the last still has 4 × 1 texels of the smallest.
+const MOST_LEVELS: usize = 6;
+
+/// `Brush` in `shaders/shared/brush.wgsl`: a recipe's touch, as the shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Brush {
+    /// Along, across.
+    pub tile_px: [f32; 2],
+    /// As the recipe has them ([`Touch`]).
+    pub nominal_half_width_px: f32,
+    /// 0 to 1.
+    pub spread: f32,
+    /// 0.01 to 0.5.
+    pub softness: f32,
+    /// Exponent.
+    pub response: f32,
+    /// 0.05 to 1.
+    pub fill: f32,
+    /// Width of the border.
+    pub border_px: f32,
+    /// 0 to 1 of half the width.
+    pub border_part: f32,
+    /// 0 to 1.
+    pub border_pressure: f32,
+    /// Nothing.
+    pub padding_a: f32,
+    /// Nothing.
+    pub padding_b: f32,
+}
+
+crate::gpu::shared::describe!(Brush as "Brush" in "lines/strokes/stroke":
+    tile_px, nominal_half_width_px, spread, softness, response, fill, border_px, border_part, border_pressure,
+    padding_a, padding_b);
+
+impl Brush {
+    /// Of a recipe.
+    pub fn of(recipe: &Recipe) -> Self {
+        let Touch { nominal_width_px, spread, softness, response, fill, border_px, border_part, border_pressure } =
+            recipe.touch;
+        Self {
+            tile_px: [recipe.tile.along_px as f32, recipe.tile.across_px as f32],
+            nominal_half_width_px: 0.5 * nominal_width_px,
+            spread,
+            softness,
+            response,
+            fill,
+            border_px,
+            border_part,
+            border_pressure,
+            padding_a: 0.0,
+            padding_b: 0.0,
+        }
+    }
+
+    /// Where a place of a stroke lies on the tile, in tiles: `brush_uv` of the shader. `across_px` is signed.
+    pub fn uv(&self, along_px: f32, across_px: f32, half_width_px: f32, id: u32) -> [f32; 2] {
+        let widening = (self.nominal_half_width_px / half_width_px).powf(self.spread);
+        let [u, v] = offset(id);
+        [along_px / self.tile_px[0] + u, across_px * widening / self.tile_px[1] + v]
+    }
+
+    /// Ink that a place takes, 0 to 1: `brush_ink` of the shader. `texel` is pigment and threshold, `from_middle_px`
+    /// the distance from the stroke's middle. Coverage of the border's pixels is not in it.
+    pub fn ink(&self, texel: [f32; 2], pressure: f32, from_middle_px: f32, half_width_px: f32) -> f32 {
+        let border_px = self.border_px.min(self.border_part * half_width_px).max(1e-3);
+        let inside = ((half_width_px + 0.5 - from_middle_px) / border_px).clamp(0.0, 1.0);
+        let rounded = inside * (2.0 - inside);
+        let pressed = if pressure > 0.0 { pressure.min(1.0).powf(self.response) } else { 0.0 };
+        let felt = pressed * self.fill * (self.border_pressure + (1.0 - self.border_pressure) * rounded);
+        let threshold = self.softness + (1.0 - 2.0 * self.softness) * texel[1];
+        let t = ((felt - threshold) / (2.0 * self.softness) + 0.5).clamp(0.0, 1.0);
+        texel[0] * t * t * (3.0 - 2.0 * t)
+    }
+}
+
+/// Where on the tile a stroke begins, in tiles: strokes side by side must not show the same marks.
+fn offset(id: u32) -> [f32; 2] {
+    let [x, y] = field::hash([id, 0x9e37_79b9]);
+    [x, y].map(|bits| (bits >> 8) as f32 / 16_777_216.0)
+}
+
+/// One level: pigment and threshold of each texel, rows along the stroke.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Level {
+    /// Along, across.
+    pub size_px: [u32; 2],
+    /// Pigment, threshold; 255 is 1.
+    pub texels: Vec<[u8; 2]>,
+}
+
+impl Level {
+    /// The mean ink in the middle of a wide stroke at `pressure`, 0 to 1.
+    pub fn mean_ink(&self, brush: &Brush, pressure: f32) -> f64 {
+        let ink = |texel: &[u8; 2]| f64::from(brush.ink(texel.map(|byte| f32::from(byte) / 255.0), pressure, 0.0, 1e3));
+        self.texels.iter().map(ink).sum::<f64>() / self.texels.len() as f64
+    }
+}
+
+/// The levels of a recipe's tile, finest first. The same bits on every machine.
+pub fn grow(recipe: &Recipe) -> Vec<Level> {
+    let tile = recipe.tile;
+    let size_px = [tile.along_px, tile.across_px].map(|side| side as usize);
+    let pigment = &recipe.pigment;
+    let tone = Field::noise(size_px, [pigment.along_px, pigment.across_px], tile.seed, 0).ranks();
+    let tone = tone.map(|rank| (pigment.density + pigment.variation * (2.0 * rank - 1.0)).clamp(0.0, 1.0));
+    let mut height = Field::zero(size_px);
+    for (marks, stream) in recipe.marks.iter().zip(1..) {
+        let noise = Field::noise(size_px, [marks.along_px, marks.across_px], tile.seed, stream);
+        height.add(&noise.swerved(marks.wander_px, tile.seed, stream), marks.weight);
+    }
+    // From here on both are averaged, and nothing is rounded before it is stored.
+    let (mut tone, mut threshold) = (tone, height.ranks());
+    let mut levels = Vec::new();
+    loop {
+        let byte = |value: f32| (value * 255.0).round() as u8;
+        let ranks = threshold.ranks();
+        let texels = tone.values().iter().zip(ranks.values()).map(|(a, b)| [byte(*a), byte(*b)]);
+        levels.push(Level { size_px: tone.size_px().map(|side| side as u32), texels: texels.collect() });
+        if levels.len() == MOST_LEVELS || tone.size_px().contains(&1) {
+            return levels;
+        }
+        (tone, threshold) = (tone.halved(), threshold.halved());
+    }
+}
