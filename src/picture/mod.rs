@@ -4,6 +4,7 @@
 //! picture's pixels, and the surface is a function of place and distance: both sides of a seam compute the same.
 
 pub mod aov;
+pub mod strokes;
 
 use std::path::Path;
 

@@ -3,13 +3,14 @@
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]). What a step counted, the next one dispatches or draws indirectly:
-//! nothing is read back within a frame.
+//! nothing is read back within a frame. [`polylines`] reads the strokes of a frame back afterwards, for files.
 
 pub mod chain;
 pub mod contour_edges;
 pub mod extract;
 pub mod id_image;
 pub mod points;
+pub mod polylines;
 mod records;
 pub mod scan;
 pub mod stroke;
@@ -117,7 +118,7 @@ impl Lists {
         use wgpu::BufferUsages as Usage;
         let read = Usage::STORAGE | Usage::COPY_SRC;
         Self {
-            uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM),
+            uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM | Usage::COPY_SRC),
             counts: GrowingBuffer::new(gpu, "stroke counts", read),
             edge_draw: GrowingBuffer::new(gpu, "edge draw", read | Usage::INDIRECT),
             edges: GrowingBuffer::new(gpu, "edges", read),
