@@ -96,7 +96,10 @@ fn write(out: &mut impl Write, drawing: &Drawing) -> std::io::Result<()> {
     writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>")?;
     writeln!(out, "<svg xmlns=\"http://www.w3.org/2000/svg\"")?;
     writeln!(out, "     xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\"")?;
-    writeln!(out, "     version=\"1.1\" width=\"{width}{unit}\" height=\"{height}{unit}\" viewBox=\"0 0 {width} {height}\">")?;
+    writeln!(
+        out,
+        "     version=\"1.1\" width=\"{width}{unit}\" height=\"{height}{unit}\" viewBox=\"0 0 {width} {height}\">"
+    )?;
     writeln!(out, "<title>{}</title>", escaped(&drawing.title))?;
     writeln!(out, "<desc>{}</desc>", escaped(&drawing.description))?;
     for layer in &drawing.layers {

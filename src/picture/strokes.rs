@@ -62,8 +62,7 @@ pub fn render_strokes(
         None => *frame = Some(Frame::new(gpu, requirements, size_px)?),
     }
     let Some(frame) = frame.as_mut() else { unreachable!("it was just made") };
-    let view =
-        View { pose: request.pose, previous: request.previous, picture_px: size_px, part: Part::whole(size_px) };
+    let view = View { pose: request.pose, previous: request.previous, picture_px: size_px, part: Part::whole(size_px) };
     let prepared = frame.render(gpu, terrain, &view, request.style, &request.light);
     let Some(strokes) = frame.strokes() else {
         return Err(StrokesError::NoStrokes { style: request.style.name.clone() });

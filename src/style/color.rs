@@ -12,13 +12,23 @@ impl Color {
 
     /// In linear light, as the shaders compute.
     pub fn linear(self) -> [f32; 3] {
-        self.0.map(|value| linear_from_srgb(f32::from(value) / 255.0))
+        self.srgb().map(linear_from_srgb)
+    }
+
+    /// As it is written, each from 0 to 1.
+    pub fn srgb(self) -> [f32; 3] {
+        self.0.map(|value| f32::from(value) / 255.0)
     }
 }
 
 /// One channel of an sRGB colour, 0 to 1, in linear light.
 pub fn linear_from_srgb(value: f32) -> f32 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+/// One channel of linear light, 0 to 1, in sRGB.
+pub fn srgb_from_linear(value: f32) -> f32 {
+    if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }
 
 impl std::fmt::Display for Color {

@@ -36,8 +36,9 @@ pub fn improve(stops: &mut [Stop], from: [f64; 2]) {
     // By their first order: ends 2i and 2i + 1 are where stop i began and ended then.
     let places: Vec<[f64; 2]> = stops.iter().flat_map(|stop| stop.ends).collect();
     let grid = Grid::new(&places);
-    let near: Vec<Vec<u32>> =
-        (0..places.len()).map(|end| grid.nearest(places[end], NEIGHBOURS, |other| other as usize / 2 != end / 2)).collect();
+    let near: Vec<Vec<u32>> = (0..places.len())
+        .map(|end| grid.nearest(places[end], NEIGHBOURS, |other| other as usize / 2 != end / 2))
+        .collect();
     // Where each is now.
     let mut at: Vec<usize> = (0..count).collect();
     let names: Vec<usize> = (0..count).collect();
@@ -51,9 +52,9 @@ pub fn improve(stops: &mut [Stop], from: [f64; 2]) {
                     // Farther neighbours are farther still.
                     break;
                 }
-                let changed = way.join_by_turning(at[own / 2], own % 2, at[other / 2], other % 2).or_else(|| {
-                    way.join_by_moving(at[own / 2], own % 2, at[other / 2], other % 2)
-                });
+                let changed = way
+                    .join_by_turning(at[own / 2], own % 2, at[other / 2], other % 2)
+                    .or_else(|| way.join_by_moving(at[own / 2], own % 2, at[other / 2], other % 2));
                 if let Some([first, last]) = changed {
                     (first..=last).for_each(|i| at[way.names[i]] = i);
                     gains = true;

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! A stroke of the drawing has one width and one opacity, the means of what was drawn, by length: a path has no others,
-//! and a pen has one nib.
+//! and a pen has one nib. Programs that show SVG mix colours as they are written; hachure mixes light. So a faint
+//! stroke's opacity is not its part of ink, but what makes it look the same on white.
 
 pub mod fit;
 pub mod grid;
@@ -22,6 +23,8 @@ use self::order::{Visit, order, pen_up_px};
 use self::sheet::Sheet;
 use crate::file::svg::{Layer, Stroke};
 use crate::lines::strokes::polylines::{EdgeKind, Polyline};
+use crate::style::Color;
+use crate::style::color::{linear_from_srgb, srgb_from_linear};
 
 /// How near paths are to the strokes, unless somebody says otherwise.
 pub const TOLERANCE_PX: f64 = 0.25;
@@ -30,6 +33,42 @@ pub const TOLERANCE_PX: f64 = 0.25;
 const CORNER_PX: [f64; 2] = [0.0; 2];
 /// Numbers are rounded to this part of the tolerance.
 const ROUNDED_PART: f64 = 0.02;
+
+/// How strokes are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// How near paths are to the strokes, in pixels.
+    pub tolerance_px: f64,
+    /// What they are drawn on.
+    pub sheet: Sheet,
+    /// Their colour.
+    pub ink: Color,
+}
+
+impl Settings {
+    /// Digits behind the point with which numbers on the sheet are written.
+    pub fn digits(&self) -> usize {
+        let step = ROUNDED_PART * self.tolerance_px * self.sheet.units_per_px;
+        (-step.log10()).ceil().clamp(2.0, 9.0) as usize
+    }
+
+    /// What rounding to these digits may move a place, at most: half a step each way.
+    fn rounding_px(&self) -> f64 {
+        std::f64::consts::FRAC_1_SQRT_2 * 0.1_f64.powi(self.digits() as i32) / self.sheet.units_per_px
+    }
+
+    /// The opacity that looks on white, where colours are mixed as they are written, like this part of ink where light
+    /// is mixed.
+    fn opacity(&self, part: f64) -> f64 {
+        let part = part.clamp(0.0, 1.0) as f32;
+        let darkest = self.ink.srgb().into_iter().fold(1.0, f32::min);
+        if darkest > 0.95 {
+            return part.into();
+        }
+        let light = 1.0 + (linear_from_srgb(darkest) - 1.0) * part;
+        f64::from((1.0 - srgb_from_linear(light)) / (1.0 - darkest)).clamp(0.0, 1.0)
+    }
+}
 
 /// What came of the strokes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -66,15 +105,9 @@ impl DrawingReport {
     }
 }
 
-/// Digits behind the point with which numbers on a sheet are written.
-pub fn digits(tolerance_px: f64, sheet: &Sheet) -> usize {
-    let step = ROUNDED_PART * tolerance_px * sheet.units_per_px;
-    (-step.log10()).ceil().clamp(2.0, 9.0) as usize
-}
-
-/// Layers by kind, those without strokes left out: one path for each polyline, within `tolerance_px` of it with the
-/// rounding of [`digits`], in the sheet's unit.
-pub fn layers(polylines: &[Polyline], tolerance_px: f64, sheet: &Sheet) -> (Vec<Layer>, DrawingReport) {
+/// Layers by kind, those without strokes left out: one path for each polyline, in the sheet's unit and within the
+/// tolerance of it, the rounding to [`Settings::digits`] included.
+pub fn layers(polylines: &[Polyline], settings: &Settings) -> (Vec<Layer>, DrawingReport) {
     let mut report = DrawingReport::default();
     let mut layers = Vec::new();
     for kind in EdgeKind::ALL {
@@ -87,8 +120,7 @@ pub fn layers(polylines: &[Polyline], tolerance_px: f64, sheet: &Sheet) -> (Vec<
         let visits = order(&strokes, CORNER_PX);
         report.pen_up_unordered_px += pen_up_px(&strokes, &given, CORNER_PX);
         report.pen_up_px += pen_up_px(&strokes, &visits, CORNER_PX);
-        let drawn: Vec<(Stroke, f64)> =
-            visits.par_iter().map(|visit| stroke(&strokes, visit, tolerance_px, sheet)).collect();
+        let drawn: Vec<(Stroke, f64)> = visits.par_iter().map(|visit| stroke(&strokes, visit, settings)).collect();
         report.pen_down_px += drawn.iter().map(|(_, length_px)| length_px).sum::<f64>();
         let drawn: Vec<Stroke> = drawn.into_iter().map(|(stroke, _)| stroke).collect();
         let count = drawn.len() as u64;
@@ -110,16 +142,13 @@ fn segments(path: &BezPath) -> u64 {
 }
 
 /// The path of a stroke, and its length in pixels.
-fn stroke(strokes: &[&Polyline], visit: &Visit, tolerance_px: f64, sheet: &Sheet) -> (Stroke, f64) {
+fn stroke(strokes: &[&Polyline], visit: &Visit, settings: &Settings) -> (Stroke, f64) {
     let line = strokes[visit.stroke];
-    let points = visit.points(strokes);
-    // What rounding may add is left for it: half a step each way, on the diagonal.
-    let rounding_px = std::f64::consts::FRAC_1_SQRT_2 * 0.1_f64.powi(digits(tolerance_px, sheet) as i32) / sheet.units_per_px;
-    let mut path = fit::fit(&points, line.is_closed, (tolerance_px - rounding_px).max(0.5 * tolerance_px));
-    path.apply_affine(sheet.place());
+    let mut path = fit::fit(&visit.points(strokes), line.is_closed, settings.tolerance_px - settings.rounding_px());
+    path.apply_affine(settings.sheet.place());
     let means = Means::of(line);
-    let width = 2.0 * means.half_width_px * sheet.units_per_px;
-    (Stroke { path, width, opacity: means.ink.clamp(0.0, 1.0) }, means.length_px)
+    let width = 2.0 * means.half_width_px * settings.sheet.units_per_px;
+    (Stroke { path, width, opacity: settings.opacity(means.ink) }, means.length_px)
 }
 
 /// Of a polyline, by length.

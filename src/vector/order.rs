@@ -66,11 +66,12 @@ pub fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64
 /// Each stroke once, in an order in which the pen's way from `from` is short, and never longer than in the order given.
 /// The same strokes give the same order. Strokes without points are left out.
 pub fn order(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
-    let given: Vec<Visit> =
-        (0..strokes.len()).filter(|&i| !strokes[i].points.is_empty()).map(Visit::as_is).collect();
+    let given: Vec<Visit> = (0..strokes.len()).filter(|&i| !strokes[i].points.is_empty()).map(Visit::as_is).collect();
     let mut visits = greedy(strokes, from);
-    let mut stops: Vec<Stop> =
-        visits.iter().map(|visit| Stop { ends: visit.ends(strokes), stroke: visit.stroke, is_flipped: false }).collect();
+    let mut stops: Vec<Stop> = visits
+        .iter()
+        .map(|visit| Stop { ends: visit.ends(strokes), stroke: visit.stroke, is_flipped: false })
+        .collect();
     improve(&mut stops, from);
     // By stroke: what the greedy way made of it.
     let mut known = vec![Visit::as_is(0); strokes.len()];

@@ -12,7 +12,7 @@ use crate::picture::{PictureReport, PictureRequest};
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::vector::sheet::Sheet;
-use crate::vector::{self, DrawingReport, TOLERANCE_PX};
+use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 
 /// Tolerances that make sense: below, numbers get long; above, nothing is left.
 const TOLERANCES_PX: std::ops::RangeInclusive<f64> = 0.01..=100.0;
@@ -20,12 +20,7 @@ const TOLERANCES_PX: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 const MARGIN_MM: f64 = 10.0;
 
 /// What the options say of an SVG.
-pub(super) struct SvgOptions {
-    tolerance_px: f64,
-    sheet: Sheet,
-    /// Of the strokes.
-    ink: String,
-}
+pub(super) struct SvgOptions(Settings);
 
 impl SvgOptions {
     /// None if the output is no SVG.
@@ -60,18 +55,19 @@ impl SvgOptions {
             (None, Some(margin)) => bail!("--margin {margin}: it is a margin of --paper, which is not given"),
             (None, None) => Sheet::pixels(args.size),
         };
-        Ok(Some(Self { tolerance_px, sheet, ink: strokes.ink.to_string() }))
+        Ok(Some(Self(Settings { tolerance_px, sheet, ink: strokes.ink })))
     }
 
     /// The length of a pixel on paper.
     pub(super) fn mm_per_px(&self) -> Option<f64> {
-        (self.sheet.unit == Unit::Mm).then_some(self.sheet.units_per_px)
+        (self.0.sheet.unit == Unit::Mm).then_some(self.0.sheet.units_per_px)
     }
 
     /// The report in a line.
     pub(super) fn told(&self, drawn: &DrawingReport) -> String {
-        let unit = self.sheet.unit.name();
-        let length = |px: f64| px * self.sheet.units_per_px;
+        let sheet = &self.0.sheet;
+        let unit = sheet.unit.name();
+        let length = |px: f64| px * sheet.units_per_px;
         format!(
             "{} strokes ({} contours, {} borders, {} creases) of {} segments; pen down {:.0} {unit}, pen up {:.0} {unit} \
              ({:.0} {unit} before ordering)",
@@ -90,13 +86,12 @@ impl SvgOptions {
 impl Job<'_> {
     /// Writes the strokes of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let Some(svg) = &self.svg else { unreachable!("it was made for this output") };
+        let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
         let request = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
-        let (polylines, report) =
-            render_strokes(&self.gpu, &mut self.frame, &mut self.world.terrain, &request)
-                .with_context(|| format!("cannot write {}", path.display()))?;
+        let (polylines, report) = render_strokes(&self.gpu, &mut self.frame, &mut self.world.terrain, &request)
+            .with_context(|| format!("cannot write {}", path.display()))?;
         let report = self.whole(report)?;
-        let (layers, drawn) = vector::layers(&polylines, svg.tolerance_px, &svg.sheet);
+        let (layers, drawn) = vector::layers(&polylines, settings);
         let [width, height] = self.args.size;
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),
@@ -105,14 +100,14 @@ impl Job<'_> {
                  down {:.0} px, pen up {:.0} px.",
                 self.style.name,
                 self.camera_text(pose),
-                svg.tolerance_px,
+                settings.tolerance_px,
                 drawn.pen_down_px,
                 drawn.pen_up_px
             ),
-            size: svg.sheet.size,
-            unit: svg.sheet.unit,
-            digits: vector::digits(svg.tolerance_px, &svg.sheet),
-            ink: svg.ink.clone(),
+            size: settings.sheet.size,
+            unit: settings.sheet.unit,
+            digits: settings.digits(),
+            ink: settings.ink.to_string(),
             layers,
         };
         svg::write_svg(path, &drawing)?;

@@ -2,8 +2,8 @@
 //! list on the CPU).
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
-//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]). What a step counted, the next one dispatches or draws indirectly:
-//! nothing is read back within a frame. [`polylines`] reads the strokes of a frame back afterwards, for files.
+//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → ink ([`stroke`]). What a step
+//! counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`] reads the strokes of a frame back afterwards, for files.
 
 pub mod chain;
 pub mod contour_edges;
