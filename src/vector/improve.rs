@@ -5,7 +5,7 @@
 //! - **Or-opt**: one stroke is drawn elsewhere, either way round.
 //!
 //! Only changes that bring two ends together that are among the nearest of each other are looked at. A change is made
-//! when it is a gain; rounds go on until one gains nothing, or until [`MOST_MOVES`] strokes were moved in the list. That
+//! when it is a gain; rounds go on until one gains nothing, or until `MOST_MOVES` strokes were moved in the list. That
 //! is a number of steps and not a time, so the same strokes always give the same way.
 
 use super::grid::{Grid, distance};

@@ -267,6 +267,37 @@ fn strokes_are_read_back_with_their_numbers() {
 }
 
 #[test]
+fn ink_is_read_back_as_it_is_drawn() {
+    let Some(mut world) = hill() else { return };
+    let drawn = draw(&mut world, HILL, |strokes| {
+        // So wide that a point's pixel is full, and hazy.
+        (strokes.width_px, strokes.taper_px, strokes.depth_width, strokes.reach) = (8.0, 0.0, 0.0, 0.06);
+    });
+    let [width, height] = SIZE_PX;
+    let agree = |change: &dyn Fn(f32) -> f32| {
+        let (mut all, mut found, mut lightest, mut darkest) = (0_u32, 0_u32, 1.0_f32, 0.0_f32);
+        for (line, at) in drawn.polylines.iter().flat_map(|line| line.points.iter().map(move |at| (line, at))) {
+            let [x, y] = at.px;
+            if x < 0.0 || y < 0.0 || x >= width as f32 || y >= height as f32 {
+                continue;
+            }
+            let pixel = (y as u32 * width + x as u32) as usize;
+            if drawn.ids[pixel] == line.stroke + 1 {
+                all += 1;
+                found += u32::from((drawn.ink[pixel] - change(at.ink)).abs() < 0.03);
+                (lightest, darkest) = (lightest.min(at.ink), darkest.max(at.ink));
+            }
+        }
+        assert!(all > 100 && darkest - lightest > 0.2, "{all} points from {lightest} to {darkest}");
+        f64::from(found) / f64::from(all)
+    };
+    println!("{:.3} of the points have the picture's ink", agree(&|ink| ink));
+    // Where strokes cross the darker one stays, whosever the number is.
+    assert!(agree(&|ink| ink) > 0.9);
+    assert!(agree(&|ink| ink * 0.9) < 0.5, "planted: too faint");
+}
+
+#[test]
 fn layers_are_kinds() {
     let Some(mut world) = hill() else { return };
     let mut counts = |change: &dyn Fn(&mut hachure::style::Strokes)| {

@@ -2,7 +2,7 @@
 //!
 //! A stroke is a chain: its points lie one after the other (`shaders/lines/strokes/points.wgsl`), its kind is that of
 //! the edges that make up most of its length. What `shaders/lines/strokes/stroke.wgsl` computes for each pixel of a
-//! stroke, its width and its ink, [`Pen`] computes for each point. Long ways between points get more of them, so that
+//! stroke, its width and its ink, `Pen` computes for each point. Long ways between points get more of them, so that
 //! a line between two neighbours' widths is near what is drawn.
 
 use super::{Chain, Edge, MOST_EDGES, Piece, StrokeCounts, StrokePasses, StrokesUniform, UNITS_PER_PX};
