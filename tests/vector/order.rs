@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use hachure::lines::strokes::polylines::{EdgeKind, Polyline};
-use hachure::vector::grid::Grid;
+use hachure::vector::grid::{Grid, distance};
+use hachure::vector::improve::{Stop, improve};
 use hachure::vector::order::{Visit, order, pen_up_px};
 use kurbo::{Point, Vec2};
 
@@ -178,6 +179,36 @@ fn shortest_of_all(strokes: &[&Polyline]) -> f64 {
         })
         .collect();
     go(&ends, (1 << ends.len()) - 1, Point::ORIGIN)
+}
+
+#[test]
+fn local_changes_shorten_the_way_and_keep_the_strokes() {
+    for seed in 0..10 {
+        let strokes = strokes(seed, 200);
+        let ends = |stroke: &Polyline| [0, stroke.points.len() - 1].map(|i| stroke.points[i].px.map(f64::from));
+        let before: Vec<Stop> =
+            (0..).zip(&strokes).map(|(stroke, line)| Stop { ends: ends(line), stroke, is_flipped: false }).collect();
+        let length = |stops: &[Stop]| {
+            let mut at = CORNER;
+            let steps = stops.iter().map(|stop| distance(std::mem::replace(&mut at, stop.ends[1]), stop.ends[0]));
+            steps.sum::<f64>()
+        };
+        let mut after = before.clone();
+        improve(&mut after, CORNER);
+        // Even without a good beginning.
+        assert!(length(&after) < 0.25 * length(&before), "{} of {}", length(&after), length(&before));
+        let is_whole = |stop: &Stop| {
+            let [down, up] = ends(&strokes[stop.stroke]);
+            stop.ends == if stop.is_flipped { [up, down] } else { [down, up] }
+        };
+        assert!(after.iter().all(is_whole));
+        let mut numbers: Vec<usize> = after.iter().map(|stop| stop.stroke).collect();
+        numbers.sort_unstable();
+        assert!(numbers.into_iter().eq(0..200));
+        // Planted: one end turned and not told.
+        after[5].ends.reverse();
+        assert!(!after.iter().all(is_whole));
+    }
 }
 
 #[test]
