@@ -22,6 +22,7 @@ pub mod tones;
 pub mod composite;
 pub mod frame;
 pub mod picture;
+pub mod vector;
 pub mod world;
 pub mod measure;
 pub mod window;

@@ -184,8 +184,9 @@ fn names_say_what_an_output_is() {
     assert_eq!(of("dir/a.EXR").unwrap(), OutputKind::Picture(PictureFormat::Exr));
     assert_eq!(of("a.mp4").unwrap(), OutputKind::Mp4);
     assert!(matches!(of("dir/%05d.exr").unwrap(), OutputKind::Frames(_, PictureFormat::Exr)));
-    assert!(of("a.svg").unwrap_err().to_string().contains(".svg is not written by this version"));
-    assert!(of("a.jpg").unwrap_err().to_string().contains(".png, .exr or .mp4"));
+    assert_eq!(of("a.SVG").unwrap(), OutputKind::Picture(PictureFormat::Svg));
+    assert!(matches!(of("dir/%05d.svg").unwrap(), OutputKind::Frames(_, PictureFormat::Svg)));
+    assert!(of("a.jpg").unwrap_err().to_string().contains(".png, .exr, .svg or .mp4"));
     assert!(of("a").is_err());
 }
 

@@ -1,11 +1,14 @@
 //! `hachure render`: a DEM becomes a drawing in a file, or a camera path a row of them.
 
+mod vector;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
 use serde::Serialize;
 
+use self::vector::SvgOptions;
 use super::progress::Bar;
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
@@ -22,6 +25,7 @@ use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::vector::DrawingReport;
 use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
@@ -29,7 +33,7 @@ use crate::world::{self, OpenWorld};
 pub struct RenderArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
-    /// .png, .exr or .mp4, or frames: a pattern like dir/%05d.png
+    /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
     /// A preset or a style file
@@ -60,6 +64,16 @@ pub struct RenderArgs {
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
+    /// Of an .svg: how far its curves may be from the strokes, in pixels [default: 0.25]
+    #[arg(long, allow_hyphen_values = true)]
+    pub tolerance_px: Option<f64>,
+    /// Of an .svg: the sheet, a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres, turned as the picture
+    /// is; without it, a unit of the file is a pixel
+    #[arg(long)]
+    pub paper: Option<String>,
+    /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
+    #[arg(long, allow_hyphen_values = true)]
+    pub margin: Option<f64>,
     /// Print what it cost, for programs
     #[arg(long)]
     pub json: bool,
@@ -95,6 +109,10 @@ struct Report {
     tiles_missing: u64,
     gpu_bytes: u64,
     camera: String,
+    /// Of an SVG.
+    svg: Option<DrawingReport>,
+    /// On paper.
+    mm_per_px: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -110,6 +128,7 @@ struct PassReport {
 pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output)?;
     let style = Style::load(&args.style)?;
+    let svg = SvgOptions::new(args, &kind, &style)?;
     let planes = aov::planes(&args.aov, &style)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
@@ -137,7 +156,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         ..TerrainOptions::default()
     };
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
-    let mut job = Job { args, style, planes, gpu, world, frame: None };
+    let mut job = Job { args, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
     let cameras = job.cameras(&kind)?;
     if args.json {
         job.warm_up(&cameras[0])?;
@@ -153,6 +172,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if args.json {
         let report = job.report(&cameras, report);
         println!("{}", serde_json::to_string_pretty(&report)?);
+    } else if let Some(svg) = &job.svg {
+        println!("{}", svg.told(&job.drawn));
     }
     Ok(())
 }
@@ -164,6 +185,8 @@ struct Job<'a> {
     gpu: Gpu,
     world: OpenWorld,
     frame: Option<Frame>,
+    svg: Option<SvgOptions>,
+    drawn: DrawingReport,
 }
 
 impl Job<'_> {
@@ -261,6 +284,7 @@ impl Job<'_> {
                 writer.finish()?;
                 Ok(report)
             }
+            PictureFormat::Svg => self.lines(path, pose),
         }
     }
 
@@ -282,6 +306,11 @@ impl Job<'_> {
             frame.set_step_s(1.0 / self.args.fps);
         }
         let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?;
+        self.whole(report)
+    }
+
+    /// The report, if it is of all that was to be drawn.
+    fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
         // A drawing of something else than the data is no drawing; what went wrong was told as it happened.
         if report.tiles_failed > 0 {
             let path = self.world.terrain.store().name();
@@ -313,6 +342,8 @@ impl Job<'_> {
             tiles_missing: report.tiles_missing,
             gpu_bytes: report.target_bytes + self.world.terrain.gpu_bytes(),
             camera,
+            mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
+            svg: self.svg.is_some().then(|| self.drawn.clone()),
         }
     }
 }

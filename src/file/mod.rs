@@ -1,4 +1,4 @@
-//! What hachure writes: pictures, channels, films. Every output is written beside its name and then renamed, so
+//! What hachure writes: pictures, channels, lines, films. Every output is written beside its name and then renamed, so
 //! that a stopped run leaves the old file or none.
 
 pub mod atomic;
@@ -6,6 +6,7 @@ pub mod exr;
 pub mod pattern;
 pub mod png;
 pub mod random_access;
+pub mod svg;
 pub mod video;
 
 use std::path::{Path, PathBuf};

@@ -11,6 +11,8 @@ pub enum PictureFormat {
     Png,
     /// Named channels of 32 bits.
     Exr,
+    /// Strokes as paths.
+    Svg,
 }
 
 /// What an output is, by its name.
@@ -25,7 +27,7 @@ pub enum OutputKind {
 }
 
 impl OutputKind {
-    /// Reads the name of an output: `.png`, `.exr`, `.mp4`, or a pattern of pictures such as `dir/%05d.exr`.
+    /// Reads the name of an output: `.png`, `.exr`, `.svg`, `.mp4`, or a pattern of pictures such as `dir/%05d.exr`.
     ///
     /// # Errors
     /// Another ending; a wrong pattern.
@@ -35,12 +37,9 @@ impl OutputKind {
             Some("png") => PictureFormat::Png,
             Some("exr") => PictureFormat::Exr,
             Some("mp4") => return Ok(Self::Mp4),
-            Some("svg") => {
-                let cause = ".svg is not written by this version";
-                return Err(FileError::name(path, cause));
-            }
+            Some("svg") => PictureFormat::Svg,
             _ => {
-                let cause = "an output ends in .png, .exr or .mp4, or is a pattern of frames like dir/%05d.png";
+                let cause = "an output ends in .png, .exr, .svg or .mp4, or is a pattern of frames like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
         };

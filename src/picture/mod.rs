@@ -4,6 +4,7 @@
 //! picture's pixels, and the surface is a function of place and distance: both sides of a seam compute the same.
 
 pub mod aov;
+pub mod strokes;
 
 use std::path::Path;
 
@@ -20,6 +21,7 @@ use crate::gpu::target::Target;
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
 use crate::style::Style;
+use crate::style::color::srgb_from_linear;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::Prepared;
@@ -310,9 +312,7 @@ pub fn srgb8(picture: &[[f32; 4]]) -> Vec<u8> {
     let mut bytes = vec![0; picture.len() * 4];
     bytes.par_chunks_exact_mut(4).zip(picture).for_each(|(bytes, texel)| {
         for (byte, value) in bytes.iter_mut().zip(&texel[..3]) {
-            let value = value.clamp(0.0, 1.0);
-            let encoded = if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
-            *byte = (encoded * 255.0).round() as u8;
+            *byte = (srgb_from_linear(value.clamp(0.0, 1.0)) * 255.0).round() as u8;
         }
         bytes[3] = 255;
     });

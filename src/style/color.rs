@@ -12,7 +12,12 @@ impl Color {
 
     /// In linear light, as the shaders compute.
     pub fn linear(self) -> [f32; 3] {
-        self.0.map(|value| linear_from_srgb(f32::from(value) / 255.0))
+        self.srgb().map(linear_from_srgb)
+    }
+
+    /// As it is written, each from 0 to 1.
+    pub fn srgb(self) -> [f32; 3] {
+        self.0.map(|value| f32::from(value) / 255.0)
     }
 }
 
@@ -25,6 +30,14 @@ pub fn linear_from_srgb(value: f32) -> f32 {
 pub fn srgb_from_linear(value: f32) -> f32 {
     let value = value.clamp(0.0, 1.0);
     if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
+}
+
+impl std::fmt::Display for Color {
+    /// As it is read.
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [red, green, blue] = self.0;
+        write!(formatter, "#{red:02x}{green:02x}{blue:02x}")
+    }
 }
 
 impl std::str::FromStr for Color {

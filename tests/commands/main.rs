@@ -4,6 +4,7 @@
 
 mod bench;
 mod dem;
+mod svg;
 mod tour;
 
 use std::fs;

@@ -4,7 +4,8 @@
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
 //! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
-//! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame.
+//! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
+//! reads the strokes of a frame back afterwards, for files.
 
 pub mod carry;
 pub mod chain;
@@ -13,6 +14,7 @@ pub mod extract;
 pub mod history;
 pub mod id_image;
 pub mod points;
+pub mod polylines;
 mod records;
 pub mod samples;
 pub mod scan;
@@ -134,7 +136,7 @@ impl Lists {
         use wgpu::BufferUsages as Usage;
         let read = Usage::STORAGE | Usage::COPY_SRC;
         Self {
-            uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM),
+            uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM | Usage::COPY_SRC),
             counts: GrowingBuffer::new(gpu, "stroke counts", read),
             edge_draw: GrowingBuffer::new(gpu, "edge draw", read | Usage::INDIRECT),
             edges: GrowingBuffer::new(gpu, "edges", read),

@@ -1,0 +1,117 @@
+//! `hachure render -o out.svg`: the strokes of a picture as paths.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+
+use super::{Job, RenderArgs};
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::svg::{self, Drawing, Unit};
+use crate::picture::strokes::render_strokes;
+use crate::picture::{PictureReport, PictureRequest};
+use crate::style::Style;
+use crate::surface::view::Pose;
+use crate::vector::sheet::Sheet;
+use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
+
+/// Tolerances that make sense: below, numbers get long; above, nothing is left.
+const TOLERANCES_PX: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+/// What stays free on paper, unless somebody says otherwise.
+const MARGIN_MM: f64 = 10.0;
+
+/// What the options say of an SVG.
+pub(super) struct SvgOptions(Settings);
+
+impl SvgOptions {
+    /// None if the output is no SVG.
+    ///
+    /// # Errors
+    /// A style without strokes; a tolerance, paper or margin that makes no sense, or of another output.
+    pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
+        let output = args.output.display();
+        if !matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
+            let given = [
+                ("--tolerance-px", args.tolerance_px.is_some()),
+                ("--paper", args.paper.is_some()),
+                ("--margin", args.margin.is_some()),
+            ];
+            if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+                bail!("{option}: only an .svg has it, and the output is {output}");
+            }
+            return Ok(None);
+        }
+        let Some(strokes) = &style.strokes else {
+            bail!("{output}: an .svg holds strokes, and the style {} has none; --style strokes has", style.name);
+        };
+        let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX);
+        if !TOLERANCES_PX.contains(&tolerance_px) {
+            let (least, most) = (TOLERANCES_PX.start(), TOLERANCES_PX.end());
+            bail!("--tolerance-px {tolerance_px}: it must be a number between {least} and {most}");
+        }
+        let sheet = match (&args.paper, args.margin) {
+            (Some(paper), margin) => {
+                Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size).map_err(anyhow::Error::msg)?
+            }
+            (None, Some(margin)) => bail!("--margin {margin}: it is a margin of --paper, which is not given"),
+            (None, None) => Sheet::pixels(args.size),
+        };
+        Ok(Some(Self(Settings { tolerance_px, sheet, ink: strokes.ink })))
+    }
+
+    /// The length of a pixel on paper.
+    pub(super) fn mm_per_px(&self) -> Option<f64> {
+        (self.0.sheet.unit == Unit::Mm).then_some(self.0.sheet.units_per_px)
+    }
+
+    /// The report in a line.
+    pub(super) fn told(&self, drawn: &DrawingReport) -> String {
+        let sheet = &self.0.sheet;
+        let unit = sheet.unit.name();
+        let length = |px: f64| px * sheet.units_per_px;
+        format!(
+            "{} strokes ({} contours, {} borders, {} creases) of {} segments; pen down {:.0} {unit}, pen up {:.0} {unit} \
+             ({:.0} {unit} before ordering)",
+            drawn.strokes,
+            drawn.contours,
+            drawn.borders,
+            drawn.creases,
+            drawn.segments,
+            length(drawn.pen_down_px),
+            length(drawn.pen_up_px),
+            length(drawn.pen_up_unordered_px)
+        )
+    }
+}
+
+impl Job<'_> {
+    /// Writes the strokes of a picture to `path`.
+    pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
+        let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
+        let request = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
+        let (polylines, report) = render_strokes(&self.gpu, &mut self.frame, &mut self.world.terrain, &request)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+        let report = self.whole(report)?;
+        let (layers, drawn) = vector::layers(&polylines, settings);
+        let [width, height] = self.args.size;
+        let drawing = Drawing {
+            title: format!("hachure: {}", self.style.name),
+            description: format!(
+                "Strokes of the style {}, {width}x{height} px, camera {}. Curves are within {} px of the strokes. Pen \
+                 down {:.0} px, pen up {:.0} px.",
+                self.style.name,
+                self.camera_text(pose),
+                settings.tolerance_px,
+                drawn.pen_down_px,
+                drawn.pen_up_px
+            ),
+            size: settings.sheet.size,
+            unit: settings.sheet.unit,
+            digits: settings.digits(),
+            ink: settings.ink.to_string(),
+            layers,
+        };
+        svg::write_svg(path, &drawing)?;
+        self.drawn.append(&drawn);
+        Ok(report)
+    }
+}

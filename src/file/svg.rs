@@ -1,0 +1,163 @@
+//! SVG: paths in layers, for browsers, Inkscape and the programs of pen plotters.
+//!
+//! One `<path>` for each stroke, with its width and, where it is faint, its opacity; what all have in common stands at
+//! their layer. A layer is a `<g>` with an `id`, and the attributes by which Inkscape knows it as a layer; programs for
+//! plotters read these too. Coordinates are absolute and no path is transformed, so that a unit of the file is a unit
+//! of the sheet for everyone. There is no background: the sheet is the paper.
+
+use std::io::Write;
+use std::path::Path;
+
+use kurbo::{BezPath, PathEl, Point};
+
+use super::FileError;
+use super::atomic::AtomicFile;
+
+/// What a number of the file means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A pixel of the picture.
+    Px,
+    /// A millimetre of paper.
+    Mm,
+}
+
+impl Unit {
+    /// As files have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Px => "px",
+            Self::Mm => "mm",
+        }
+    }
+}
+
+/// A drawing.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// For people.
+    pub title: String,
+    /// For people, in a line or two.
+    pub description: String,
+    /// Width and height.
+    pub size: [f64; 2],
+    /// Of everything.
+    pub unit: Unit,
+    /// Digits behind the point.
+    pub digits: usize,
+    /// Of every path: `#14120f`.
+    pub ink: String,
+    /// From the lowest up.
+    pub layers: Vec<Layer>,
+}
+
+/// A layer.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// An XML name.
+    pub id: &'static str,
+    /// For people.
+    pub label: &'static str,
+    /// In drawing order.
+    pub strokes: Vec<Stroke>,
+}
+
+/// A path with a width.
+#[derive(Clone, Debug)]
+pub struct Stroke {
+    /// Its middle.
+    pub path: BezPath,
+    /// In the drawing's unit.
+    pub width: f64,
+    /// 0 to 1.
+    pub opacity: f64,
+}
+
+/// Writes a drawing, whole or not at all.
+///
+/// # Errors
+/// A number that is not finite; a folder that is not there or not writable; a full disk.
+pub fn write_svg(path: &Path, drawing: &Drawing) -> Result<(), FileError> {
+    let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
+    let is_finite = |stroke: &Stroke| stroke.path.is_finite() && stroke.width.is_finite() && stroke.opacity.is_finite();
+    if !strokes.into_iter().all(is_finite) || !drawing.size.into_iter().all(f64::is_finite) {
+        return Err(FileError::write(path, "a stroke has a number that is not finite"));
+    }
+    let failed = |error| FileError::write(path, error);
+    let mut file = AtomicFile::create(path).map_err(failed)?;
+    write(file.writer(), drawing).map_err(failed)?;
+    file.commit().map_err(failed)
+}
+
+fn write(out: &mut impl Write, drawing: &Drawing) -> std::io::Result<()> {
+    let unit = drawing.unit.name();
+    let number = |value: f64| number(value, drawing.digits);
+    let [width, height] = drawing.size.map(number);
+    writeln!(out, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>")?;
+    writeln!(out, "<svg xmlns=\"http://www.w3.org/2000/svg\"")?;
+    writeln!(out, "     xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\"")?;
+    writeln!(
+        out,
+        "     version=\"1.1\" width=\"{width}{unit}\" height=\"{height}{unit}\" viewBox=\"0 0 {width} {height}\">"
+    )?;
+    writeln!(out, "<title>{}</title>", escaped(&drawing.title))?;
+    writeln!(out, "<desc>{}</desc>", escaped(&drawing.description))?;
+    for layer in &drawing.layers {
+        writeln!(out, "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"", layer.id, layer.label)?;
+        writeln!(out, "   fill=\"none\" stroke=\"{}\"", escaped(&drawing.ink))?;
+        writeln!(out, "   stroke-linecap=\"round\" stroke-linejoin=\"round\">")?;
+        for stroke in &layer.strokes {
+            write!(out, "<path stroke-width=\"{}\"", number(stroke.width))?;
+            if stroke.opacity < 0.9995 {
+                write!(out, " stroke-opacity=\"{}\"", self::number(stroke.opacity, 3))?;
+            }
+            writeln!(out, " d=\"{}\"/>", path_data(&stroke.path, drawing.digits))?;
+        }
+        writeln!(out, "</g>")?;
+    }
+    writeln!(out, "</svg>")
+}
+
+/// A path as the attribute `d`.
+fn path_data(path: &BezPath, digits: usize) -> String {
+    let mut text = String::new();
+    let place = |point: Point| format!("{},{}", number(point.x, digits), number(point.y, digits));
+    for element in path.elements() {
+        let words = match *element {
+            PathEl::MoveTo(to) => format!("M{}", place(to)),
+            PathEl::LineTo(to) => format!("L{}", place(to)),
+            PathEl::QuadTo(by, to) => format!("Q{} {}", place(by), place(to)),
+            PathEl::CurveTo(a, b, to) => format!("C{} {} {}", place(a), place(b), place(to)),
+            PathEl::ClosePath => "Z".to_owned(),
+        };
+        if !text.is_empty() {
+            text.push(' ');
+        }
+        text += &words;
+    }
+    text
+}
+
+/// Rounded, without what says nothing: `1.5` for 1.500, `0` for -0.0.
+fn number(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+}
+
+/// A text between tags or quotes. What XML cannot hold becomes a question mark.
+fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => safe += "&amp;",
+            '<' => safe += "&lt;",
+            '>' => safe += "&gt;",
+            '"' => safe += "&quot;",
+            '\t' | '\n' | '\r' => safe.push(' '),
+            '\0'..='\u{1f}' | '\u{fffe}' | '\u{ffff}' => safe.push('?'),
+            _ => safe.push(character),
+        }
+    }
+    safe
+}

@@ -1,0 +1,135 @@
+//! The strokes of the last frame, read back as polylines: for files that hold lines, never inside an interactive frame.
+//!
+//! A stroke is a run of samples. Its kind is that of the edges that make up most of its length. What
+//! `shaders/lines/strokes/stroke.wgsl` computes for each pixel of a stroke, its width and its ink, `Pen` computes for
+//! each sample; a stroke texture is left out. What is not shown is no part of a line: what fades, and what has not grown
+//! yet.
+
+use super::samples::Sample;
+use super::{StrokeCounts, StrokePasses, StrokesUniform};
+use crate::gpu::readback::read_buffer;
+use crate::gpu::{Gpu, GpuError};
+
+/// What a stroke follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum EdgeKind {
+    /// Where the surface turns away from the eye.
+    #[default]
+    Contour,
+    /// Where the land ends.
+    Border,
+    /// Where the surface is sharply bent.
+    Crease,
+}
+
+impl EdgeKind {
+    /// All of them, in the order in which they are drawn.
+    pub const ALL: [Self; 3] = [Self::Contour, Self::Border, Self::Crease];
+
+    /// From `Edge::kind`.
+    fn of(number: u32) -> Self {
+        match number {
+            1 => Self::Border,
+            2 => Self::Crease,
+            _ => Self::Contour,
+        }
+    }
+}
+
+/// A visible stroke as it is drawn.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Polyline {
+    /// At least two. A closed one runs on from the last to the first, which is not repeated.
+    pub points: Vec<PolylinePoint>,
+    /// What it follows.
+    pub kind: EdgeKind,
+    /// Its identity, as in the picture of stroke numbers.
+    pub stroke: u32,
+    /// Whether its end runs on into its beginning.
+    pub is_closed: bool,
+}
+
+/// A point of a [`Polyline`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PolylinePoint {
+    /// On the picture, x to the right and y down, from its upper left corner.
+    pub px: [f32; 2],
+    /// Half of the stroke's width there.
+    pub half_width_px: f32,
+    /// How much ink there is: 0 none, 1 full.
+    pub ink: f32,
+}
+
+impl StrokePasses {
+    /// Reads the strokes of the last frame, as many as were drawn, without those that only fade. Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`] when the device is lost or out of memory.
+    pub fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
+        let counts: Vec<StrokeCounts> = read_buffer(gpu, self.lists.counts.buffer(), 1)?;
+        let uniform: Vec<StrokesUniform> = read_buffer(gpu, self.lists.uniform.buffer(), 1)?;
+        let (Some(counts), Some(uniform)) = (counts.first(), uniform.first()) else { return Ok(Vec::new()) };
+        let (drawn, samples) = self.samples().read(gpu)?;
+        if counts.edges_lost > 0 || counts.pieces_lost > 0 || drawn.left_out > 0 {
+            let (edges, pieces, strokes) = (counts.edges_lost, counts.pieces_lost, drawn.left_out);
+            tracing::warn!("{edges} edges, {pieces} pieces and {strokes} strokes found no room: they are missing");
+        }
+        let pen = Pen::new(uniform);
+        let strokes = samples.split_inclusive(|sample| sample.flags & Sample::LAST != 0);
+        let shown = strokes.flat_map(|stroke| stroke.split(|sample| !is_shown(sample)));
+        Ok(shown.filter(|run| run.len() > 1).map(|run| polyline(run, &pen)).collect())
+    }
+}
+
+fn is_shown(sample: &Sample) -> bool {
+    sample.shown_px > 0.0 && sample.flags & Sample::FADING == 0 && sample.px.iter().all(|px| px.is_finite())
+}
+
+/// Of samples that follow each other, at least two.
+fn polyline(run: &[Sample], pen: &Pen) -> Polyline {
+    let (first, last) = (&run[0], &run[run.len() - 1]);
+    let is_closed = first.flags & last.flags & Sample::IS_CLOSED != 0
+        && first.flags & Sample::FIRST != 0
+        && last.flags & Sample::LAST != 0
+        && run.len() > 3;
+    let mut counts = EdgeKind::ALL.map(|kind| (0, kind));
+    for sample in run {
+        counts[EdgeKind::of(sample.kind()) as usize].0 += 1;
+    }
+    // Of equals the first.
+    let most = counts.into_iter().rev().max_by_key(|(count, _)| *count);
+    // A loop ends with the sample that it begins with.
+    let drawn = if is_closed { &run[..run.len() - 1] } else { run };
+    Polyline {
+        points: drawn.iter().map(|sample| pen.point(sample)).collect(),
+        kind: most.map_or(EdgeKind::Contour, |(_, kind)| kind),
+        stroke: first.stroke,
+        is_closed,
+    }
+}
+
+/// Width and ink, as in `shaders/lines/strokes/stroke.wgsl`.
+struct Pen {
+    haze_m: f32,
+    faintest: f32,
+}
+
+impl Pen {
+    fn new(uniform: &StrokesUniform) -> Self {
+        Self { haze_m: uniform.haze_m, faintest: uniform.faintest }
+    }
+
+    fn point(&self, at: &Sample) -> PolylinePoint {
+        let pressure = at.pressure.clamp(0.0, 1.0);
+        let t = at.depth_m / self.haze_m;
+        let clear = self.faintest + (1.0 - self.faintest) * (-t * t).exp();
+        PolylinePoint {
+            px: at.px,
+            half_width_px: (at.half_width_px * (0.35 + 0.65 * pressure.sqrt())).max(0.4),
+            ink: clear * (pressure / PALE_PRESSURE).min(1.0),
+        }
+    }
+}
+
+/// Below it ink pales.
+const PALE_PRESSURE: f32 = 0.3;

@@ -1,0 +1,76 @@
+//! The strokes of a picture as lines, for files that hold lines.
+//!
+//! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
+//! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
+
+use crate::frame::{Frame, Requirements};
+use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::polylines::Polyline;
+use crate::surface::view::{Part, View};
+use crate::tiles::Terrain;
+
+use super::{PictureReport, PictureRequest};
+
+/// Pixels of a picture, at most: some 2.5 GiB on the GPU.
+pub const MOST_PX: u64 = 32 << 20;
+
+/// Why there are no strokes.
+#[derive(Debug, thiserror::Error)]
+pub enum StrokesError {
+    /// The GPU failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The style draws none.
+    #[error("the style {style} has no strokes")]
+    NoStrokes {
+        /// Its name.
+        style: String,
+    },
+    /// It would need several parts.
+    #[error(
+        "{}x{} is too large: the strokes of a picture are found in one part, of {side_px} pixels a side and \
+         {MOST_PX} pixels in all at most; a smaller --size loses little, for lines have no pixels",
+        size_px[0], size_px[1]
+    )]
+    TooLarge {
+        /// Of the picture.
+        size_px: [u32; 2],
+        /// The longest side that this GPU holds.
+        side_px: u32,
+    },
+}
+
+/// Renders a picture and reads its strokes; the pixels stay on the GPU. `request.planes` are not looked at.
+///
+/// # Errors
+/// [`StrokesError`].
+pub fn render_strokes(
+    gpu: &Gpu,
+    frame: &mut Option<Frame>,
+    terrain: &mut Terrain,
+    request: &PictureRequest<'_>,
+) -> Result<(Vec<Polyline>, PictureReport), StrokesError> {
+    let start = std::time::Instant::now();
+    let size_px = request.size_px;
+    let side_px = gpu.device.limits().max_texture_dimension_2d;
+    if size_px[0].max(size_px[1]) > side_px || u64::from(size_px[0]) * u64::from(size_px[1]) > MOST_PX {
+        return Err(StrokesError::TooLarge { size_px, side_px });
+    }
+    let requirements = Requirements::of(request.style);
+    match frame {
+        Some(frame) => frame.adapt(gpu, requirements, size_px)?,
+        None => *frame = Some(Frame::new(gpu, requirements, size_px)?),
+    }
+    let Some(frame) = frame.as_mut() else { unreachable!("it was just made") };
+    let view = View { pose: request.pose, previous: request.previous, picture_px: size_px, part: Part::whole(size_px) };
+    let prepared = frame.render(gpu, terrain, &view, request.style, &request.light);
+    let Some(strokes) = frame.strokes() else {
+        return Err(StrokesError::NoStrokes { style: request.style.name.clone() });
+    };
+    let polylines = strokes.read_polylines(gpu)?;
+    gpu.check()?;
+    let mut report = PictureReport::default();
+    report.add(&prepared, frame);
+    report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
+    Ok((polylines, report))
+}

@@ -1,0 +1,131 @@
+//! In which order, and from which end, a pen draws strokes, so that its way in the air is short.
+//!
+//! First greedily: from where the pen is to the nearest end of a stroke that is left, or to the nearest point of a closed
+//! one, which ends where it begins. Then [`improve`](super::improve) shortens that way. Then each closed stroke begins
+//! where it is best between the strokes before and after it. If all of that is no gain the strokes stay as they were.
+
+use kurbo::Point;
+
+use super::grid::{Grid, distance};
+use super::improve::{Stop, improve};
+use crate::lines::strokes::polylines::Polyline;
+
+/// How a stroke is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Visit {
+    /// Its place in the list.
+    pub stroke: usize,
+    /// From its last point to its first. Not for closed ones.
+    pub is_flipped: bool,
+    /// The point with which a closed one begins; 0 for others.
+    pub begin: usize,
+}
+
+impl Visit {
+    /// A stroke as it stands.
+    pub fn as_is(stroke: usize) -> Self {
+        Self { stroke, is_flipped: false, begin: 0 }
+    }
+
+    /// The points in the order in which they are drawn; the first of a closed stroke is not repeated.
+    pub fn points(&self, strokes: &[&Polyline]) -> Vec<Point> {
+        let point = |px: [f32; 2]| Point::new(px[0].into(), px[1].into());
+        let mut points: Vec<Point> = strokes[self.stroke].points.iter().map(|at| point(at.px)).collect();
+        points.rotate_left(self.begin);
+        if self.is_flipped {
+            points.reverse();
+        }
+        points
+    }
+
+    /// Where the pen comes down, and where it goes up.
+    fn ends(&self, strokes: &[&Polyline]) -> [[f64; 2]; 2] {
+        let stroke = strokes[self.stroke];
+        let at = |i: usize| stroke.points[i].px.map(f64::from);
+        let last = stroke.points.len() - 1;
+        match (stroke.is_closed, self.is_flipped) {
+            (true, _) => [at(self.begin); 2],
+            (false, false) => [at(0), at(last)],
+            (false, true) => [at(last), at(0)],
+        }
+    }
+}
+
+/// The pen's way in the air from `from` through all strokes, in pixels.
+pub fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64 {
+    let mut at = from;
+    let mut length = 0.0;
+    for visit in visits {
+        let [down, up] = visit.ends(strokes);
+        length += distance(at, down);
+        at = up;
+    }
+    length
+}
+
+/// Each stroke once, in an order in which the pen's way from `from` is short, and never longer than in the order given.
+/// The same strokes give the same order. Strokes without points are left out.
+pub fn order(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
+    let given: Vec<Visit> = (0..strokes.len()).filter(|&i| !strokes[i].points.is_empty()).map(Visit::as_is).collect();
+    let mut visits = greedy(strokes, from);
+    let mut stops: Vec<Stop> = visits
+        .iter()
+        .map(|visit| Stop { ends: visit.ends(strokes), stroke: visit.stroke, is_flipped: false })
+        .collect();
+    improve(&mut stops, from);
+    // By stroke: what the greedy way made of it.
+    let mut known = vec![Visit::as_is(0); strokes.len()];
+    visits.iter().for_each(|visit| known[visit.stroke] = *visit);
+    visits = stops
+        .iter()
+        .map(|stop| {
+            let visit = known[stop.stroke];
+            let turns = stop.is_flipped && !strokes[stop.stroke].is_closed;
+            Visit { is_flipped: visit.is_flipped != turns, ..visit }
+        })
+        .collect();
+    begin_well(strokes, &mut visits, from);
+    if pen_up_px(strokes, &visits, from) < pen_up_px(strokes, &given, from) { visits } else { given }
+}
+
+fn greedy(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
+    let mut ways: Vec<Visit> = Vec::new();
+    for (i, stroke) in strokes.iter().enumerate() {
+        match (stroke.points.len(), stroke.is_closed) {
+            (0, _) => {}
+            (count, true) => ways.extend((0..count).map(|begin| Visit { begin, ..Visit::as_is(i) })),
+            (_, false) => ways.extend([false, true].map(|is_flipped| Visit { is_flipped, ..Visit::as_is(i) })),
+        }
+    }
+    let places: Vec<[f64; 2]> = ways.iter().map(|way| way.ends(strokes)[0]).collect();
+    let mut grid = Grid::new(&places);
+    let mut is_left = vec![true; strokes.len()];
+    let mut at = from;
+    let mut visits = Vec::new();
+    while let Some((way, _)) = grid.take_nearest(at, |way| is_left[ways[way as usize].stroke]) {
+        let visit = ways[way as usize];
+        is_left[visit.stroke] = false;
+        at = visit.ends(strokes)[1];
+        visits.push(visit);
+    }
+    visits
+}
+
+/// Closed strokes begin at the point that is the least detour between their neighbours.
+fn begin_well(strokes: &[&Polyline], visits: &mut [Visit], from: [f64; 2]) {
+    let mut before = from;
+    for i in 0..visits.len() {
+        let after = visits.get(i + 1).map(|next| next.ends(strokes)[0]);
+        let visit = &mut visits[i];
+        let stroke = strokes[visit.stroke];
+        if stroke.is_closed {
+            let detour = |place: [f64; 2]| distance(before, place) + after.map_or(0.0, |after| distance(place, after));
+            let detours = stroke.points.iter().map(|point| detour(point.px.map(f64::from))).enumerate();
+            // A greedy choice that is as good stays.
+            let own = detour(visit.ends(strokes)[0]);
+            let best = detours.min_by(|a, b| f64::total_cmp(&a.1, &b.1)).filter(|(_, detour)| *detour < own);
+            visit.begin = best.map_or(visit.begin, |(begin, _)| begin);
+        }
+        before = visit.ends(strokes)[1];
+    }
+}

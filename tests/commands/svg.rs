@@ -1,0 +1,102 @@
+//! `hachure render -o out.svg`, as scripts use it.
+
+use std::fs;
+
+use roxmltree::Document;
+
+use crate::Place;
+
+fn paths(text: &str) -> usize {
+    let document = Document::parse(text).unwrap();
+    document.descendants().filter(|node| node.has_tag_name("path")).count()
+}
+
+#[test]
+fn strokes_are_written_as_paths() {
+    let place = Place::empty();
+    let view = ["--size", "320x180", "--style", "strokes", "--camera", "0,-9600,3200,4,-9,42"];
+    let render = |arguments: &[&'static str]| [&["render"][..], arguments, &view].concat();
+    let report = place.json(&render(&["-o", "a.svg", "--json"]));
+    let text = fs::read_to_string(place.path("a.svg")).unwrap();
+    let svg = &report["svg"];
+    let count = paths(&text);
+    assert!(count > 20);
+    assert_eq!(svg["strokes"], count);
+    assert_eq!(report["mm_per_px"], serde_json::Value::Null);
+    let number = |key: &str| svg[key].as_f64().unwrap();
+    assert_eq!(number("contours") + number("borders") + number("creases"), count as f64);
+    assert!(number("pen_up_px") < number("pen_up_unordered_px") && number("pen_down_px") > 500.0, "{svg}");
+    let document = Document::parse(&text).unwrap();
+    let told = |name: &str| document.descendants().find(|node| node.has_tag_name(name)).unwrap().text().unwrap();
+    assert_eq!(told("title"), "hachure: strokes");
+    assert!(told("desc").contains("style strokes") && told("desc").contains("within 0.25 px"), "{}", told("desc"));
+
+    // Coarser curves are fewer. The line on the terminal has the same numbers.
+    let said = place.text(&render(&["-o", "b.svg", "--tolerance-px", "3", "--paper", "a5", "--margin", "5"]));
+    assert!(said.starts_with(&format!("{count} strokes (")) && said.lines().count() == 1, "{said}");
+    assert!(said.contains(" mm, pen up ") && said.contains(" mm before ordering)"), "{said}");
+    let coarse = fs::read_to_string(place.path("b.svg")).unwrap();
+    assert_eq!(paths(&coarse), count);
+    assert!(coarse.matches('C').count() < text.matches('C').count());
+    assert!(coarse.contains("width=\"210mm\" height=\"148mm\" viewBox=\"0 0 210 148\""));
+
+    // A picture has no such numbers, and a view of the sky no paths.
+    assert_eq!(place.json(&render(&["-o", "a.png", "--json"]))["svg"], serde_json::Value::Null);
+    let sky = place.text(&[
+        "render",
+        "-o",
+        "sky.svg",
+        "--style",
+        "strokes",
+        "--size",
+        "64x36",
+        "--camera",
+        "0,0,+9000,0,80,20",
+    ]);
+    assert!(sky.starts_with("0 strokes"), "{sky}");
+    assert_eq!(paths(&fs::read_to_string(place.path("sky.svg")).unwrap()), 0);
+}
+
+#[test]
+fn frames_of_a_path_are_files() {
+    let place = Place::empty();
+    place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-9600,3200,4,-9,42\n1,0,-9000,3200,4,-9,42\n");
+    let arguments = ["render", "-o", "new/%02d.svg", "--style", "strokes", "--size", "160x90", "--path", "path.csv"];
+    let told = place.text(&[&arguments[..], &["--fps", "2"]].concat());
+    let texts = ["00", "01", "02"].map(|name| fs::read_to_string(place.path(&format!("new/{name}.svg"))).unwrap());
+    assert_eq!(fs::read_dir(place.path("new")).unwrap().count(), 3);
+    assert!(texts[0] != texts[1] && texts[1] != texts[2]);
+    let all: usize = texts.iter().map(|text| paths(text)).sum();
+    assert!(told.starts_with(&format!("{all} strokes")), "{told}");
+}
+
+#[test]
+fn wrong_options_are_one_line() {
+    let place = Place::empty();
+    let strokes = ["render", "-o", "out.svg", "--style", "strokes"];
+    for (more, name, cause) in [
+        (&["--tolerance-px", "0"][..], "--tolerance-px 0", "between"),
+        (&["--tolerance-px", "NaN"], "--tolerance-px NaN", "between"),
+        (&["--tolerance-px", "-1"], "--tolerance-px -1", "between"),
+        (&["--paper", "b9"], "--paper", "WIDTHxHEIGHT"),
+        (&["--paper", "a4", "--margin", "200"], "--margin 200", "297x210 mm"),
+        (&["--margin", "5"], "--margin 5", "--paper"),
+        (&["--aov", "depth"], "--aov", "out.svg"),
+        (&["--size", "60000x60000"], "out.svg", "60000x60000 is too large"),
+        (&["--size", "8000x8000"], "out.svg", "33554432 pixels"),
+    ] {
+        let line = place.error(&[&strokes[..], more].concat());
+        assert!(line.contains(name) && line.contains(cause), "{more:?}: {line}");
+    }
+    for (arguments, name, cause) in [
+        (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
+        (&["-o", "out/%d.svg", "--style", "plain"], "out/%d.svg", "the style plain has none"),
+        (&["-o", "out.png", "--paper", "a4"], "--paper", "only an .svg"),
+        (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only an .svg"),
+        (&["-o", "nowhere/out.svg", "--style", "strokes"], "out.svg", "no folder"),
+    ] {
+        let line = place.error(&[&["render"][..], arguments].concat());
+        assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");
+    }
+    assert!(place.names().is_empty(), "{:?}", place.names());
+}
