@@ -14,6 +14,7 @@ use crate::composite;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::timer::{PassTime, Timer};
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::history::Step;
 use crate::lines::strokes::{StrokePasses, contour_edges};
 pub use crate::scene::Light;
 use crate::style::{Lines, Style, Tone};
@@ -121,7 +122,8 @@ impl Frame {
 
         let mut finds_edges = false;
         if let (Some(strokes), Some(pass)) = (&style.strokes, &mut passes.strokes) {
-            finds_edges = pass.begin(gpu, strokes, view, light.haze_m, self.step_s);
+            let step = Step { step_s: self.step_s, nearest_m: terrain.nearest_m(view.pose.position_m) };
+            finds_edges = pass.begin(gpu, strokes, view, light.haze_m, step);
         }
 
         let mut frame = self.timer.record(gpu);

@@ -406,7 +406,9 @@ fn a_real_drawing_is_measured() {
         // Drawn twice, nothing has changed; planted: the line picture of the frame before has.
         let same = totals(&now, &again);
         for changed in ["flicker", "flicker_ink", "births_per_frame", "deaths_per_frame", "slip_px_p95", "e_warp"] {
-            assert!(same[changed].is_none_or(|value| value == 0.0), "{name}: {changed} {:?}", same[changed]);
+            // Strokes look for themselves in the frame before: rounding.
+            let most = if name == "strokes" { 1e-3 } else { 0.0 };
+            assert!(same[changed].is_none_or(|value| value <= most), "{name}: {changed} {:?}", same[changed]);
         }
         if name != "plain" {
             let view = View { pose: world.pose("-300,-2490,+350,22,-6,60"), ..now.view };

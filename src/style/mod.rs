@@ -158,7 +158,7 @@ pub struct Strokes {
     #[serde(default = "yes")]
     pub borders: bool,
     /// Strokes are made anew in each Nth frame; between, they move with the world.
-    #[serde(default = "every_frame")]
+    #[serde(default = "ten")]
     pub update_every: u32,
     /// Whether strokes take over from those of the frame before: identity, texture, pressure, part of the place.
     #[serde(default = "yes")]
@@ -281,8 +281,8 @@ fn four() -> f32 {
     4.0
 }
 
-fn every_frame() -> u32 {
-    1
+fn ten() -> u32 {
+    10
 }
 
 fn fade_s() -> f32 {

@@ -295,11 +295,17 @@ impl Terrain {
         Bending { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
     }
 
+    /// No part of the surface is nearer to a camera than this: half its height above ground, by the heights at hand.
+    pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
+        let ground_m = self.height_at_hand_m(camera_m.truncate());
+        let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
+        (0.5 * clearance_m).max(0.02)
+    }
+
     /// Chooses the patches; what they miss is asked for in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>) -> Selection {
         let camera_m = view.camera_m;
         let ground_m = self.height_at_hand_m(camera_m.truncate());
-        let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
         // Beside the land one looks under it.
         let highest_m = f64::from(self.store.range_m()[1]);
         let viewpoint = Viewpoint {
@@ -309,7 +315,7 @@ impl Terrain {
             error_px: self.options.lod_error_px,
             bending: self.bending(camera_m.z),
             is_above_ground: camera_m.z > ground_m.unwrap_or(highest_m),
-            nearest_m: (0.5 * clearance_m).max(0.02),
+            nearest_m: self.nearest_m(camera_m),
         };
         let atlas = &self.residency.atlas;
         let patches =

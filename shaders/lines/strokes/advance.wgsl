@@ -1,7 +1,7 @@
 // Between full updates strokes move with the world (Loadholt 2021, section 4.3, moves them by the motion field; a sample
 // knows its distance, so its own motion is exact).
 #import hachure::view::View
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FADING, WHOLLY_PX}
+#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> carry: Carry;
@@ -27,7 +27,25 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ndc = clip.xy / max(clip.w, 1e-6);
     own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
     own.depth_m = clip.w;
-    own.shown_px += select(carry.growth_px, -carry.growth_px, (own.flags & FADING) != 0u);
-    own.shown_px = clamp(own.shown_px, -WHOLLY_PX, WHOLLY_PX);
+    if (own.flags & FADING) != 0u {
+        own.shown_px -= carry.growth_px;
+    } else {
+        own.shown_px = min(own.shown_px + carry.growth_px, to_end_px(id.x));
+    }
     samples[id.x] = own;
+}
+
+// How far it is to the stroke's end, at most WHOLLY_PX; as samples.wgsl has it.
+fn to_end_px(number: u32) -> f32 {
+    if (old_samples[number].flags & IS_CLOSED) != 0u {
+        return WHOLLY_PX;
+    }
+    for (var i = 0u; f32(i) * SPACING_PX < WHOLLY_PX; i++) {
+        let is_first = i <= number && (old_samples[number - min(i, number)].flags & FIRST) != 0u;
+        let is_last = number + i < old_list.samples && (old_samples[number + i].flags & LAST) != 0u;
+        if is_first || is_last {
+            return f32(i) * SPACING_PX + 0.5;
+        }
+    }
+    return WHOLLY_PX;
 }

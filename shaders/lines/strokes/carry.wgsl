@@ -32,6 +32,7 @@ const RELAXATION: f32 = 0.03;
 // What is farther from it belongs to another part of the old stroke.
 const MOST_UNEVEN_PX: f32 = 16.0;
 const MOVE_PX: f32 = 0.5;
+const RESTS_PX: f32 = 0.01;
 const WIDTH_KEPT: f32 = 0.7;
 
 @compute @workgroup_size(64)
@@ -73,8 +74,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let toward_px = toward(id.x, first, end);
         let apart_px = length(toward_px);
         let held_px = max(carry.hold * apart_px, apart_px - MOVE_PX);
-        own.px += toward_px * (held_px / max(apart_px, 1e-6));
-        own.position_m = ray_at(view, own.px) * own.depth_m;
+        // What rests stays to the bit.
+        if apart_px > RESTS_PX {
+            own.px += toward_px * (held_px / apart_px);
+            own.position_m = ray_at(view, own.px) * own.depth_m;
+        }
     }
     own.stroke = stroke;
     own.along_px = along_px;
@@ -133,7 +137,9 @@ fn toward(number: u32, first: u32, end: u32) -> vec2<f32> {
 fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
     let own = matches[number];
     var reached_px = own.shown_px;
-    if own.stroke == 0u && has_seed(along_px, along_px + SPACING_PX) {
+    // Short strokes have one in the middle.
+    let is_seed = has_seed(along_px, along_px + SPACING_PX) || number == (first + end) / 2u;
+    if own.stroke == 0u && is_seed {
         reached_px = -0.5 * carry.growth_px;
     }
     for (var i = max(number, first + BESIDE) - BESIDE; i < min(number + BESIDE + 1u, end); i++) {

@@ -35,8 +35,8 @@ struct Vertex {
 }
 
 const FRINGE_PX: f32 = 0.75;
-// Below it ink pales.
-const PALE_PRESSURE: f32 = 0.3;
+// So much of a taper pales.
+const PALE_PX: f32 = 4.0;
 // Farther outside of the picture nothing is drawn: rounding.
 const FAR_OUT_PX: f32 = 32768.0;
 
@@ -134,7 +134,8 @@ fn touched(in: Vertex) -> Touched {
 fn fragment(in: Vertex) -> Fragment {
     let at = touched(in);
     // The last of a stroke is thin and pale.
-    let ink = clamp(in.pressure / PALE_PRESSURE, 0.0, 1.0) * at.covered * at.clear;
+    let opacity = clamp(in.pressure * max(strokes.taper_px, PALE_PX) / PALE_PX, 0.0, 1.0);
+    let ink = opacity * at.covered * at.clear;
     if ink < 1.0 / 256.0 {
         discard;
     }

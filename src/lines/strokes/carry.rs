@@ -64,12 +64,7 @@ impl CarryPass {
             advance: ComputePass::new(gpu, "lines/strokes/advance"),
             stages: numbers(gpu, 3),
             size: ScanSize::new(gpu, 0, MOST_SAMPLES),
-            heritages: buffer(
-                gpu,
-                "heritages",
-                u64::from(MOST_PIECES) * size_of::<Heritage>() as u64,
-                storage,
-            ),
+            heritages: buffer(gpu, "heritages", u64::from(MOST_PIECES) * size_of::<Heritage>() as u64, storage),
             gone: buffer(gpu, "gone samples", 4 * u64::from(MOST_SAMPLES), storage),
             places: buffer(gpu, "kept places", 4 * (u64::from(MOST_SAMPLES) + 1), storage),
         }
@@ -93,14 +88,7 @@ impl CarryPass {
         let matches = || ("matches", samples.matches.as_entire_binding());
         let heritages = || ("heritages", self.heritages.as_entire_binding());
         let (arguments, offset) = points.per_piece();
-        let resources = [
-            samples.carry(),
-            counts(),
-            samples.starts(),
-            list(),
-            matches(),
-            heritages(),
-        ];
+        let resources = [samples.carry(), counts(), samples.starts(), list(), matches(), heritages()];
         self.vote.run_indirect(gpu, recorder, arguments, offset, &resources);
         let resources = [
             ("view", view),

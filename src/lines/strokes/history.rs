@@ -11,6 +11,9 @@ use crate::surface::view::View;
 
 /// A turn by this part of the field of view since the last update asks for the next.
 const QUICK_TURN: f64 = 1.0 / 8.0;
+/// A move by this part of the distance to the nearest land since the last update asks for the next: contours are then
+/// elsewhere.
+const QUICK_MOVE: f64 = 1.0 / 50.0;
 /// A turn by this part of the field of view from one frame to the next is a cut: nothing is taken over.
 const CUT: f64 = 0.5;
 
@@ -18,12 +21,22 @@ const CUT: f64 = 0.5;
 #[derive(Clone, Debug, Default)]
 pub struct History {
     last: Option<View>,
-    /// Where the camera looked at the last update.
+    /// Where the camera looked at the last update, and where it was.
     updated_forward: DVec3,
+    updated_m: DVec3,
     frames_since_update: u32,
     frames: u32,
     /// Until all strokes have come and gone if the camera stays where it is.
     restless_s: f64,
+}
+
+/// From the last frame to this one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// How much time passed, in seconds.
+    pub step_s: f64,
+    /// No land is nearer to the camera than this.
+    pub nearest_m: f64,
 }
 
 /// What a frame does.
@@ -40,17 +53,19 @@ pub struct Plan {
 }
 
 impl History {
-    /// What the frame of `view`, `step_s` seconds after the last one, does; the next one follows on it.
-    pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step_s: f64) -> Plan {
+    /// What the frame of `view`, a step after the last one, does; the next one follows on it.
+    pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step) -> Plan {
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
         let last = self.last.replace(*view).filter(|last| continues(last, view));
         let plan = match last {
             None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, frame: 0 },
             Some(last) => {
                 let turned_rad = self.updated_forward.angle_between(view.pose.forward);
+                let moved_m = self.updated_m.distance(view.pose.position_m);
                 Plan {
                     is_update: self.frames_since_update + 1 >= strokes.update_every
-                        || turned_rad > QUICK_TURN * view.pose.fov_rad,
+                        || turned_rad > QUICK_TURN * view.pose.fov_rad
+                        || moved_m > QUICK_MOVE * step.nearest_m,
                     takes_over: strokes.carry,
                     step_m: last.pose.position_m - view.pose.position_m,
                     frame: self.frames.wrapping_add(1),
@@ -59,18 +74,19 @@ impl History {
         };
         // What a new line replaces is gone after it has come.
         let settles_s = if strokes.carry && plan.frame > 0 { 2.0 * f64::from(strokes.fade_s) } else { 0.0 };
-        self.restless_s = if rests { self.restless_s - step_s } else { settles_s };
+        self.restless_s = if rests { self.restless_s - step.step_s } else { settles_s };
         self.frames = plan.frame;
         self.frames_since_update = if plan.is_update { 0 } else { self.frames_since_update + 1 };
         if plan.is_update {
             self.updated_forward = view.pose.forward;
+            self.updated_m = view.pose.position_m;
         }
         plan
     }
 
     /// Whether the next frame of the same view would be another picture.
     pub fn is_settling(&self) -> bool {
-        self.restless_s > 0.0
+        self.restless_s > 0.0 || self.frames_since_update > 0
     }
 
     /// The next frame is the first.
@@ -93,7 +109,7 @@ mod tests {
     use crate::style::Style;
     use crate::surface::view::{Part, Pose};
 
-    const STEP_S: f64 = 0.1;
+    const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6 };
 
     fn pose(yaw_deg: f64) -> Pose {
         let (sin, cos) = yaw_deg.to_radians().sin_cos();
@@ -116,26 +132,51 @@ mod tests {
         let mut previous = pose(0.0);
         for yaw_deg in [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 12.0, 12.1, 12.2, 12.3, 12.4] {
             let now = pose(yaw_deg);
-            updates.push(history.plan(&strokes, &view(previous, now), STEP_S).is_update);
+            updates.push(history.plan(&strokes, &view(previous, now), STEP).is_update);
             previous = now;
         }
         assert_eq!(updates, [true, false, false, false, true, false, true, false, false, false, true]);
     }
 
     #[test]
+    fn a_quick_move_updates_and_a_far_one_does_not() {
+        let strokes = strokes(100, true);
+        for (nearest_m, updates) in [(10.0, true), (1000.0, false)] {
+            let mut history = History::default();
+            history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP);
+            let step = Step { nearest_m, ..STEP };
+            assert_eq!(history.plan(&strokes, &view(pose(0.0), pose(1.0)), step).is_update, updates);
+        }
+    }
+
+    #[test]
+    fn a_rest_ends_with_an_update() {
+        let (mut history, strokes) = (History::default(), strokes(4, true));
+        history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP);
+        history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP);
+        let mut frames = 0;
+        let mut last = None;
+        while history.is_settling() && frames < 1000 {
+            last = Some(history.plan(&strokes, &view(pose(1.0), pose(1.0)), STEP).is_update);
+            frames += 1;
+        }
+        assert!((10..30).contains(&frames) && last == Some(true), "{frames} {last:?}");
+    }
+
+    #[test]
     fn what_does_not_follow_on_the_last_frame_takes_nothing_over() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
-        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP_S).takes_over);
-        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP_S);
+        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP).takes_over);
+        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP);
         assert!(next.takes_over && next.step_m == DVec3::X * -1.0);
         // Another camera's frame came in between.
-        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP_S).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP).takes_over);
         // A cut.
-        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0)), STEP_S).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0)), STEP).takes_over);
         // Another part of the picture.
         let part = Part { origin_px: [64, 0], size_px: [64, 36] };
-        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }, STEP_S).takes_over);
+        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }, STEP).takes_over);
         history.forget();
-        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0)), STEP_S).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0)), STEP).takes_over);
     }
 }

@@ -248,14 +248,21 @@ impl StrokePasses {
         self.history.forget();
     }
 
-    /// Begins a frame, `step_s` seconds after the last one: makes room for a picture, counts from zero. Says whether
+    /// Begins a frame, a step after the last one: makes room for a picture, counts from zero. Says whether
     /// strokes are made anew: then edges are to be found, and [`StrokePasses::update`] draws; else
     /// [`StrokePasses::advance`] does.
-    pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, view: &View, haze_m: f64, step_s: f64) -> bool {
-        self.plan = self.history.plan(strokes, view, step_s);
+    pub fn begin(
+        &mut self,
+        gpu: &Gpu,
+        strokes: &style::Strokes,
+        view: &View,
+        haze_m: f64,
+        step: history::Step,
+    ) -> bool {
+        self.plan = self.history.plan(strokes, view, step);
         let history::Plan { is_update, takes_over, step_m, frame } = self.plan;
         // By how much of the whole strokes come or go in this frame.
-        let progress = step_s / f64::from(strokes.fade_s.max(1e-6));
+        let progress = step.step_s / f64::from(strokes.fade_s.max(1e-6));
         self.samples.begin(
             gpu,
             CarryUniform {
@@ -265,7 +272,8 @@ impl StrokePasses {
                 growth_px: (progress * samples::SEEDS_PX / 2.0).min(8.0) as f32,
                 hold: strokes.hold,
                 capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
-                seed: frame,
+                // A picture that stands for itself is always the same.
+                seed: if takes_over { frame } else { 0 },
                 ..CarryUniform::default()
             },
         );

@@ -2,7 +2,7 @@
 //!
 //! A stroke is a run of samples. Its kind is that of the edges that make up most of its length. What
 //! `shaders/lines/strokes/stroke.wgsl` computes for each pixel of a stroke, its width and its ink, `Pen` computes for
-//! each sample; a stroke texture is left out. What is not shown is no part of a line: what fades, and what has not grown
+//! each sample; stroke textures, and that the last bit of a stroke pales, are left out. What is not shown is no part of a line: what fades, and what has not grown
 //! yet.
 
 use super::samples::Sample;
@@ -122,14 +122,10 @@ impl Pen {
     fn point(&self, at: &Sample) -> PolylinePoint {
         let pressure = at.pressure.clamp(0.0, 1.0);
         let t = at.depth_m / self.haze_m;
-        let clear = self.faintest + (1.0 - self.faintest) * (-t * t).exp();
         PolylinePoint {
             px: at.px,
             half_width_px: (at.half_width_px * (0.35 + 0.65 * pressure.sqrt())).max(0.4),
-            ink: clear * (pressure / PALE_PRESSURE).min(1.0),
+            ink: self.faintest + (1.0 - self.faintest) * (-t * t).exp(),
         }
     }
 }
-
-/// Below it ink pales.
-const PALE_PRESSURE: f32 = 0.3;

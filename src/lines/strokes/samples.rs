@@ -190,12 +190,7 @@ impl SamplesPass {
             starts: storage("stroke starts", 4 * (u64::from(MOST_PIECES) + 1)),
             matches: storage("stroke matches", u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
             uniform: GrowingBuffer::new(gpu, "stroke carry", wgpu::BufferUsages::UNIFORM),
-            draws: buffer(
-                gpu,
-                "stroke draws",
-                32,
-                wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT,
-            ),
+            draws: buffer(gpu, "stroke draws", 32, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT),
             lists: [SampleList::new(gpu), SampleList::new(gpu)],
             current: 0,
         }
