@@ -486,7 +486,7 @@ fn solid_strokes_know_of_no_texture() {
         let strokes = style.strokes.as_mut().unwrap();
         (strokes.texture, strokes.faintest, strokes.taper_px) = (texture, 1.0, 0.0);
         // Each picture by itself.
-        strokes.carry = false;
+        (strokes.carry, strokes.update_every) = (false, 1);
         style
     };
     let solid = ink(&mut world, &mut frame, &style(None));

@@ -45,9 +45,11 @@ struct Strokes {
     depth_width: f32,
     // Strokes that are shorter are left out.
     shortest_px: f32,
-    padding_a: f32,
-    padding_b: f32,
-    padding_c: f32,
+    // How much wider strokes are where they bend; below 0 thinner.
+    curve_width: f32,
+    // How far strokes stray from their line.
+    wobble_px: f32,
+    padding: f32,
 }
 
 // A point of the picture and its distance along the view axis.

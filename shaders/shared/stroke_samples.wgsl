@@ -19,6 +19,9 @@ struct Sample {
     stroke: u32,
     // FIRST, LAST, FADING, IS_CLOSED, and the kind of edge from bit 8 on.
     flags: u32,
+    // How far from its own place it is held by the line before: a part of `px`.
+    held_px: vec2<f32>,
+    padding: vec2<f32>,
 }
 
 // What a sample found in the frame before.
@@ -76,9 +79,15 @@ struct Carry {
     capacity: u32,
     // Of the frame: no two strokes that are born get the same number.
     seed: u32,
+    // 1: the camera is where it was.
+    rests: u32,
     padding_a: u32,
     padding_b: u32,
+    // The camera in the world: whole blocks of 4096 m, and the rest.
+    camera_blocks: vec3<i32>,
     padding_c: u32,
+    camera_rest_m: vec3<f32>,
+    padding_d: u32,
 }
 
 const FIRST: u32 = 1u;
@@ -92,6 +101,9 @@ const SPACING_PX: f32 = 2.0;
 // Classes of length, four for each octave.
 const CLASSES: u32 = 64u;
 
+// A line that is held back comes no nearer to its place than this in a frame.
+const MOVE_PX: f32 = 0.5;
+const RESTS_PX: f32 = 0.01;
 // New strokes begin to grow, and old ones to shrink, in places so far apart: then all of them are done in the same time.
 const SEEDS_PX: f32 = 64.0;
 // Parameters that differ from arc length by more than this do not run on.
@@ -109,6 +121,14 @@ fn has_seed(a_px: f32, b_px: f32) -> bool {
 // Whether two samples that follow each other have parameters of different strokes.
 fn is_seam(a_px: f32, b_px: f32, apart_px: f32) -> bool {
     return abs(abs(b_px - a_px) - apart_px) > SEAM_PX;
+}
+
+// What is left of a way that a line is held back by, a frame later.
+fn let_go(held_px: vec2<f32>, hold: f32) -> vec2<f32> {
+    let apart_px = length(held_px);
+    let left_px = max(hold * apart_px, apart_px - MOVE_PX);
+    // What rests stays to the bit.
+    return select(vec2<f32>(0.0), held_px * (left_px / max(apart_px, 1e-6)), apart_px > RESTS_PX);
 }
 
 fn samples_of(length_px: f32) -> u32 {

@@ -26,6 +26,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
     shader!("shared/stroke_samples"),
+    shader!("shared/wobble"),
     shader!("shared/brush"),
 ];
 

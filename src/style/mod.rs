@@ -137,6 +137,12 @@ pub struct Strokes {
     /// Over so many pixels they thin out at their ends.
     #[serde(default)]
     pub taper_px: f32,
+    /// How much wider strokes are at bends, -1 to 1: 1 is twice the width at a right angle, below 0 they are thinner.
+    #[serde(default)]
+    pub curve_width: f32,
+    /// How far the hand strays from the line, in pixels. What it does at a place of the world it does again.
+    #[serde(default)]
+    pub wobble_px: f32,
     /// Shorter strokes are left out: specks.
     #[serde(default = "four")]
     pub shortest_px: f32,
@@ -332,6 +338,8 @@ impl Strokes {
         within("width_px", self.width_px, 0.5, 64.0)?;
         within("taper_px", self.taper_px, 0.0, 1000.0)?;
         within("shortest_px", self.shortest_px, 0.0, 1000.0)?;
+        within("curve_width", self.curve_width, -1.0, 1.0)?;
+        within("wobble_px", self.wobble_px, 0.0, 16.0)?;
         within("depth_width", self.depth_width, 0.0, 1.0)?;
         within("resolution", self.resolution, 0.25, 1.0)?;
         within("join_px", self.join_px, 1.0, 16.0)?;

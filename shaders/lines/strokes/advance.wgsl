@@ -1,7 +1,7 @@
 // Between full updates strokes move with the world (Loadholt 2021, section 4.3, moves them by the motion field; a sample
 // knows its distance, so its own motion is exact).
-#import hachure::view::View
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
+#import hachure::view::{View, ray_at}
+#import hachure::stroke_samples::{Carry, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> carry: Carry;
@@ -25,8 +25,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let clip = view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
     // What is behind the eye now stays there: the shader of strokes leaves it out.
     let ndc = clip.xy / max(clip.w, 1e-6);
-    own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
-    own.depth_m = clip.w;
+    if carry.rests == 0u {
+        own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
+        own.depth_m = clip.w;
+    }
+    if any(own.held_px != vec2<f32>(0.0)) {
+        let left_px = let_go(own.held_px, carry.hold);
+        own.px += left_px - own.held_px;
+        own.held_px = left_px;
+        own.position_m = ray_at(view, own.px) * own.depth_m;
+    }
     if (own.flags & FADING) != 0u {
         own.shown_px -= carry.growth_px;
     } else {

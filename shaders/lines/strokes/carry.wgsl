@@ -9,10 +9,10 @@
 //   apart; so no more of a line appears at once than an eye can follow.
 // - Pressure: from what it was, by a bounded step.
 // - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off comes nearer
-//   by MOVE_PX in a frame.
+//   by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, ray_at}
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Carry, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash}
+#import hachure::stroke_samples::{Carry, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash, let_go}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> carry: Carry;
@@ -31,8 +31,6 @@ const ALIKE_PX: f32 = 6.0;
 const RELAXATION: f32 = 0.03;
 // What is farther from it belongs to another part of the old stroke.
 const MOST_UNEVEN_PX: f32 = 16.0;
-const MOVE_PX: f32 = 0.5;
-const RESTS_PX: f32 = 0.01;
 const WIDTH_KEPT: f32 = 0.7;
 
 @compute @workgroup_size(64)
@@ -71,12 +69,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             own.pressure = found.pressure + clamp(own.pressure - found.pressure, -carry.pressure_step, carry.pressure_step);
             own.half_width_px = mix(own.half_width_px, found.half_width_px, WIDTH_KEPT);
         }
-        let toward_px = toward(id.x, first, end);
-        let apart_px = length(toward_px);
-        let held_px = max(carry.hold * apart_px, apart_px - MOVE_PX);
-        // What rests stays to the bit.
-        if apart_px > RESTS_PX {
-            own.px += toward_px * (held_px / apart_px);
+        own.held_px = let_go(toward(id.x, first, end), carry.hold);
+        if any(own.held_px != vec2<f32>(0.0)) {
+            own.px += own.held_px;
             own.position_m = ray_at(view, own.px) * own.depth_m;
         }
     }

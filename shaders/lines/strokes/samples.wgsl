@@ -7,6 +7,7 @@
 // looks the motion up in a picture, where a line on a contour straddles two motions.) There the strokes that were drawn
 // are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
 #import hachure::view::{View, ray_at}
+#import hachure::wobble::wobble
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_edges::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
@@ -28,6 +29,9 @@
 @group(0) @binding(12) var<storage, read_write> matches: array<Match>;
 
 const UNITS: f32 = 16.0;
+// Bends are measured over 8 px to either side.
+const RIGHT_RAD: f32 = 1.5707964;
+const BEND_UNITS: f32 = 128.0;
 const REACH_PX: i32 = 3;
 const MOST_APART_PX: f32 = 2.5;
 // cos 45 degrees.
@@ -147,7 +151,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let i = id.x - starts[number];
     let step_units = length_units / f32(count);
     let at_units = step_units * f32(i);
-    let at = on_stroke(first, last, at_units);
+    var at = on_stroke(first, last, at_units);
+    let way_back = at.px - on_stroke(first, last, max(at_units - BEND_UNITS, 0.0)).px;
+    let way_on = on_stroke(first, last, min(at_units + BEND_UNITS, length_units)).px - at.px;
+    if strokes.wobble_px > 0.0 {
+        let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
+        let strayed = wobble(carry, ray_at(view, at.px) * at.depth_m, at.depth_m / view.focal_px);
+        at.px += vec2<f32>(-way.y, way.x) * (strayed * strokes.wobble_px);
+    }
 
     let from_end_px = min(at_units, length_units - at_units) / UNITS;
     // A stroke that is shorter than its tapers tapers faster.
@@ -155,7 +166,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let is_closed = chain.is_closed == 1u;
     let pressure = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
-    let half_width_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width);
+    // A right angle within BEND_UNITS is the full effect; at its ends a stroke has no bend.
+    let lengths = length(way_back) * length(way_on);
+    let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
+    let half_width_px =
+        strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * (1.0 + strokes.curve_width * bend);
     // The last one that there is room for ends its stroke.
     let is_last = i == count || id.x + 1u == carry.capacity;
     let flags = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed) | (at.kind << KIND_SHIFT);
@@ -163,7 +178,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Until it is carried, the chain stands for the stroke.
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
-    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS, half_width_px, at.depth_m, shown_px, number, flags);
+    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), vec2<f32>(0.0));
     if carry.has_history == 1u {
         let ahead_units = select(at_units + 2.0 * UNITS, at_units - 2.0 * UNITS, i == count);
         var ahead = on_stroke(first, last, clamp(ahead_units, 0.0, length_units));

@@ -48,6 +48,8 @@ pub struct Plan {
     pub takes_over: bool,
     /// Takes camera-relative positions of the frame before to this frame's, in metres.
     pub step_m: DVec3,
+    /// The camera is where it was.
+    pub rests: bool,
     /// Frames since the history began: 0 in the first.
     pub frame: u32,
 }
@@ -58,7 +60,7 @@ impl History {
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
         let last = self.last.replace(*view).filter(|last| continues(last, view));
         let plan = match last {
-            None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, frame: 0 },
+            None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, rests, frame: 0 },
             Some(last) => {
                 let turned_rad = self.updated_forward.angle_between(view.pose.forward);
                 let moved_m = self.updated_m.distance(view.pose.position_m);
@@ -68,6 +70,7 @@ impl History {
                         || moved_m > QUICK_MOVE * step.nearest_m,
                     takes_over: strokes.carry,
                     step_m: last.pose.position_m - view.pose.position_m,
+                    rests,
                     frame: self.frames.wrapping_add(1),
                 }
             }

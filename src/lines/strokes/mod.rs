@@ -100,13 +100,16 @@ pub(crate) struct StrokesUniform {
     faintest: f32,
     depth_width: f32,
     shortest_px: f32,
-    padding_a: f32,
-    padding_b: f32,
-    padding_c: f32,
+    curve_width: f32,
+    wobble_px: f32,
+    padding: f32,
 }
 
-crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width, shortest_px, padding_a, padding_b, padding_c);
+crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width, shortest_px, curve_width, wobble_px, padding);
 crate::gpu::shared::describe!(Edge as "Edge" in "lines/strokes/extract": a_m, key, b_m, kind);
+
+/// The camera's place is told in blocks of this and a rest.
+const BLOCK_M: f64 = 4096.0;
 
 /// An indirect draw of lines, before an edge is found: two vertices will come for each, one instance.
 const NO_EDGES: [u32; 4] = [0, 1, 0, 0];
@@ -163,9 +166,9 @@ impl Lists {
                 faintest: strokes.faintest,
                 depth_width: strokes.depth_width,
                 shortest_px: strokes.shortest_px,
-                padding_a: 0.0,
-                padding_b: 0.0,
-                padding_c: 0.0,
+                curve_width: strokes.curve_width,
+                wobble_px: strokes.wobble_px,
+                padding: 0.0,
             }],
         );
         self.edges.reserve_exactly(gpu, u64::from(MOST_EDGES) * size_of::<Edge>() as u64);
@@ -209,7 +212,13 @@ impl StrokePasses {
             stroke: stroke::StrokePass::new(gpu),
             scan: scan::ScanPass::new(gpu),
             history: history::History::default(),
-            plan: history::Plan { is_update: true, takes_over: false, step_m: glam::DVec3::ZERO, frame: 0 },
+            plan: history::Plan {
+                is_update: true,
+                takes_over: false,
+                step_m: glam::DVec3::ZERO,
+                rests: false,
+                frame: 0,
+            },
         })
     }
 
@@ -260,7 +269,8 @@ impl StrokePasses {
         step: history::Step,
     ) -> bool {
         self.plan = self.history.plan(strokes, view, step);
-        let history::Plan { is_update, takes_over, step_m, frame } = self.plan;
+        let history::Plan { is_update, takes_over, step_m, rests, frame } = self.plan;
+        let camera_m = view.pose.position_m;
         // By how much of the whole strokes come or go in this frame.
         let progress = step.step_s / f64::from(strokes.fade_s.max(1e-6));
         self.samples.begin(
@@ -274,6 +284,9 @@ impl StrokePasses {
                 capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
                 // A picture that stands for itself is always the same.
                 seed: if takes_over { frame } else { 0 },
+                rests: u32::from(rests),
+                camera_blocks: (camera_m / BLOCK_M).floor().as_ivec3().to_array(),
+                camera_rest_m: (camera_m - (camera_m / BLOCK_M).floor() * BLOCK_M).as_vec3().to_array(),
                 ..CarryUniform::default()
             },
         );

@@ -50,10 +50,14 @@ pub struct Sample {
     pub stroke: u32,
     /// [`Sample::FIRST`], [`Sample::LAST`], [`Sample::FADING`], [`Sample::IS_CLOSED`], and the kind of edge in bits 8 on.
     pub flags: u32,
+    /// How far from its own place it is held by the line before: a part of `px`.
+    pub held_px: [f32; 2],
+    /// Nothing.
+    pub padding: [f32; 2],
 }
 
 describe!(Sample as "Sample" in "lines/strokes/samples":
-    position_m, pressure, px, along_px, half_width_px, depth_m, shown_px, stroke, flags);
+    position_m, pressure, px, along_px, half_width_px, depth_m, shown_px, stroke, flags, held_px, padding);
 
 impl Sample {
     /// The first of its stroke.
@@ -123,13 +127,18 @@ pub(crate) struct CarryUniform {
     pub growth_px: f32,
     pub capacity: u32,
     pub seed: u32,
+    pub rests: u32,
     pub padding_a: u32,
     pub padding_b: u32,
+    pub camera_blocks: [i32; 3],
     pub padding_c: u32,
+    pub camera_rest_m: [f32; 3],
+    pub padding_d: u32,
 }
 
 describe!(CarryUniform as "Carry" in "lines/strokes/samples":
-    step_m, has_history, pressure_step, hold, growth_px, capacity, seed, padding_a, padding_b, padding_c);
+    step_m, has_history, pressure_step, hold, growth_px, capacity, seed, rests, padding_a, padding_b, camera_blocks,
+    padding_c, camera_rest_m, padding_d);
 
 /// The samples of a frame.
 pub struct SampleList {

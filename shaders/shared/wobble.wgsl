@@ -1,0 +1,46 @@
+// How far a hand strays: smooth noise that is fixed in the world and of one size on the picture.
+//
+// Two octaves of value noise, whose cells are powers of two of a metre, are blended by the distance; so a place keeps its
+// noise while the camera comes nearer, until finer noise takes over (Benard et al. 2009 do so with textures).
+#define_import_path hachure::wobble
+
+#import hachure::stroke_samples::{Carry, hash}
+
+// Of the noise on the picture.
+const CELL_PX: f32 = 24.0;
+
+fn corner(cell: vec3<i32>) -> f32 {
+    let wrapped = vec3<u32>(cell & vec3<i32>(255));
+    return f32(hash(wrapped.x | (wrapped.y << 8u) | (wrapped.z << 16u)) >> 8u) / 8388608.0 - 1.0;
+}
+
+// -1 to 1. The cells' numbers repeat after 256 of them.
+fn noise(carry: Carry, at_m: vec3<f32>, octave: i32) -> f32 {
+    let cell_m = exp2(f32(octave));
+    // Blocks of 4096 m are 2^(12 - octave) cells: all of a repetition if those are 256 or more.
+    let blocks = vec3<f32>(carry.camera_blocks) * exp2(f32(12 - octave));
+    let far = select(blocks - 256.0 * floor(blocks / 256.0), vec3<f32>(0.0), octave <= 4);
+    let place = (carry.camera_rest_m + at_m) / cell_m;
+    let cell = floor(place);
+    let t = place - cell;
+    let s = t * t * (3.0 - 2.0 * t);
+    // The far part is whole cells while a block is more than one; beyond, nobody sees the difference.
+    let c = vec3<i32>(cell - 256.0 * floor(cell / 256.0)) + vec3<i32>(round(far));
+    var sum = 0.0;
+    for (var i = 0; i < 8; i++) {
+        let offset = vec3<i32>(i & 1, (i >> 1u) & 1, i >> 2u);
+        let weight = mix(1.0 - s, s, vec3<f32>(offset));
+        sum += weight.x * weight.y * weight.z * corner(c + offset);
+    }
+    return sum;
+}
+
+// -1 to 1, at a camera-relative place whose pixel is `pixel_m` wide.
+fn wobble(carry: Carry, at_m: vec3<f32>, pixel_m: f32) -> f32 {
+    let octave = clamp(log2(max(CELL_PX * pixel_m, 1e-3)), -8.0, 16.0);
+    let t = octave - floor(octave);
+    let fine = noise(carry, at_m, i32(floor(octave)));
+    let coarse = noise(carry, at_m, i32(floor(octave)) + 1);
+    // The blend of two is weaker in the middle.
+    return mix(fine, coarse, t) / sqrt(t * t + (1.0 - t) * (1.0 - t));
+}
