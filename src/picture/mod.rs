@@ -189,6 +189,9 @@ pub fn render_in_parts<E>(
             let prepared = frame.render(gpu, terrain, &view, request.style, &request.light);
             let window = Window { inset, size_px: [columns, rows], first_column, width };
             read_part(gpu, frame, &window, request, &mut band)?;
+            if let (Some(_), Some(strokes)) = (&request.style.strokes, frame.strokes()) {
+                strokes.left_out(gpu)?.tell();
+            }
             gpu.check()?;
             report.add(&prepared, frame);
         }

@@ -31,7 +31,7 @@ use self::stroke::Which;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
-use crate::gpu::{Gpu, GpuError};
+use crate::gpu::{Gpu, GpuError, readback};
 use crate::style;
 use crate::surface::view::View;
 
@@ -247,6 +247,19 @@ impl StrokePasses {
         self.samples.now()
     }
 
+    /// What found no room in the last frame: edges, pieces of edges, and the strokes that the budget left out. Waits for
+    /// the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`] when the device is lost or out of memory.
+    pub fn left_out(&self, gpu: &Gpu) -> Result<LeftOut, GpuError> {
+        let counts: Vec<StrokeCounts> = readback::read_buffer(gpu, self.lists.counts.buffer(), 1)?;
+        let samples: Vec<samples::SampleCounts> = readback::read_buffer(gpu, &self.samples.now().counts, 1)?;
+        let counts = counts.first().copied().unwrap_or_default();
+        let strokes = samples.first().map_or(0, |counts| counts.left_out);
+        Ok(LeftOut { edges: counts.edges_lost, pieces: counts.pieces_lost, strokes })
+    }
+
     /// Whether strokes are still coming or going.
     pub fn is_settling(&self) -> bool {
         self.history.is_settling()
@@ -339,6 +352,27 @@ impl StrokePasses {
     ) {
         self.carry.advance(gpu, recorder, view.clone(), &self.samples);
         self.stroke.run(gpu, recorder, view, &self.lists, &self.samples, &drawn.ink, Which::Fresh);
+    }
+}
+
+/// What found no room.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Of [`MOST_EDGES`].
+    pub edges: u32,
+    /// Of [`MOST_PIECES`].
+    pub pieces: u32,
+    /// Of the style's budget, the shortest.
+    pub strokes: u32,
+}
+
+impl LeftOut {
+    /// Says so in the log.
+    pub fn tell(self) {
+        if self != Self::default() {
+            let Self { edges, pieces, strokes } = self;
+            tracing::warn!("{edges} edges, {pieces} pieces and {strokes} strokes found no room: they are missing");
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 //! yet.
 
 use super::samples::Sample;
-use super::{StrokeCounts, StrokePasses, StrokesUniform};
+use super::{StrokePasses, StrokesUniform};
 use crate::gpu::readback::read_buffer;
 use crate::gpu::{Gpu, GpuError};
 
@@ -66,14 +66,10 @@ impl StrokePasses {
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
-        let counts: Vec<StrokeCounts> = read_buffer(gpu, self.lists.counts.buffer(), 1)?;
         let uniform: Vec<StrokesUniform> = read_buffer(gpu, self.lists.uniform.buffer(), 1)?;
-        let (Some(counts), Some(uniform)) = (counts.first(), uniform.first()) else { return Ok(Vec::new()) };
-        let (drawn, samples) = self.samples().read(gpu)?;
-        if counts.edges_lost > 0 || counts.pieces_lost > 0 || drawn.left_out > 0 {
-            let (edges, pieces, strokes) = (counts.edges_lost, counts.pieces_lost, drawn.left_out);
-            tracing::warn!("{edges} edges, {pieces} pieces and {strokes} strokes found no room: they are missing");
-        }
+        let Some(uniform) = uniform.first() else { return Ok(Vec::new()) };
+        let (_, samples) = self.samples().read(gpu)?;
+        self.left_out(gpu)?.tell();
         let pen = Pen::new(uniform);
         let strokes = samples.split_inclusive(|sample| sample.flags & Sample::LAST != 0);
         let shown = strokes.flat_map(|stroke| stroke.split(|sample| !is_shown(sample)));

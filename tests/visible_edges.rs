@@ -1,0 +1,322 @@
+//! Which edges are seen, and the pieces that are taken from the picture of edges: on edges and depths of our own.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+mod common;
+
+use glam::DVec3;
+use hachure::gpu::Gpu;
+use hachure::gpu::buffer::GrowingBuffer;
+use hachure::gpu::readback::read_buffer;
+use hachure::gpu::target::Target;
+use hachure::gpu::timer::Timer;
+use hachure::lines::strokes::chain::ChainPass;
+use hachure::lines::strokes::extract::ExtractPass;
+use hachure::lines::strokes::id_image::{IdImagePass, IdTargets};
+use hachure::lines::strokes::points::PointsPass;
+use hachure::lines::strokes::scan::ScanPass;
+use hachure::lines::strokes::{ChainRules, Edge, Lists, MOST_PIECES, Piece, StrokeCounts};
+use hachure::style::Style;
+use hachure::surface::terrain::DEPTH_FORMAT;
+use hachure::surface::view::{Part, Pose, View};
+use wgpu::util::DeviceExt;
+
+/// As `surface/view.rs` has it: reversed depth is this by the distance.
+const NEAR_M: f32 = 1e-4;
+const SKY: f32 = f32::INFINITY;
+
+/// Columns and rows from the first to the one before the last, and the distance of what is there.
+type Block = ([u32; 4], f32);
+
+struct Bench {
+    gpu: Gpu,
+    timer: Timer,
+    size_px: [u32; 2],
+    lists: Lists,
+    id_image: IdImagePass,
+    extract: ExtractPass,
+    chain: ChainPass,
+    points: PointsPass,
+    scan: ScanPass,
+}
+
+impl Bench {
+    fn new(size_px: [u32; 2]) -> Option<Self> {
+        let gpu = common::gpu()?;
+        let mut points = PointsPass::new(&gpu);
+        points.reserve(&gpu, MOST_PIECES);
+        Some(Self {
+            timer: Timer::new(&gpu).unwrap(),
+            size_px,
+            lists: Lists::new(&gpu),
+            id_image: IdImagePass::new(&gpu),
+            extract: ExtractPass::new(&gpu),
+            chain: ChainPass::new(&gpu, MOST_PIECES, ChainRules::default()).unwrap(),
+            points,
+            scan: ScanPass::new(&gpu),
+            gpu,
+        })
+    }
+
+    /// From the origin to the north; a pixel is a metre wide 100 m away.
+    fn view(&self) -> View {
+        let [width, height] = self.size_px;
+        let pose = Pose {
+            position_m: DVec3::ZERO,
+            forward: DVec3::Y,
+            right: DVec3::X,
+            up: DVec3::Z,
+            fov_rad: 2.0 * (f64::from(height) / 200.0).atan(),
+        };
+        View { pose, previous: pose, picture_px: [width, height], part: Part::whole([width, height]) }
+    }
+
+    /// What lies at a place of the picture, so far away.
+    fn place_m(&self, px: [f32; 2], distance_m: f32) -> [f32; 3] {
+        let [x, z] = [px[0] - self.size_px[0] as f32 / 2.0, self.size_px[1] as f32 / 2.0 - px[1]];
+        [x * distance_m / 100.0, distance_m, z * distance_m / 100.0]
+    }
+
+    fn edge(&self, a_px: [f32; 2], b_px: [f32; 2], distance_m: f32) -> Edge {
+        let [a_m, b_m] = [a_px, b_px].map(|px| self.place_m(px, distance_m));
+        Edge { a_m, key: 77, b_m, kind: 0 }
+    }
+
+    /// A depth picture: blocks before a background, the later ones over the earlier.
+    fn depth(&self, background_m: f32, blocks: &[Block]) -> Target {
+        let [width, height] = self.size_px;
+        let target = Target::attachment(&self.gpu, "depth", self.size_px, DEPTH_FORMAT);
+        let module = self.gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: None,
+            source: wgpu::ShaderSource::Wgsl(
+                "@vertex fn vertex(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {
+                     return vec4<f32>(f32(i & 1u) * 4.0 - 1.0, f32(i >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+                 }"
+                .into(),
+            ),
+        });
+        let pipeline = self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: None,
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vertex"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            fragment: None,
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            multiview_mask: None,
+            cache: None,
+        });
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &target.view,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(NEAR_M / background_m),
+                        store: wgpu::StoreOp::Store,
+                    }),
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            });
+            pass.set_pipeline(&pipeline);
+            for ([left, top, right, bottom], distance_m) in blocks {
+                let depth = NEAR_M / distance_m;
+                pass.set_viewport(0.0, 0.0, width as f32, height as f32, depth, depth);
+                pass.set_scissor_rect(*left, *top, right - left, bottom - top);
+                pass.draw(0..3, 0..1);
+            }
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        target
+    }
+
+    /// The visible pieces; with `chains`, joined to points as well.
+    fn pieces(&mut self, edges: &[Edge], depth: &Target, resolution: f32, chains: bool) -> (StrokeCounts, Vec<Piece>) {
+        let mut style = Style::load("strokes").unwrap().strokes.unwrap();
+        style.resolution = resolution;
+        self.lists.begin(&self.gpu, &style, self.size_px, 1e4);
+        self.lists.edges.write(&self.gpu, edges);
+        self.lists.edge_draw.write(&self.gpu, &[2 * edges.len() as u32, 1, 0, 0]);
+        let uniform = self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::bytes_of(&self.view().uniform()),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        let ids = IdTargets::new(&self.gpu, self.size_px, resolution);
+        let mut recorder = self.timer.record(&self.gpu);
+        let lists = &self.lists;
+        self.id_image.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), depth, &ids, lists);
+        self.extract.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), &ids.ids, lists);
+        if chains {
+            self.chain.run(&self.gpu, &mut recorder, lists.pieces.buffer(), lists.counts.buffer());
+            self.points.run(&self.gpu, &mut recorder, lists, &self.chain, &self.scan);
+        }
+        recorder.submit();
+        self.gpu.wait();
+        self.gpu.check().unwrap();
+        let counts: StrokeCounts = read_buffer(&self.gpu, lists.counts.buffer(), 1).unwrap()[0];
+        let room = read_as_room(&lists.pieces);
+        let mut pieces: Vec<Piece> =
+            read_buffer(&self.gpu, lists.pieces.buffer(), (counts.pieces as usize).min(room)).unwrap();
+        pieces.sort_by_key(|piece| (piece.edge, piece.a, piece.b));
+        (counts, pieces)
+    }
+}
+
+fn read_as_room(pieces: &GrowingBuffer) -> usize {
+    pieces.buffer().size() as usize / size_of::<Piece>()
+}
+
+/// Of pieces along a row: their first and last columns in pixels.
+fn columns(pieces: &[Piece]) -> Vec<[f32; 2]> {
+    pieces.iter().map(|piece| [piece.a, piece.b].map(|end| end[0] as f32 / 16.0)).collect()
+}
+
+fn assert_columns(pieces: &[Piece], wanted: &[[f32; 2]], most_px: f32) {
+    let found = columns(pieces);
+    let is_near = |(found, wanted): (&[f32; 2], &[f32; 2])| (0..2).all(|i| (found[i] - wanted[i]).abs() <= most_px);
+    assert!(found.len() == wanted.len() && found.iter().zip(wanted).all(is_near), "{found:?}, not {wanted:?}");
+}
+
+const SIZE_PX: [u32; 2] = [320, 180];
+/// An edge through the middle of row 90.
+const A_PX: [f32; 2] = [40.3, 90.5];
+const B_PX: [f32; 2] = [280.6, 90.5];
+
+#[test]
+fn an_edge_is_seen_where_nothing_nearer_lies_all_around_it() {
+    let Some(mut bench) = Bench::new(SIZE_PX) else { return };
+    let edge = [bench.edge(A_PX, B_PX, 100.0)];
+    let whole = [[A_PX[0], B_PX[0]]];
+    let all = [0, 0, 320, 180];
+    let cases: [(&str, Vec<Block>, &[[f32; 2]]); 8] = [
+        ("far behind it", vec![(all, 400.0)], &whole),
+        // Rounding: the surface that it is an edge of.
+        ("its own distance", vec![(all, 100.0)], &whole),
+        ("a thousandth nearer", vec![(all, 99.9)], &[]),
+        ("half as far", vec![(all, 50.0)], &[]),
+        ("half as far below, far above: a contour", vec![(all, 400.0), ([0, 91, 320, 180], 50.0)], &whole),
+        ("a pixel higher: one of the four centres still sees past it", vec![(all, 400.0), ([0, 90, 320, 180], 50.0)], &whole),
+        ("hidden by two pixels", vec![(all, 400.0), ([0, 88, 320, 180], 50.0)], &[]),
+        // The data have a hole.
+        ("nothing but sky", vec![], &[]),
+    ];
+    for (name, blocks, wanted) in cases {
+        let depth = bench.depth(SKY, &blocks);
+        let (counts, pieces) = bench.pieces(&edge, &depth, 1.0, false);
+        println!("{name}: {:?}", columns(&pieces));
+        assert_eq!(counts.pieces as usize, pieces.len(), "{name}");
+        assert_columns(&pieces, wanted, 0.6);
+    }
+}
+
+#[test]
+fn an_edge_that_is_seen_in_two_places_gives_two_pieces() {
+    let Some(mut bench) = Bench::new(SIZE_PX) else { return };
+    let edges = [bench.edge(A_PX, B_PX, 100.0), bench.edge([40.0, 30.5], [280.0, 30.5], 100.0)];
+    let middle: Block = ([120, 80, 200, 100], 50.0);
+    let halves = [[A_PX[0], 120.0], [200.0, B_PX[0]], [40.0, 280.0]];
+    for (resolution, most_px) in [(1.0, 1.1), (0.5, 2.1), (0.25, 4.1)] {
+        let depth = bench.depth(400.0, &[middle]);
+        let (_, pieces) = bench.pieces(&edges, &depth, resolution, false);
+        println!("at {resolution}: {:?}", columns(&pieces));
+        assert_columns(&pieces, &halves, most_px);
+        // Each knows its edge, and how far away it is.
+        assert_eq!(pieces.iter().map(|piece| piece.edge).collect::<Vec<_>>(), [0, 0, 1]);
+        assert!(pieces.iter().all(|piece| piece.key == 77 && piece.depths_m.iter().all(|m| (m - 100.0).abs() < 0.1)));
+        // Planted: without the block in front there are no two; with one in the picture's first half, others.
+        let depth = bench.depth(400.0, &[]);
+        assert_columns(&bench.pieces(&edges, &depth, resolution, false).1, &[[A_PX[0], B_PX[0]], halves[2]], most_px);
+        let depth = bench.depth(400.0, &[([60, 80, 140, 100], 50.0)]);
+        let found = columns(&bench.pieces(&edges, &depth, resolution, false).1);
+        assert!((found[0][1] - halves[0][1]).abs() > 20.0, "{found:?}");
+    }
+}
+
+#[test]
+fn a_line_that_crosses_does_not_cut() {
+    let Some(mut bench) = Bench::new(SIZE_PX) else { return };
+    // Nearer, so it is in front.
+    let edges = [bench.edge(A_PX, B_PX, 100.0), bench.edge([150.5, 10.0], [160.5, 170.0], 90.0)];
+    let depth = bench.depth(400.0, &[]);
+    let (_, pieces) = bench.pieces(&edges, &depth, 1.0, false);
+    assert_columns(&pieces[..1], &[[A_PX[0], B_PX[0]]], 0.6);
+    assert_eq!(pieces.len(), 2);
+    // Many that cross beside each other are a line of their own: they do cut.
+    let bundle = (0..12).map(|i| bench.edge([150.5 + i as f32, 10.0], [150.5 + i as f32, 170.0], 90.0));
+    let edges: Vec<Edge> = [edges[0]].into_iter().chain(bundle).collect();
+    let (_, pieces) = bench.pieces(&edges, &depth, 1.0, false);
+    assert_eq!(pieces.iter().filter(|piece| piece.edge == 0).count(), 2);
+}
+
+#[test]
+fn directions_and_sizes_make_no_difference() {
+    let Some(mut bench) = Bench::new(SIZE_PX) else { return };
+    let depth = bench.depth(400.0, &[]);
+    let middle = [160.5_f32, 90.5];
+    for step in 0..32 {
+        let turn = step as f32 * std::f32::consts::TAU / 32.0 + 0.01;
+        for length_px in [0.3_f32, 1.0, 2.5, 7.0, 60.0] {
+            let half = [turn.cos() * length_px / 2.0, turn.sin() * length_px / 2.0];
+            let (a, b) = ([middle[0] - half[0], middle[1] - half[1]], [middle[0] + half[0], middle[1] + half[1]]);
+            let edge = [bench.edge(a, b, 100.0)];
+            let (_, pieces) = bench.pieces(&edge, &depth, 1.0, false);
+            // What is shorter than a pixel may miss every pixel's middle.
+            assert!(pieces.len() == 1 || (pieces.is_empty() && length_px < 1.5), "{turn} {length_px}: {pieces:?}");
+            for piece in pieces {
+                let apart =
+                    |end: [i32; 2], px: [f32; 2]| (end[0] as f32 / 16.0 - px[0]).hypot(end[1] as f32 / 16.0 - px[1]);
+                assert!(
+                    apart(piece.a, a) < 1.1 && apart(piece.b, b) < 1.1,
+                    "{turn} {length_px}: {piece:?} {a:?} {b:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Run by hand, on a quiet machine: `cargo test --release --test visible_edges -- --ignored --nocapture`.
+#[test]
+#[ignore = "measures"]
+fn time_grows_linearly_with_the_edges() {
+    let Some(mut bench) = Bench::new([1920, 1080]) else { return };
+    let depth = bench.depth(400.0, &[]);
+    let mut number = 1_u32;
+    let mut random = move || {
+        number = number.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        f64::from(number >> 8) as f32 / 16_777_216.0
+    };
+    let mut times_ms = Vec::new();
+    for count in [1_000, 10_000, 100_000, 1_000_000] {
+        let mut edge = || {
+            let a = [random() * 1920.0, random() * 1080.0];
+            let turn = random() * std::f32::consts::TAU;
+            let length_px = 1.0 + 3.0 * random();
+            bench.edge(a, [a[0] + turn.cos() * length_px, a[1] + turn.sin() * length_px], 100.0)
+        };
+        let edges: Vec<Edge> = (0..count).map(|_| edge()).collect();
+        bench.pieces(&edges, &depth, 1.0, true);
+        let start = std::time::Instant::now();
+        let runs = 3;
+        let mut counts = StrokeCounts::default();
+        for _ in 0..runs {
+            counts = bench.pieces(&edges, &depth, 1.0, true).0;
+        }
+        let ms = start.elapsed().as_secs_f64() * 1000.0 / f64::from(runs);
+        println!("{count} edges: {} pieces, {} chains, {ms:.0} ms", counts.pieces, counts.chains);
+        times_ms.push(ms);
+    }
+    // A pass over the picture is in all of them; from there on not more than the edges do.
+    assert!(times_ms.windows(2).all(|pair| pair[1] < 15.0 * pair[0]), "{times_ms:?}");
+}
