@@ -27,6 +27,9 @@ const SKY: f32 = f32::INFINITY;
 /// Columns and rows from the first to the one before the last, and the distance of what is there.
 type Block = ([u32; 4], f32);
 
+/// A name, what lies in front of the sky, and what is seen of the edge.
+type Case<'a> = (&'a str, Vec<Block>, &'a [[f32; 2]]);
+
 struct Bench {
     gpu: Gpu,
     timer: Timer,
@@ -200,14 +203,18 @@ fn an_edge_is_seen_where_nothing_nearer_lies_all_around_it() {
     let edge = [bench.edge(A_PX, B_PX, 100.0)];
     let whole = [[A_PX[0], B_PX[0]]];
     let all = [0, 0, 320, 180];
-    let cases: [(&str, Vec<Block>, &[[f32; 2]]); 8] = [
+    let cases: [Case; 8] = [
         ("far behind it", vec![(all, 400.0)], &whole),
         // Rounding: the surface that it is an edge of.
         ("its own distance", vec![(all, 100.0)], &whole),
         ("a thousandth nearer", vec![(all, 99.9)], &[]),
         ("half as far", vec![(all, 50.0)], &[]),
         ("half as far below, far above: a contour", vec![(all, 400.0), ([0, 91, 320, 180], 50.0)], &whole),
-        ("a pixel higher: one of the four centres still sees past it", vec![(all, 400.0), ([0, 90, 320, 180], 50.0)], &whole),
+        (
+            "a pixel higher: one of the four centres still sees past it",
+            vec![(all, 400.0), ([0, 90, 320, 180], 50.0)],
+            &whole,
+        ),
         ("hidden by two pixels", vec![(all, 400.0), ([0, 88, 320, 180], 50.0)], &[]),
         // The data have a hole.
         ("nothing but sky", vec![], &[]),
