@@ -1,4 +1,5 @@
-// Which old stroke each chain continues, and where on it: its samples vote (Kalnins et al. 2003 let the samples of the
+// Which old stroke most of a chain continues, and where on it, so that carry.wgsl can even its texture out: its samples
+// vote (Kalnins et al. 2003 let the samples of the
 // frame before vote for the parameter along a stroke).
 //
 // At most 64 samples of a chain, evenly spread, are asked. The stroke with the majority wins (Boyer and Moore 1981; where
