@@ -22,6 +22,7 @@ use crate::surface::terrain as draw;
 use crate::surface::view::View;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
+use crate::tones::hatching::{self, HatchLayerUniform, HatchUniform};
 use crate::tones::plain::PlainLight;
 
 /// Every struct that Rust writes and a shader reads.
@@ -53,6 +54,8 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::strokes::texture::Brush::shared(),
         crate::tones::plain::PlainUniform::shared(),
         crate::tones::toon::ToonUniform::shared(),
+        HatchLayerUniform::shared(),
+        HatchUniform::shared(),
         composite::CompositeUniform::shared(),
         composite::present::PresentUniform::shared(),
     ]
@@ -152,6 +155,9 @@ impl Frame {
         }
         let (position, normal) = (&targets.position, &targets.normal);
         passes.resolve.run(gpu, recorder, size_px, view_resource(), &world, &targets.depth, position, normal);
+        if let (Some(pass), Some(drawn)) = (&passes.form, &targets.hatching) {
+            pass.run(gpu, recorder, view_resource(), &world, position, &drawn.form);
+        }
         if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
             pass.run(gpu, recorder, size_px, view_resource(), position, motion);
         }
@@ -194,8 +200,23 @@ impl Frame {
             }
         }
 
+        let mut marks = &targets.no_line;
+        if let (Some(style), Some(pass), Some(drawn)) = (&style.hatching, &mut passes.hatching, &targets.hatching) {
+            let inputs = hatching::Inputs {
+                view: view_resource(),
+                position,
+                normal,
+                form: &drawn.form,
+                tone,
+                marks: &drawn.marks,
+            };
+            pass.run(gpu, recorder, size_px, style, view.pose.position_m, inputs);
+            marks = &drawn.marks;
+        }
+
         // Composite.
-        let inputs = composite::Inputs { view: view_resource(), position, tone, line, ink, picture: &targets.picture };
+        let picture = &targets.picture;
+        let inputs = composite::Inputs { view: view_resource(), position, tone, line, ink, marks, picture };
         passes.composite.run(gpu, recorder, size_px, style, light, inputs);
         frame.submit();
         prepared

@@ -21,6 +21,8 @@ struct Composite {
     stroke_ink: vec3<f32>,
     // How much farther than tones lines reach into the haze.
     line_reach: f32,
+    mark_ink: vec3<f32>,
+    pad: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -30,8 +32,10 @@ struct Composite {
 @group(0) @binding(4) var line: texture_2d<f32>;
 // Ink of strokes; haze has taken its part.
 @group(0) @binding(5) var ink: texture_2d<f32>;
+// Ink of hatching.
+@group(0) @binding(6) var marks: texture_2d<f32>;
 // Linear, opaque.
-@group(0) @binding(6) var picture: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(7) var picture: texture_storage_2d<rgba16float, write>;
 
 // Fibres and tooth, fixed to the sheet.
 fn paper_grain(p: vec2<f32>) -> f32 {
@@ -82,6 +86,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if composite.grain > 0.0 {
         color *= 1.0 + composite.grain * paper_grain(sheet);
     }
+    color = mix(color, composite.mark_ink, textureLoad(marks, pixel, 0).r);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
         let nearest = nearest_m(pixel);

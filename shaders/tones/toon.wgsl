@@ -7,7 +7,9 @@ struct Toon {
     // The darkest tone, and how soft the borders are (1: no steps at all).
     darkest: f32,
     softness: f32,
-    pad: vec2<f32>,
+    lightest: f32,
+    // How much of the tone is colour.
+    wash: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -30,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let scaled = light * light * toon.steps;
         let step = floor(scaled);
         let soft = smoothstep(1.0 - toon.softness, 1.0, scaled - step);
-        value = mix(toon.darkest, 1.0, clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0));
+        value = mix(toon.darkest, toon.lightest, clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0));
     }
-    textureStore(tone, pixel, vec4<f32>(vec3<f32>(value), value));
+    textureStore(tone, pixel, vec4<f32>(vec3<f32>(mix(1.0, value, toon.wash)), value));
 }

@@ -31,9 +31,11 @@ pub(crate) struct CompositeUniform {
     faintest_tone: f32,
     stroke_ink: [f32; 3],
     line_reach: f32,
+    mark_ink: [f32; 3],
+    pad: f32,
 }
 
-crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone, stroke_ink, line_reach);
+crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone, stroke_ink, line_reach, mark_ink, pad);
 
 /// The pass.
 pub struct CompositePass {
@@ -53,6 +55,8 @@ pub struct Inputs<'a> {
     pub line: &'a Target,
     /// Ink of strokes; a style without them hands any picture of one pixel that holds zeros.
     pub ink: &'a Target,
+    /// Ink of hatching; a style without it hands any picture of one pixel that holds zeros.
+    pub marks: &'a Target,
     /// Out.
     pub picture: &'a Target,
 }
@@ -88,6 +92,8 @@ impl CompositePass {
             faintest_tone: style.haze.faintest_tone,
             line_reach: lines.map_or(1.0, |lines| lines.reach),
             stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
+            mark_ink: style.hatching.as_ref().map_or([0.0; 3], |hatching| hatching.ink.linear()),
+            pad: 0.0,
         };
         self.uniform.write(gpu, &[uniform]);
         let resources = [
@@ -97,6 +103,7 @@ impl CompositePass {
             ("tone", texture(&inputs.tone.view)),
             ("line", texture(&inputs.line.view)),
             ("ink", texture(&inputs.ink.view)),
+            ("marks", texture(&inputs.marks.view)),
             ("picture", texture(&inputs.picture.view)),
         ];
         self.pass.run(gpu, recorder, size_px, &resources);

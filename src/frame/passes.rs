@@ -10,10 +10,12 @@ use crate::lines::smooth::SmoothPass;
 use crate::lines::strokes::{self, StrokePasses};
 use crate::lines::threshold::ThresholdPass;
 use crate::style::{Detector, Lines, Style, Tone};
+use crate::surface::form::FormPass;
 use crate::surface::motion::MotionPass;
 use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
 use crate::surface::vertices::VerticesPass;
+use crate::tones::hatching::HatchingPass;
 use crate::tones::plain::PlainPass;
 use crate::tones::toon::ToonPass;
 
@@ -28,6 +30,8 @@ pub struct Requirements {
     pub strokes: Option<u32>,
     /// Tones in steps rather than Blinn-Phong.
     pub toon: bool,
+    /// Whether tones are made of marks.
+    pub hatching: bool,
     /// Whether screen motion is wanted.
     pub motion: bool,
 }
@@ -40,6 +44,7 @@ impl Requirements {
             antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
             strokes: style.strokes.as_ref().map(|strokes| (strokes.resolution * 64.0).round() as u32),
             toon: matches!(style.tone, Tone::Toon(_)),
+            hatching: style.hatching.is_some(),
             motion: false,
         }
     }
@@ -57,12 +62,17 @@ impl Requirements {
         let surface = ["surface/vertices", "surface/terrain"];
         let lines = [
             Some("surface/resolve"),
+            self.hatching.then_some("surface/form"),
             self.motion.then_some("surface/motion"),
             detector,
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
         ];
-        let tones = [Some(if self.toon { "tones/toon" } else { "tones/plain" }), Some("composite/composite")];
+        let tones = [
+            Some(if self.toon { "tones/toon" } else { "tones/plain" }),
+            self.hatching.then_some("tones/hatching"),
+            Some("composite/composite"),
+        ];
         let first = surface.into_iter().chain(edges.iter().copied()).chain(lines.into_iter().flatten());
         first.chain(strokes.iter().copied()).chain(tones.into_iter().flatten()).collect()
     }
@@ -82,6 +92,8 @@ pub(super) struct Passes {
     pub strokes: Option<StrokePasses>,
     pub toon: Option<ToonPass>,
     pub plain: Option<PlainPass>,
+    pub form: Option<FormPass>,
+    pub hatching: Option<HatchingPass>,
     pub composite: CompositePass,
 }
 
@@ -109,6 +121,8 @@ impl Passes {
             strokes: None,
             toon: None,
             plain: None,
+            form: None,
+            hatching: None,
             composite: CompositePass::new(gpu),
         };
         passes.adapt(gpu, requirements)?;
@@ -130,6 +144,8 @@ impl Passes {
         }
         keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
+        keep(&mut self.form, requirements.hatching, || FormPass::new(gpu));
+        keep(&mut self.hatching, requirements.hatching, || HatchingPass::new(gpu));
         Ok(())
     }
 

@@ -9,10 +9,12 @@ use crate::lines::strokes::StrokeTargets;
 use crate::lines::strokes::id_image::IdTargets;
 use crate::lines::strokes::stroke::InkTargets;
 use crate::lines::threshold::LINE_FORMAT;
+use crate::surface::form::{FORM_FORMAT, form_size};
 use crate::surface::motion::MOTION_FORMAT;
 use crate::surface::resolve::{NORMAL_FORMAT, POSITION_FORMAT};
 use crate::surface::terrain::{DEPTH_FORMAT, ID_FORMAT};
 use crate::tones::TONE_FORMAT;
+use crate::tones::hatching::MARKS_FORMAT;
 
 /// The pictures of a frame, all of one size.
 pub struct Targets {
@@ -36,8 +38,18 @@ pub struct Targets {
     pub no_line: Target,
     /// Colour and tone.
     pub tone: Target,
+    /// Of a style with hatching.
+    pub hatching: Option<HatchingTargets>,
     /// The result.
     pub picture: Target,
+}
+
+/// The pictures of hatching.
+pub struct HatchingTargets {
+    /// The normal at the scale of marks.
+    pub form: Target,
+    /// Ink.
+    pub marks: Target,
 }
 
 /// The pictures of lines.
@@ -79,6 +91,10 @@ impl Targets {
                 id_image: IdTargets::new(gpu, size_px, parts as f32 / 64.0),
                 ink: InkTargets::new(gpu, size_px),
             }),
+            hatching: requirements.hatching.then(|| HatchingTargets {
+                form: Target::storage(gpu, "form", form_size(size_px), FORM_FORMAT),
+                marks: storage("marks", MARKS_FORMAT),
+            }),
             no_line: Target::storage(gpu, "no line", [1, 1], LINE_FORMAT),
             tone: storage("tone", TONE_FORMAT),
             picture: storage("picture", PICTURE_FORMAT),
@@ -104,6 +120,7 @@ impl Targets {
             .strokes
             .iter()
             .flat_map(|strokes| [&strokes.id_image.ids, &strokes.id_image.depth, &strokes.ink.ink, &strokes.ink.ids]);
-        always.into_iter().chain(lines).chain(strokes).chain(&self.motion).map(Target::bytes).sum()
+        let hatching = self.hatching.iter().flat_map(|hatching| [&hatching.form, &hatching.marks]);
+        always.into_iter().chain(lines).chain(strokes).chain(hatching).chain(&self.motion).map(Target::bytes).sum()
     }
 }

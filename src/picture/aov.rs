@@ -36,6 +36,8 @@ pub enum PlaneSource {
     Strokes,
     /// Asked for: 0 black to 1 white.
     Tone,
+    /// The same after the marks.
+    Hatch,
 }
 
 /// A list of channels that cannot be had.
@@ -86,7 +88,8 @@ pub fn planes(names: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
             }
             "strokes" => add("strokes.id", PlaneSource::Strokes),
             "tone" => add("tone.V", PlaneSource::Tone),
-            // No style hatches yet: the tone after the marks is the tone.
+            // Without marks the tone after them is the tone.
+            "hatch" if style.hatching.is_some() => add("hatch.V", PlaneSource::Hatch),
             "hatch" => add("hatch.V", PlaneSource::Tone),
             _ => return Err(AovError::Unknown { name: name.to_owned() }),
         }
@@ -163,6 +166,10 @@ fn read_floats(
         },
         PlaneSource::LsaLine => match &targets.lines {
             Some(lines) => window.scatter(gpu, &lines.line, |i, line: f32| values[i] = line),
+            None => Ok(()),
+        },
+        PlaneSource::Hatch => match &targets.hatching {
+            Some(drawn) => window.scatter(gpu, &drawn.marks, |i, ink: f32| values[i] = 1.0 - ink),
             None => Ok(()),
         },
         PlaneSource::Tone => window.scatter(gpu, &targets.tone, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),

@@ -1,6 +1,8 @@
 //! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
 
 pub mod color;
+pub mod hatching;
+pub mod marks;
 pub mod texture;
 
 use std::path::Path;
@@ -80,6 +82,8 @@ pub struct Style {
     pub strokes: Option<Strokes>,
     /// How light becomes colour.
     pub tone: Tone,
+    /// Tones made of marks; none draws none.
+    pub hatching: Option<hatching::Hatching>,
     /// What it is drawn on.
     #[serde(default)]
     pub paper: Paper,
@@ -227,6 +231,12 @@ pub struct Toon {
     pub steps: u32,
     /// Tone of the darkest step, 0 to 1.
     pub darkest: f32,
+    /// Tone of the lightest step, 0 to 1.
+    #[serde(default = "one")]
+    pub lightest: f32,
+    /// How much of the tone is colour, 0 to 1: marks can do the rest.
+    #[serde(default = "one")]
+    pub wash: f32,
     /// Part of a step in which it fades to the next, 0 to 1.
     pub softness: f32,
 }
@@ -381,8 +391,11 @@ impl Style {
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
         let mut style: Self = from_toml(name, text)?;
         style.check().map_err(|cause| StyleError::Parse { name: name.to_owned(), cause })?;
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        if let Some(hatching) = &mut style.hatching {
+            hatching.complete(name, folder)?;
+        }
         if let Some(strokes) = &mut style.strokes {
-            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
             let load = |texture: &String| texture::Recipe::load(texture, folder);
             strokes.texture = strokes.texture_name.as_ref().map(load).transpose()?;
         }
@@ -414,6 +427,8 @@ impl Style {
             }
             part("tone.darkest", toon.darkest)?;
             part("tone.softness", toon.softness)?;
+            part("tone.lightest", toon.lightest)?;
+            part("tone.wash", toon.wash)?;
         }
         part("paper.grain", self.paper.grain)?;
         part("haze.faintest_tone", self.haze.faintest_tone)

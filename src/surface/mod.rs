@@ -1,5 +1,6 @@
 //! From the terrain and a view to pictures of the surface: depth and id, then position and normal, then motion.
 
+pub mod form;
 pub mod motion;
 pub mod resolve;
 pub mod terrain;

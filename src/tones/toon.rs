@@ -16,10 +16,11 @@ pub(crate) struct ToonUniform {
     steps: f32,
     darkest: f32,
     softness: f32,
-    pad: [f32; 2],
+    lightest: f32,
+    wash: f32,
 }
 
-crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": to_sun, steps, darkest, softness, pad);
+crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": to_sun, steps, darkest, softness, lightest, wash);
 
 /// The pass.
 pub struct ToonPass {
@@ -48,8 +49,8 @@ impl ToonPass {
         tone: &Target,
     ) {
         let steps = toon.steps as f32;
-        let uniform =
-            ToonUniform { to_sun, steps, darkest: toon.darkest, softness: toon.softness.max(1e-3), pad: [0.0; 2] };
+        let &Toon { darkest, lightest, wash, .. } = toon;
+        let uniform = ToonUniform { to_sun, steps, darkest, softness: toon.softness.max(1e-3), lightest, wash };
         self.uniform.write(gpu, &[uniform]);
         let resources = [
             ("view", view),

@@ -1,0 +1,41 @@
+// Where the blocks of the `form` picture lie, and what it says at a pixel.
+#define_import_path hachure::form
+#import hachure::view::{View, ray_of_pixel}
+
+// Side of the block of pixels that shares a texel.
+const BLOCK_PX: i32 = 4;
+
+// Blocks are counted in the whole picture, so that the parts of a large picture agree.
+fn first_block(view: View) -> vec2<i32> {
+    return view.origin_px >> vec2<u32>(2u);
+}
+
+// The pixel of the targets that stands for a block.
+fn pixel_of_block(view: View, block: vec2<i32>) -> vec2<i32> {
+    let pixel = (block + first_block(view)) * BLOCK_PX + BLOCK_PX / 2 - view.origin_px;
+    return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+}
+
+// The normal at a pixel that sees `at` (w: along the view axis): between the four blocks around it, as far as they
+// see the same face of the land. `normal` where none does.
+fn form_at(view: View, form: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, normal: vec3<f32>) -> vec3<f32> {
+    let place = vec2<f32>(pixel + view.origin_px - BLOCK_PX / 2) / f32(BLOCK_PX);
+    let whole = floor(place);
+    let f = place - whole;
+    let first = vec2<i32>(whole) - first_block(view);
+    let last = vec2<i32>(textureDimensions(form)) - 1;
+    // What the plane through a block may miss the pixel's place by: a block's width on the ground.
+    let allowed_m = f32(BLOCK_PX) * at.w / view.focal_px;
+    var sum = normal * 1e-4;
+    for (var i = 0; i < 4; i++) {
+        let offset = vec2<i32>(i & 1, i >> 1u);
+        let block = clamp(first + offset, vec2<i32>(0), last);
+        let seen = textureLoad(form, block, 0);
+        let away = at.xyz - ray_of_pixel(view, pixel_of_block(view, block)) * seen.w;
+        let miss = dot(away, seen.xyz) / allowed_m;
+        let weight = mix(1.0 - f, f, vec2<f32>(offset));
+        let same = f32(seen.w > 0.0) / (1.0 + miss * miss * miss * miss);
+        sum += seen.xyz * (weight.x * weight.y * same);
+    }
+    return normalize(sum);
+}

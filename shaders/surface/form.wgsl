@@ -1,0 +1,39 @@
+// The form of the land: the surface's normal at the scale of marks, at one pixel of sixteen.
+//
+// Marks follow the land, not its pebbles: direction and foreshortening of hatching come from the surface as a coarser
+// level of the pyramid has it, some FORM_PX pixels to a sample. It is a function of place and distance alone, so it is
+// smooth across tiles and levels of detail, and it stays where it is when the camera turns.
+#import hachure::view::{View, ray_of_pixel}
+#import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there}
+#import hachure::surface::{surface_near, surface_at}
+#import hachure::earth::{unbend, bend_normal}
+#import hachure::form::{BLOCK_PX, pixel_of_block}
+
+// Size of a sample of the level that is asked, in pixels.
+const FORM_PX: f32 = 12.0;
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var position: texture_2d<f32>;
+// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky.
+@group(0) @binding(2) var form: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let block = vec2<i32>(id.xy);
+    if any(id.xy >= textureDimensions(form)) {
+        return;
+    }
+    let at = textureLoad(position, pixel_of_block(view, block), 0);
+    if at.w <= 0.0 {
+        textureStore(form, block, vec4<f32>(0.0));
+        return;
+    }
+    let flat_place = unbend(at.xyz);
+    let point = grid_from_world(flat_place.flat_m.xy);
+    let sample_m = FORM_PX * length(at.xyz) / view.focal_px;
+    let wanted = clamp(log2(sample_m / terrain.spacing_m), 0.0, f32(terrain.level_count - 1));
+    let level = as_far_as_there(wanted, place_on_level(i32(wanted), point.g), point.g);
+    let gradient = surface_at(surface_near(point.g, level)).gradient;
+    let by_world = vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy));
+    textureStore(form, block, vec4<f32>(bend_normal(flat_place, by_world), at.w));
+}

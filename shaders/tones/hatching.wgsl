@@ -1,0 +1,178 @@
+// Hatching: marks that live in the world and keep their size on the picture.
+//
+// A layer's marks are a tonal art map (Praun et al. 2001), held as one tile of thresholds: a place takes ink where the
+// darkness is above its threshold. The tile lies on a chart of the world (`hatch`), at the level of a ladder of scales
+// at which one texel is about one pixel: a dynamic solid texture (Benard et al. 2009). What is ours:
+//
+// - Scales go in half octaves, and across and along the marks they are chosen apart, each by how its coordinate runs on
+//   the picture. Marks keep spacing and length at grazing angles too.
+// - Not the inks of two scales are blended but their thresholds, and the mixture is made uniform again by its exact
+//   distribution. Marks stay sharp while they hand over, and the mean is the darkness that was asked for at any weight.
+// - Phases come from the CPU in f64, one for each axis and scale.
+#import hachure::view::{View, ray_of_pixel}
+#import hachure::form::form_at
+#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, uniform_again}
+
+// Part of the way between two scales in which both are seen: across, and along.
+const ACROSS_ZONE: f32 = 0.7;
+const ALONG_ZONE: f32 = 0.4;
+const AZIMUTH_ZONE: f32 = 0.4;
+
+struct Axis {
+    direction: vec3<f32>,
+    pad: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> hatch: Hatch;
+@group(0) @binding(2) var<storage, read> axes: array<Axis>;
+// Where the camera lies on each axis, in texels of each level: level by level for each axis.
+@group(0) @binding(3) var<storage, read> phases: array<f32>;
+// Tile by tile, row by row, for each place the four thresholds around it: this, along, across, both.
+@group(0) @binding(4) var<storage, read> maps: array<u32>;
+@group(0) @binding(7) var position: texture_2d<f32>;
+@group(0) @binding(8) var normal: texture_2d<f32>;
+@group(0) @binding(9) var form: texture_2d<f32>;
+@group(0) @binding(10) var tone: texture_2d<f32>;
+// Ink, 0 to 1.
+@group(0) @binding(11) var marks: texture_storage_2d<r32float, write>;
+
+// A threshold and its change from pixel to pixel.
+struct Threshold {
+    value: f32,
+    slope: vec2<f32>,
+}
+
+fn mixed(a: Threshold, b: Threshold, w: f32) -> Threshold {
+    let again = uniform_again(w, mix(a.value, b.value, w));
+    return Threshold(again.x, mix(a.slope, b.slope, w) * again.y);
+}
+
+// A map's tile at a place, in texels; dx and dy are texels per pixel of the two coordinates.
+fn sampled(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>) -> Threshold {
+    let whole = floor(place);
+    let f = place - whole;
+    let cell = vec2<u32>(vec2<i32>(whole)) & vec2<u32>(hatch.side - 1u);
+    let quad = unpack4x8unorm(maps[(map * hatch.side + cell.y) * hatch.side + cell.x]);
+    let upper = mix(quad.x, quad.y, f.x);
+    let lower = mix(quad.z, quad.w, f.x);
+    let by_along = mix(quad.y - quad.x, quad.w - quad.z, f.y);
+    return Threshold(mix(upper, lower, f.y), by_along * d_along + (lower - upper) * d_across);
+}
+
+// A coordinate: its change per pixel in metres, the ladder's finer level, and how much of the coarser one.
+struct Scale {
+    change: vec2<f32>,
+    level: i32,
+    coarser: f32,
+}
+
+fn scale_of(axis: i32, foot: Footprint, size: f32, zone: f32) -> Scale {
+    let d = change_along(axes[axis].direction, foot);
+    let step = 2.0 * log2(max(length(d) * size, 1e-12)) - f32(hatch.first_level);
+    let bounded = clamp(step, 0.0, f32(hatch.level_count) - 1.001);
+    let whole = floor(bounded);
+    return Scale(d, i32(whole), clamp((bounded - whole - 0.5) / zone + 0.5, 0.0, 1.0));
+}
+
+fn texels_per_m(level: i32) -> f32 {
+    return exp2(-0.5 * f32(level + hatch.first_level));
+}
+
+fn chart_threshold(layer: HatchLayer, offset: f32, across: i32, along: i32, at: vec3<f32>, foot: Footprint) -> Threshold {
+    let u = scale_of(across, foot, layer.size, ACROSS_ZONE);
+    let v = scale_of(along, foot, layer.size, ALONG_ZONE);
+    let u_m = dot(axes[across].direction, at);
+    let v_m = dot(axes[along].direction, at);
+    // The finer and the coarser scale of each; one that has no weight is not looked at. A single loop: its end is
+    // tested, while both sides of a branch are run by software drivers.
+    let first_u = i32(u.coarser >= 1.0);
+    let last_u = i32(u.coarser > 0.0);
+    let first_v = i32(v.coarser >= 1.0);
+    let last_v = i32(v.coarser > 0.0);
+    var i = first_u;
+    var j = first_v;
+    var row: Threshold;
+    var all: Threshold;
+    loop {
+        let level_u = u.level + i;
+        let level_v = v.level + j;
+        let scale_u = texels_per_m(level_u);
+        let scale_v = texels_per_m(level_v);
+        let place = vec2<f32>(
+            phases[along * hatch.level_count + level_v] + v_m * scale_v,
+            phases[across * hatch.level_count + level_u] + u_m * scale_u) + offset;
+        let one = sampled(layer.map, place, v.change * scale_v, u.change * scale_u);
+        if i == first_u {
+            row = one;
+        } else {
+            row = mixed(row, one, u.coarser);
+        }
+        i += 1;
+        if i > last_u {
+            if j == first_v {
+                all = row;
+            } else {
+                all = mixed(all, row, v.coarser);
+            }
+            i = first_u;
+            j += 1;
+        }
+        continuing {
+            break if j > last_v;
+        }
+    }
+    return all;
+}
+
+fn layer_ink(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
+    let layer = hatch.layers[index];
+    let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
+    let offset = f32(index) * 0.381966 * f32(hatch.side);
+    var k = i32(charts.second >= 1.0);
+    let last = i32(charts.second > 0.0);
+    let first = k;
+    var found: Threshold;
+    loop {
+        let one = chart_threshold(layer, offset, charts.across[k], charts.along[k], at, foot);
+        if k == first {
+            found = one;
+        } else {
+            found = mixed(found, one, charts.second);
+        }
+        k += 1;
+        continuing {
+            break if k > last;
+        }
+    }
+    // Half of the border on each side, but nothing on white paper and no gap in black.
+    let border = max(max(length(found.slope), hatch.softness), 1e-4);
+    let edge = 0.5 * border * (max(1.0 - darkness / 0.06, 0.0) - max(1.0 - (1.0 - darkness) / 0.06, 0.0));
+    return clamp((darkness - edge - found.value) / border + 0.5, 0.0, 1.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 {
+        textureStore(marks, pixel, vec4<f32>(0.0));
+        return;
+    }
+    let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
+    let n = form_at(view, form, pixel, at, textureLoad(normal, pixel, 0).xyz);
+    let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
+    let shares = divide(hatch, darkness, length(n.xy));
+    var paper = 1.0;
+    for (var i = 0u; i < hatch.count; i++) {
+        if shares[i] > 0.0 {
+            paper *= 1.0 - layer_ink(i32(i), shares[i], at.xyz, n, foot);
+        }
+    }
+    // Four layers' worth of density is dark, but not black.
+    let ink = select(1.0 - paper, 1.0, darkness > 0.998);
+    textureStore(marks, pixel, vec4<f32>(ink));
+}

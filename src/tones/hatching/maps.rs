@@ -1,0 +1,115 @@
+//! The tonal art maps of a style on the GPU, made ready for being looked up between texels.
+//!
+//! **Calibration.** A map's texels are uniformly distributed, so that darkness d inks the part d of them. What the
+//! shader looks up is bilinear between texels, and averages are not uniform: thin marks would lose ink in light tones
+//! and gaps would in dark ones. So each threshold is replaced by the part of all places *between* texels that lie below
+//! it, again and again until those are uniform. Order stays, and with it the nesting of tones.
+//!
+//! **Quads.** A texel holds the four thresholds around a place, a byte each: a look-up is one load.
+
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::style::StyleError;
+use crate::style::hatching::Hatching;
+use crate::style::marks::Recipe;
+use crate::tones::tonal_art_map::TonalArtMap;
+
+/// Places between texels, along each side, at which a calibration looks.
+const BETWEEN: usize = 4;
+
+/// Steps of a distribution.
+const STEPS: usize = 2048;
+
+/// Rounds of calibration: after these the distribution is uniform within half a hundredth.
+const ROUNDS: usize = 8;
+
+/// Thresholds of every layer's marks.
+pub struct Maps {
+    recipes: Vec<Recipe>,
+    quads: GrowingBuffer,
+    /// Of a tile, in texels.
+    pub side_px: u32,
+}
+
+/// The recipes of the layers, in order.
+fn recipes(hatching: &Hatching) -> Vec<Recipe> {
+    hatching.layers.iter().filter_map(|layer| layer.recipe.clone()).collect()
+}
+
+impl Maps {
+    /// Makes the maps, or takes them from the cache, and sends them.
+    ///
+    /// # Errors
+    /// [`StyleError`] when a stack of images cannot be read any more.
+    pub fn new(gpu: &Gpu, hatching: &Hatching) -> Result<Self, StyleError> {
+        let recipes = recipes(hatching);
+        let maps = recipes.iter().map(TonalArtMap::cached).collect::<Result<Vec<_>, _>>()?;
+        let side_px = maps.iter().map(|map| map.side_px).max().unwrap_or(1);
+        let content: Vec<u32> = maps.iter().flat_map(|map| quads(&calibrated(map), map.side_px, side_px)).collect();
+        let mut quads = GrowingBuffer::new(gpu, "tonal art maps", wgpu::BufferUsages::STORAGE);
+        quads.write(gpu, &content);
+        Ok(Self { recipes, quads, side_px })
+    }
+
+    /// Whether these are the maps of `hatching`.
+    pub fn are_of(&self, hatching: &Hatching) -> bool {
+        self.recipes == recipes(hatching)
+    }
+
+    /// What the shader binds.
+    pub fn binding(&self) -> wgpu::BindingResource<'_> {
+        self.quads.binding()
+    }
+}
+
+/// The four thresholds around each place of a tile of side `side_px`, in which a smaller map repeats: sides are powers
+/// of two. From the lowest byte: this texel, the next along, the next across, both.
+fn quads(thresholds: &[u8], own_px: u32, side_px: u32) -> Vec<u32> {
+    let (side, own) = (side_px as usize, own_px as usize);
+    let at = |x: usize, y: usize| thresholds[(y % own) * own + x % own];
+    (0..side * side)
+        .map(|i| (i % side, i / side))
+        .map(|(x, y)| u32::from_le_bytes([at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)]))
+        .collect()
+}
+
+/// Thresholds whose bilinear averages are uniform.
+pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
+    let mut values: Vec<f32> = map.thresholds.iter().map(|byte| (f32::from(*byte) + 0.5) / 256.0).collect();
+    for _ in 0..ROUNDS {
+        let below = distribution(&values, map.side_px as usize);
+        for value in &mut values {
+            let at = *value * STEPS as f32;
+            let cell = (at as usize).min(STEPS - 1);
+            *value = below[cell] + (below[cell + 1] - below[cell]) * (at - cell as f32);
+        }
+    }
+    values.iter().map(|value| (value * 255.0).round() as u8).collect()
+}
+
+/// The part of all places that lie below k / STEPS, for each k from 0 to STEPS.
+pub fn distribution(values: &[f32], side: usize) -> Vec<f32> {
+    let mut counts = vec![0_u32; STEPS];
+    for y in 0..side {
+        let (row, next) = (&values[y * side..][..side], &values[(y + 1) % side * side..][..side]);
+        for x in 0..side {
+            let right = (x + 1) % side;
+            let [a, b, c, d] = [row[x], row[right], next[x], next[right]];
+            for i in 0..BETWEEN {
+                let t = (i as f32 + 0.5) / BETWEEN as f32;
+                let (upper, lower) = (a + (b - a) * t, c + (d - c) * t);
+                for j in 0..BETWEEN {
+                    let s = (j as f32 + 0.5) / BETWEEN as f32;
+                    counts[(((upper + (lower - upper) * s) * STEPS as f32) as usize).min(STEPS - 1)] += 1;
+                }
+            }
+        }
+    }
+    let whole = (side * side * BETWEEN * BETWEEN) as f32;
+    let mut below = 0_u64;
+    let parts = counts.iter().map(|count| {
+        below += u64::from(*count);
+        below as f32 / whole
+    });
+    std::iter::once(0.0).chain(parts).collect()
+}
