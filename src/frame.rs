@@ -22,7 +22,8 @@ use crate::surface::terrain as draw;
 use crate::surface::view::View;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
-use crate::tones::hatching::{self, HatchLayerUniform, HatchUniform};
+use crate::tones::hatching::uniform::{HatchLayerUniform, HatchUniform};
+use crate::tones::hatching::{self, axes};
 use crate::tones::plain::PlainLight;
 
 /// Every struct that Rust writes and a shader reads.
@@ -56,6 +57,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::tones::toon::ToonUniform::shared(),
         HatchLayerUniform::shared(),
         HatchUniform::shared(),
+        axes::Cell::shared(),
         composite::CompositeUniform::shared(),
         composite::present::PresentUniform::shared(),
     ]
@@ -201,7 +203,7 @@ impl Frame {
         }
 
         let mut marks = &targets.no_line;
-        if let (Some(style), Some(pass), Some(drawn)) = (&style.hatching, &mut passes.hatching, &targets.hatching) {
+        if let (Some(style), Some(drawn)) = (&style.hatching, &targets.hatching) {
             let inputs = hatching::Inputs {
                 view: view_resource(),
                 position,
@@ -210,7 +212,12 @@ impl Frame {
                 tone,
                 marks: &drawn.marks,
             };
-            pass.run(gpu, recorder, size_px, style, view.pose.position_m, inputs);
+            let camera_m = view.pose.position_m;
+            if let Some(pass) = &mut passes.hatching {
+                pass.run(gpu, recorder, size_px, style, camera_m, inputs);
+            } else if let Some(pass) = &mut passes.fractal_hatching {
+                pass.run(gpu, recorder, size_px, style, camera_m, inputs);
+            }
             marks = &drawn.marks;
         }
 

@@ -32,7 +32,8 @@ struct HatchLayer {
     turn: f32,
     // Unit, level: the fixed direction, and what level land falls back to.
     fixed_direction: vec2<f32>,
-    pad: vec2<f32>,
+    // Length and width of a mark in pixels, for the zoom rule; a length of 0 is endless.
+    marks_px: vec2<f32>,
 }
 
 struct Hatch {
@@ -54,10 +55,9 @@ struct Hatch {
     softness: f32,
     // Side of the tile in texels: a power of two.
     side: u32,
-    // The zoom rule's marks: length and width in pixels.
-    length_px: f32,
-    width_px: f32,
-    pad: f32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
 }
 
 // How a place moves over the surface from pixel to pixel.

@@ -9,12 +9,14 @@ use crate::lines::lsa::LsaPass;
 use crate::lines::smooth::SmoothPass;
 use crate::lines::strokes::{self, StrokePasses};
 use crate::lines::threshold::ThresholdPass;
+use crate::style::hatching::Scale;
 use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::form::FormPass;
 use crate::surface::motion::MotionPass;
 use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
 use crate::surface::vertices::VerticesPass;
+use crate::tones::fractal_hatching::FractalHatchingPass;
 use crate::tones::hatching::HatchingPass;
 use crate::tones::plain::PlainPass;
 use crate::tones::toon::ToonPass;
@@ -31,7 +33,7 @@ pub struct Requirements {
     /// Tones in steps rather than Blinn-Phong.
     pub toon: bool,
     /// Whether tones are made of marks.
-    pub hatching: bool,
+    pub hatching: Option<Scale>,
     /// Whether screen motion is wanted.
     pub motion: bool,
 }
@@ -44,7 +46,7 @@ impl Requirements {
             antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
             strokes: style.strokes.as_ref().map(|strokes| (strokes.resolution * 64.0).round() as u32),
             toon: matches!(style.tone, Tone::Toon(_)),
-            hatching: style.hatching.is_some(),
+            hatching: style.hatching.as_ref().map(|hatching| hatching.scale),
             motion: false,
         }
     }
@@ -62,7 +64,7 @@ impl Requirements {
         let surface = ["surface/vertices", "surface/terrain"];
         let lines = [
             Some("surface/resolve"),
-            self.hatching.then_some("surface/form"),
+            self.hatching.map(|_| "surface/form"),
             self.motion.then_some("surface/motion"),
             detector,
             detector.map(|_| "lines/threshold"),
@@ -70,7 +72,10 @@ impl Requirements {
         ];
         let tones = [
             Some(if self.toon { "tones/toon" } else { "tones/plain" }),
-            self.hatching.then_some("tones/hatching"),
+            self.hatching.map(|scale| match scale {
+                Scale::Blend => "tones/hatching",
+                Scale::Add => "tones/fractal_hatching",
+            }),
             Some("composite/composite"),
         ];
         let first = surface.into_iter().chain(edges.iter().copied()).chain(lines.into_iter().flatten());
@@ -94,6 +99,7 @@ pub(super) struct Passes {
     pub plain: Option<PlainPass>,
     pub form: Option<FormPass>,
     pub hatching: Option<HatchingPass>,
+    pub fractal_hatching: Option<FractalHatchingPass>,
     pub composite: CompositePass,
 }
 
@@ -123,6 +129,7 @@ impl Passes {
             plain: None,
             form: None,
             hatching: None,
+            fractal_hatching: None,
             composite: CompositePass::new(gpu),
         };
         passes.adapt(gpu, requirements)?;
@@ -144,8 +151,10 @@ impl Passes {
         }
         keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
-        keep(&mut self.form, requirements.hatching, || FormPass::new(gpu));
-        keep(&mut self.hatching, requirements.hatching, || HatchingPass::new(gpu));
+        keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));
+        let hatching = requirements.hatching;
+        keep(&mut self.hatching, hatching == Some(Scale::Blend), || HatchingPass::new(gpu));
+        keep(&mut self.fractal_hatching, hatching == Some(Scale::Add), || FractalHatchingPass::new(gpu));
         Ok(())
     }
 

@@ -91,7 +91,7 @@ impl Targets {
                 id_image: IdTargets::new(gpu, size_px, parts as f32 / 64.0),
                 ink: InkTargets::new(gpu, size_px),
             }),
-            hatching: requirements.hatching.then(|| HatchingTargets {
+            hatching: requirements.hatching.map(|_| HatchingTargets {
                 form: Target::storage(gpu, "form", form_size(size_px), FORM_FORMAT),
                 marks: storage("marks", MARKS_FORMAT),
             }),

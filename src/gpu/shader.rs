@@ -74,6 +74,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("tones/toon"),
     shader!("tones/plain"),
     shader!("tones/hatching"),
+    shader!("tones/fractal_hatching"),
     shader!("composite/composite"),
     shader!("composite/present"),
 ];

@@ -1,5 +1,6 @@
 //! Tones from pictures of the surface: how light each place is, and its colour before lines and haze.
 
+pub mod fractal_hatching;
 pub mod hatching;
 pub mod plain;
 pub mod tonal_art_map;

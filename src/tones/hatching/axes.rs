@@ -2,6 +2,7 @@
 //!
 //! `shaders/shared/hatch.wgsl` counts the axes in the same order.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 use crate::style::hatching::{Direction, Layer, MOST_LAYERS};
@@ -51,4 +52,36 @@ pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
         }
     }
     phases
+}
+
+/// The axes as the shaders read them.
+pub fn directions(axes: &[DVec3]) -> Vec<[f32; 4]> {
+    axes.iter().map(|axis| axis.as_vec3().extend(0.0).to_array()).collect()
+}
+
+/// The first level of the zoom rule's ladder: a place of it is 2^first metres.
+pub const FIRST_OCTAVE: i32 = -22;
+
+/// Its levels.
+pub const OCTAVES: usize = 40;
+
+/// Where the camera is on an axis, in places of a level: a whole number, of which the last 30 bits, and the rest.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Cell {
+    index: i32,
+    rest: f32,
+}
+
+crate::gpu::shared::describe!(Cell as "Cell" in "tones/fractal_hatching": index, rest);
+
+/// Where the camera lies on each axis at each level of the zoom rule's ladder: the levels of the first axis, then those
+/// of the next.
+pub fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
+    let place = |along_m: f64, level: usize| {
+        let at = along_m / f64::from(level as i32 + FIRST_OCTAVE).exp2();
+        let whole = at.floor();
+        Cell { index: whole.rem_euclid(f64::from(1 << 30)) as i32, rest: (at - whole) as f32 }
+    };
+    axes.iter().flat_map(|axis| (0..OCTAVES).map(|level| place(axis.dot(camera_m), level))).collect()
 }

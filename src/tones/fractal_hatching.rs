@@ -1,0 +1,51 @@
+//! Hatching by the zoom rule: coming nearer only ever adds marks. See `shaders/tones/fractal_hatching.wgsl`.
+
+use glam::DVec3;
+
+use super::hatching::uniform::HatchUniform;
+use super::hatching::{Inputs, axes};
+use crate::gpu::Gpu;
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::ComputePass;
+use crate::gpu::timer::Recorder;
+use crate::style::hatching::Hatching;
+
+/// The pass.
+pub struct FractalHatchingPass {
+    pass: ComputePass,
+    uniform: GrowingBuffer,
+    axes: GrowingBuffer,
+    cells: GrowingBuffer,
+}
+
+impl FractalHatchingPass {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            pass: ComputePass::new(gpu, "tones/fractal_hatching"),
+            uniform: GrowingBuffer::new(gpu, "hatch", wgpu::BufferUsages::UNIFORM),
+            axes: GrowingBuffer::new(gpu, "axes", wgpu::BufferUsages::STORAGE),
+            cells: GrowingBuffer::new(gpu, "cells", wgpu::BufferUsages::STORAGE),
+        }
+    }
+
+    /// Hatches what a camera at `camera_m` sees.
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        size_px: [u32; 2],
+        hatching: &Hatching,
+        camera_m: DVec3,
+        inputs: Inputs<'_>,
+    ) {
+        self.uniform.write(gpu, &[HatchUniform::new(hatching, (axes::FIRST_OCTAVE, axes::OCTAVES), 1)]);
+        let directions = axes::axes(&hatching.layers);
+        self.cells.write(gpu, &axes::cells(&directions, camera_m));
+        self.axes.write(gpu, &axes::directions(&directions));
+        let mut resources =
+            vec![("hatch", self.uniform.binding()), ("axes", self.axes.binding()), ("cells", self.cells.binding())];
+        resources.extend(inputs.resources());
+        self.pass.run(gpu, recorder, size_px, &resources);
+    }
+}

@@ -1,0 +1,100 @@
+//! `HatchLayer` and `Hatch` in `shaders/shared/hatch.wgsl`: a style's layers, as the shaders read them.
+
+use bytemuck::{Pod, Zeroable};
+
+use super::axes;
+use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct HatchLayerUniform {
+    direction: u32,
+    map: u32,
+    size: f32,
+    turn: f32,
+    fixed_direction: [f32; 2],
+    marks_px: [f32; 2],
+}
+
+crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px);
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct HatchUniform {
+    layers: [HatchLayerUniform; MOST_LAYERS],
+    begins: [f32; MOST_LAYERS],
+    spans: [f32; MOST_LAYERS],
+    comes_from: [f32; MOST_LAYERS],
+    comes_full: [f32; MOST_LAYERS],
+    goes_from: [f32; MOST_LAYERS],
+    goes_full: [f32; MOST_LAYERS],
+    count: u32,
+    level_count: i32,
+    first_level: i32,
+    softness: f32,
+    side: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
+}
+
+crate::gpu::shared::describe!(HatchUniform as "Hatch" in "tones/hatching": layers, begins, spans, comes_from, comes_full, goes_from, goes_full, count, level_count, first_level, softness, side, pad_a, pad_b, pad_c);
+
+impl HatchLayerUniform {
+    fn new(layer: &Layer, map: usize) -> Self {
+        let direction = match layer.direction {
+            Direction::Fixed => 0,
+            Direction::Slope => 1,
+            Direction::Contour => 2,
+            Direction::Sight => 3,
+        };
+        let turn = if layer.direction == Direction::Fixed { 0.0 } else { layer.angle_deg * 32.0 / 360.0 };
+        let fixed_direction = axes::to_azimuth(axes::fixed_rad(layer)).as_vec2().to_array();
+        let marks_px = layer.recipe.as_ref().map_or([0.0, 1.0], |recipe| [recipe.length_px, recipe.width_px]);
+        Self { direction, map: map as u32, size: layer.size, turn, fixed_direction, marks_px }
+    }
+}
+
+/// Degrees of slope over which a layer comes, and goes, on each side of its limit.
+const SLOPE_BORDER_DEG: f32 = 3.0;
+
+impl HatchUniform {
+    /// `ladder` is the first level and how many there are, `side` that of the maps.
+    pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32) -> Self {
+        let layers = &hatching.layers;
+        let mut uniform = Self {
+            count: layers.len() as u32,
+            level_count: ladder.1 as i32,
+            first_level: ladder.0,
+            softness: hatching.softness,
+            side,
+            begins: [f32::MAX; MOST_LAYERS],
+            // A layer that is not there likes no slope.
+            comes_from: [2.0; MOST_LAYERS],
+            comes_full: [3.0; MOST_LAYERS],
+            goes_from: [2.0; MOST_LAYERS],
+            goes_full: [3.0; MOST_LAYERS],
+            ..Self::zeroed()
+        };
+        let density = |darkness: f32| -(1.0 - darkness).ln();
+        for (i, layer) in layers.iter().enumerate() {
+            uniform.layers[i] = HatchLayerUniform::new(layer, i);
+            // Lighter tones than the first layer's are its own too.
+            uniform.begins[i] = if i == 0 { 0.0 } else { density(layer.from) };
+            uniform.spans[i] = layers.get(i + 1).map_or(f32::MAX, |next| density(next.from) - uniform.begins[i]);
+            let sine = |deg: f32| deg.to_radians().sin();
+            let [low, high] = layer.slope_deg;
+            if low <= 0.0 {
+                [uniform.comes_from[i], uniform.comes_full[i]] = [-2.0, -1.0];
+            } else {
+                [uniform.comes_from[i], uniform.comes_full[i]] =
+                    [sine(low - SLOPE_BORDER_DEG), sine(low + SLOPE_BORDER_DEG)];
+            }
+            if high < 90.0 {
+                [uniform.goes_from[i], uniform.goes_full[i]] =
+                    [sine(high - SLOPE_BORDER_DEG), sine(high + SLOPE_BORDER_DEG)];
+            }
+        }
+        uniform
+    }
+}
