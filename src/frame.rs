@@ -24,7 +24,9 @@ use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
 use crate::tones::hatching::uniform::{HatchLayerUniform, HatchUniform};
 use crate::tones::hatching::{self, axes};
+use crate::tones::light::LightUniform;
 use crate::tones::plain::PlainLight;
+use crate::tones::toon;
 
 /// Every struct that Rust writes and a shader reads.
 pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
@@ -54,7 +56,8 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::strokes::carry::Heritage::shared(),
         crate::lines::strokes::texture::Brush::shared(),
         crate::tones::plain::PlainUniform::shared(),
-        crate::tones::toon::ToonUniform::shared(),
+        LightUniform::shared(),
+        toon::ToonUniform::shared(),
         HatchLayerUniform::shared(),
         HatchUniform::shared(),
         axes::Cell::shared(),
@@ -121,7 +124,6 @@ impl Frame {
         let world = terrain.resources();
         self.view.write(gpu, &[view.uniform()]);
         let view_resource = || self.view.binding();
-        let to_sun = light.to_sun.as_vec3().to_array();
         let targets = &self.targets;
         let passes = &mut self.passes;
 
@@ -191,14 +193,18 @@ impl Frame {
         let tone = &targets.tone;
         match &style.tone {
             Tone::Plain => {
-                let plain =
-                    PlainLight { to_sun, camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
+                let plain = PlainLight {
+                    to_sun: light.to_sun.as_vec3().to_array(),
+                    camera_z_m: view.pose.position_m.z as f32,
+                    range_m: terrain.range_m(),
+                };
                 let pass = passes.plain.as_mut().expect("the frame was made for this style");
                 pass.run(gpu, recorder, size_px, plain, view_resource(), terrain.uniform(), position, normal, tone);
             }
-            Tone::Toon(toon) => {
+            Tone::Toon(steps) => {
                 let pass = passes.toon.as_mut().expect("the frame was made for this style");
-                pass.run(gpu, recorder, size_px, toon, to_sun, view_resource(), normal, tone);
+                let inputs = toon::Inputs { view: view_resource(), position, normal, tone };
+                pass.run(gpu, recorder, size_px, steps, LightUniform::new(style, light), inputs);
             }
         }
 

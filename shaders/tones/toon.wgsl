@@ -1,22 +1,38 @@
-// Toon tones: the light's diffuse term in a few steps with soft borders.
+// Toon tones: light in a few steps with soft borders, or smooth.
 #import hachure::view::View
+#import hachure::light::{Light, light_tone, haze_clear}
 
 struct Toon {
-    to_sun: vec3<f32>,
+    // 0: smooth.
     steps: f32,
-    // The darkest tone, and how soft the borders are (1: no steps at all).
+    // Of the steps, and how soft their borders are (1: each rises all the way to the next).
     darkest: f32,
-    softness: f32,
     lightest: f32,
+    softness: f32,
     // How much of the tone is colour.
     wash: f32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> toon: Toon;
-@group(0) @binding(2) var normal: texture_2d<f32>;
-// rgb: colour before lines and haze; a: the tone asked for.
-@group(0) @binding(3) var tone: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(1) var<uniform> light: Light;
+@group(0) @binding(2) var<uniform> toon: Toon;
+@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<f32>;
+// rgb: colour before lines and haze; a: the tone asked for, haze included.
+@group(0) @binding(5) var tone: texture_storage_2d<rgba16float, write>;
+
+fn stepped(lit: f32) -> f32 {
+    if toon.steps < 1.0 {
+        return lit;
+    }
+    let scaled = lit * toon.steps;
+    let step = floor(scaled);
+    let soft = smoothstep(1.0 - toon.softness, 1.0, scaled - step);
+    return clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0);
+}
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -24,15 +40,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let n = textureLoad(normal, pixel, 0).xyz;
-    var value = 1.0;
-    if any(n != vec3<f32>(0.0)) {
-        // Half-Lambert keeps form in the shade.
-        let light = clamp(dot(n, toon.to_sun) * 0.5 + 0.5, 0.0, 1.0);
-        let scaled = light * light * toon.steps;
-        let step = floor(scaled);
-        let soft = smoothstep(1.0 - toon.softness, 1.0, scaled - step);
-        value = mix(toon.darkest, toon.lightest, clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0));
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 {
+        textureStore(tone, pixel, vec4<f32>(1.0));
+        return;
     }
-    textureStore(tone, pixel, vec4<f32>(vec3<f32>(mix(1.0, value, toon.wash)), value));
+    let n = textureLoad(normal, pixel, 0).xyz;
+    let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, vec2<f32>(1.0))));
+    let asked = 1.0 - (1.0 - value) * haze_clear(light, length(at.xyz));
+    textureStore(tone, pixel, vec4<f32>(vec3<f32>(mix(1.0, value, toon.wash)), asked));
 }

@@ -25,6 +25,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/form"),
     shader!("shared/hatch"),
     shader!("shared/color"),
+    shader!("shared/light"),
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
     shader!("shared/stroke_samples"),

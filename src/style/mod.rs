@@ -82,6 +82,9 @@ pub struct Style {
     pub strokes: Option<Strokes>,
     /// How light becomes colour.
     pub tone: Tone,
+    /// How light falls, for tones in steps and for marks.
+    #[serde(default)]
+    pub light: Shading,
     /// Tones made of marks; none draws none.
     pub hatching: Option<hatching::Hatching>,
     /// What it is drawn on.
@@ -227,7 +230,7 @@ pub enum Tone {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Toon {
-    /// At least 2.
+    /// 2 to 64; 0 is smooth.
     pub steps: u32,
     /// Tone of the darkest step, 0 to 1.
     pub darkest: f32,
@@ -238,7 +241,32 @@ pub struct Toon {
     #[serde(default = "one")]
     pub wash: f32,
     /// Part of a step in which it fades to the next, 0 to 1.
+    #[serde(default)]
     pub softness: f32,
+}
+
+/// How light falls.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Shading {
+    /// How far light reaches around, 0 to 1: 0 is Lambert's cosine, 1 keeps form in the shade.
+    pub wrap: f32,
+    /// What is left where the sun does not shine, 0 to 1.
+    pub ambient: f32,
+    /// How much of the sun cast shadows take, 0 to 1.
+    pub shadow: f32,
+    /// How much of the ambient light the land around takes, 0 to 1.
+    pub occlusion: f32,
+    /// How much of the darkness is the slope's own, 0 to 1: 45 degrees are black.
+    pub slope: f32,
+    /// Exponent of the tone, 0.2 to 5: above 1 is darker.
+    pub contrast: f32,
+}
+
+impl Default for Shading {
+    fn default() -> Self {
+        Self { wrap: 1.0, ambient: 0.0, shadow: 0.0, occlusion: 0.0, slope: 0.0, contrast: 1.0 }
+    }
 }
 
 /// The sheet.
@@ -422,13 +450,21 @@ impl Style {
             strokes.check()?;
         }
         if let Tone::Toon(toon) = &self.tone {
-            if !(2..=64).contains(&toon.steps) {
-                return Err(format!("tone.steps is {}, not between 2 and 64", toon.steps));
+            if toon.steps != 0 && !(2..=64).contains(&toon.steps) {
+                return Err(format!("tone.steps is {}, neither 0 nor between 2 and 64", toon.steps));
             }
             part("tone.darkest", toon.darkest)?;
             part("tone.softness", toon.softness)?;
             part("tone.lightest", toon.lightest)?;
             part("tone.wash", toon.wash)?;
+        }
+        part("light.wrap", self.light.wrap)?;
+        part("light.ambient", self.light.ambient)?;
+        part("light.shadow", self.light.shadow)?;
+        part("light.occlusion", self.light.occlusion)?;
+        part("light.slope", self.light.slope)?;
+        if !(0.2..=5.0).contains(&self.light.contrast) {
+            return Err(format!("light.contrast is {}, not between 0.2 and 5", self.light.contrast));
         }
         part("paper.grain", self.paper.grain)?;
         part("haze.faintest_tone", self.haze.faintest_tone)

@@ -36,8 +36,7 @@ impl FormPass {
         position: &Target,
         form: &Target,
     ) {
-        let mut resources =
-            vec![("view", view), ("position", texture(&position.view)), ("form", texture(&form.view))];
+        let mut resources = vec![("view", view), ("position", texture(&position.view)), ("form", texture(&form.view))];
         resources.extend(terrain.iter().cloned());
         let size_px = [form.texture.width(), form.texture.height()];
         self.0.run(gpu, recorder, size_px, &resources);

@@ -2,6 +2,7 @@
 
 pub mod fractal_hatching;
 pub mod hatching;
+pub mod light;
 pub mod plain;
 pub mod tonal_art_map;
 pub mod toon;

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::light::LightUniform;
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, texture};
@@ -12,51 +13,69 @@ use crate::style::Toon;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct ToonUniform {
-    to_sun: [f32; 3],
     steps: f32,
     darkest: f32,
-    softness: f32,
     lightest: f32,
+    softness: f32,
     wash: f32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
 }
 
-crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": to_sun, steps, darkest, softness, lightest, wash);
+crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": steps, darkest, lightest, softness, wash, pad_a, pad_b, pad_c);
 
 /// The pass.
 pub struct ToonPass {
     pass: ComputePass,
+    light: GrowingBuffer,
     uniform: GrowingBuffer,
+}
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: wgpu::BindingResource<'a>,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface.
+    pub normal: &'a Target,
+    /// Out: colour, and the tone that is asked for.
+    pub tone: &'a Target,
 }
 
 impl ToonPass {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu) -> Self {
-        let pass = ComputePass::new(gpu, "tones/toon");
-        Self { pass, uniform: GrowingBuffer::new(gpu, "toon", wgpu::BufferUsages::UNIFORM) }
+        Self {
+            pass: ComputePass::new(gpu, "tones/toon"),
+            light: GrowingBuffer::new(gpu, "light", wgpu::BufferUsages::UNIFORM),
+            uniform: GrowingBuffer::new(gpu, "toon", wgpu::BufferUsages::UNIFORM),
+        }
     }
 
-    /// Reads `view`, `normal`; writes `tone`. `to_sun` is a unit vector in the world.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
+    /// Tones what the inputs show.
     pub fn run(
         &mut self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         size_px: [u32; 2],
         toon: &Toon,
-        to_sun: [f32; 3],
-        view: wgpu::BindingResource<'_>,
-        normal: &Target,
-        tone: &Target,
+        light: LightUniform,
+        inputs: Inputs<'_>,
     ) {
-        let steps = toon.steps as f32;
-        let &Toon { darkest, lightest, wash, .. } = toon;
-        let uniform = ToonUniform { to_sun, steps, darkest, softness: toon.softness.max(1e-3), lightest, wash };
+        let &Toon { darkest, lightest, softness, wash, .. } = toon;
+        let (steps, softness) = (toon.steps as f32, softness.max(1e-3));
+        let uniform = ToonUniform { steps, darkest, lightest, softness, wash, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
         self.uniform.write(gpu, &[uniform]);
+        self.light.write(gpu, &[light]);
         let resources = [
-            ("view", view),
+            ("view", inputs.view),
+            ("light", self.light.binding()),
             ("toon", self.uniform.binding()),
-            ("normal", texture(&normal.view)),
-            ("tone", texture(&tone.view)),
+            ("position", texture(&inputs.position.view)),
+            ("normal", texture(&inputs.normal.view)),
+            ("tone", texture(&inputs.tone.view)),
         ];
         self.pass.run(gpu, recorder, size_px, &resources);
     }

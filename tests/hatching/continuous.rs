@@ -1,0 +1,115 @@
+//! A slow zoom: nothing pops, and by the zoom rule nothing goes.
+
+use glam::DVec2;
+
+use crate::plane::{Inked, Plane, fixed, style};
+
+/// Each frame is nearer by this.
+const ZOOM: f64 = 1.01;
+/// Change of a neighbourhood's mean in a frame, at most.
+const ALLOWED: f64 = 0.02;
+/// Of the neighbourhood's weights.
+const SIGMA_PX: usize = 8;
+
+/// Frames of a zoom straight onto the plane.
+fn frames(plane: &mut Plane, scale: &str, layers: &str, darkness: f64, count: usize) -> Vec<Inked> {
+    let style = style(scale, darkness, layers);
+    (0..count)
+        .map(|i| {
+            let distance_m = 900.0 / ZOOM.powi(i as i32);
+            plane.shoot(plane.eye(11.0, distance_m, 0.0, 0.0, 30.0), [160, 160], &style)
+        })
+        .collect()
+}
+
+/// The mean of ink about a place, by a bell.
+fn about(shot: &Inked, middle: DVec2) -> f64 {
+    let reach = 3 * SIGMA_PX as i64;
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for y in -reach..=reach {
+        for x in -reach..=reach {
+            let step = DVec2::new(x as f64, y as f64);
+            let Some(ink) = shot.between(middle + step) else { continue };
+            let weight = (-step.length_squared() / (2 * SIGMA_PX * SIGMA_PX) as f64).exp();
+            sum += ink * weight;
+            weights += weight;
+        }
+    }
+    sum / weights
+}
+
+/// The largest change of a neighbourhood's mean from a frame to the next.
+fn largest_pop(shots: &[Inked]) -> f64 {
+    let mut largest: f64 = 0.0;
+    for pair in shots.windows(2) {
+        for y in [48.0, 64.0, 80.0, 96.0, 112.0] {
+            for x in [48.0, 64.0, 80.0, 96.0, 112.0] {
+                let from_middle = DVec2::new(x, y) - 80.0;
+                let change = about(&pair[1], from_middle * ZOOM + 80.0) - about(&pair[0], from_middle + 80.0);
+                largest = largest.max(change.abs());
+            }
+        }
+    }
+    largest
+}
+
+/// Inked pixels whose place on the ground has no ink within 1.5 pixels in the next frame.
+fn removed(shots: &[Inked]) -> usize {
+    let mut count = 0;
+    for pair in shots.windows(2) {
+        for y in 0..160 {
+            for x in 0..160 {
+                if pair[0].at(x, y) < 0.75 {
+                    continue;
+                }
+                let to = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - 80.0) * ZOOM + 80.0;
+                let near = (-3..=3).flat_map(|j| (-3..=3).map(move |i| DVec2::new(f64::from(i), f64::from(j)) * 0.5));
+                let inks: Vec<f64> = near.filter_map(|step| pair[1].between(to + step)).collect();
+                let whole = inks.len() == 49;
+                if whole && inks.into_iter().fold(0.0, f64::max) < 0.3 {
+                    count += 1;
+                }
+            }
+        }
+    }
+    count
+}
+
+#[test]
+fn nothing_pops_while_zooming_through_three_octaves() {
+    let Some(mut plane) = Plane::new(15.0) else { return };
+    let count = (8.0_f64.ln() / ZOOM.ln()).ceil() as usize + 1;
+    for (scale, marks) in
+        [("blend", "line"), ("blend", "stipple"), ("blend", "hachure"), ("add", "line"), ("add", "stipple")]
+    {
+        let shots = frames(&mut plane, scale, &fixed(marks, 0.0), 0.4, count);
+        let largest = largest_pop(&shots);
+        println!("{scale} {marks}: a neighbourhood's mean changes by {largest:.4} at most");
+        assert!(largest <= ALLOWED, "{scale} {marks}: {largest}");
+    }
+}
+
+#[test]
+fn a_jump_of_half_an_octave_pops() {
+    let Some(mut plane) = Plane::new(15.0) else { return };
+    let mut shots = frames(&mut plane, "blend", &fixed("line", 0.0), 0.4, 4);
+    assert!(largest_pop(&shots) <= ALLOWED);
+    let other = style("blend", 0.4, &format!("{}size = 1.5\n", fixed("line", 0.0)));
+    let distance_m = 900.0 / ZOOM.powi(2);
+    shots[2] = plane.shoot(plane.eye(11.0, distance_m, 0.0, 0.0, 30.0), [160, 160], &other);
+    assert!(largest_pop(&shots) > ALLOWED);
+}
+
+#[test]
+fn by_the_zoom_rule_no_mark_goes() {
+    let Some(mut plane) = Plane::new(15.0) else { return };
+    for (marks, darkness) in [("line", 0.2), ("line", 0.6), ("dash", 0.3), ("stipple", 0.15), ("stipple", 0.5)] {
+        let shots = frames(&mut plane, "add", &fixed(marks, 20.0), darkness, 150);
+        assert_eq!(removed(&shots), 0, "{marks} at darkness {darkness}");
+        let (first, last) = (shots[0].mean(), shots[149].mean());
+        assert!((first - last).abs() < 0.03, "{marks}: ink {first} became {last}");
+    }
+    // Blending removes marks: the count can be more than nothing. So it is when the camera goes away.
+    let blended = frames(&mut plane, "blend", &fixed("stipple", 20.0), 0.15, 70);
+    assert!(removed(&blended) > 100, "{}", removed(&blended));
+}

@@ -1,0 +1,12 @@
+//! Hatching: marks keep their size, their mean is the tone that was asked for, they stick to the ground, and nothing
+//! pops. Each measure is held against a planted error that it must catch.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod calibrated;
+mod constant;
+mod continuous;
+mod extremes;
+mod plane;
+mod stable;

@@ -1,0 +1,152 @@
+//! A plane that is known everywhere, and pictures of its hatching.
+
+use glam::{DVec2, DVec3};
+use hachure::file::exr::Samples;
+use hachure::frame::{Frame, Light};
+use hachure::picture::{self, PartRule, PictureRequest, aov};
+use hachure::style::Style;
+use hachure::surface::view::{Part, Pose, View};
+
+use crate::common::{World, grid_of};
+
+/// Half of the land's side.
+pub const HALF_M: f64 = 60_000.0;
+
+/// A plane through the world's origin that rises toward the north by `tilt_deg`.
+pub struct Plane {
+    pub world: World,
+    frame: Option<Frame>,
+    tilt_rad: f64,
+}
+
+/// Ink of a picture, row by row, with what it shows.
+pub struct Inked {
+    pub size_px: [usize; 2],
+    pub view: View,
+    /// 0 paper to 1 ink.
+    pub ink: Vec<f64>,
+    /// What was asked for.
+    pub darkness: Vec<f64>,
+}
+
+impl Plane {
+    pub fn new(tilt_deg: f64) -> Option<Self> {
+        let slope = tilt_deg.to_radians().tan();
+        let grid = grid_of(241, 241, HALF_M / 120.0, |_, y| y * slope);
+        Some(Self { world: World::new(grid, 1.0)?, frame: None, tilt_rad: tilt_deg.to_radians() })
+    }
+
+    pub fn normal(&self) -> DVec3 {
+        DVec3::new(0.0, -self.tilt_rad.sin(), self.tilt_rad.cos())
+    }
+
+    /// An eye at `distance_m` from the place at `x_m` east on the plane's axis, `from_normal_deg` away from the normal
+    /// there, that looks at it; `around_deg` turns it about the normal.
+    pub fn eye(&self, x_m: f64, distance_m: f64, from_normal_deg: f64, around_deg: f64, fov_deg: f64) -> Pose {
+        let normal = self.normal();
+        let (sine, cosine) = around_deg.to_radians().sin_cos();
+        let downhill = DVec3::X.cross(normal) * -1.0;
+        let aside = downhill * cosine + DVec3::X * sine;
+        let (sine, cosine) = from_normal_deg.to_radians().sin_cos();
+        let back = normal * cosine + aside * sine;
+        let forward = -back;
+        let up = if from_normal_deg < 1.0 { -aside } else { normal };
+        let right = forward.cross(up).normalize();
+        Pose {
+            position_m: DVec3::X * x_m + back * distance_m,
+            forward,
+            right,
+            up: right.cross(forward),
+            fov_rad: fov_deg.to_radians(),
+        }
+    }
+
+    pub fn shoot(&mut self, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
+        shoot(&mut self.world, &mut self.frame, pose, size_px, style)
+    }
+
+    /// Where a place of the picture meets the plane, in the world.
+    pub fn hit(&self, view: &View, px: DVec2) -> DVec3 {
+        let ray = view.ray(px);
+        let normal = self.normal();
+        view.pose.position_m - ray * (view.pose.position_m.dot(normal) / ray.dot(normal))
+    }
+}
+
+pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
+    let planes = aov::planes("tone,hatch", style).unwrap();
+    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e12, haze_srgb: None };
+    let request = PictureRequest { pose, previous: pose, size_px, style, light, planes: &planes };
+    let mut channels: Vec<Vec<f64>> = vec![Vec::new(); 2];
+    let take = |band: picture::Band| {
+        for (channel, samples) in channels.iter_mut().zip(band.planes) {
+            let Samples::F32(values) = samples else { panic!("tones are floats") };
+            channel.extend(values.into_iter().map(|value| 1.0 - f64::from(value)));
+        }
+        Ok::<_, std::convert::Infallible>(())
+    };
+    picture::render_in_parts(&world.gpu, frame, &mut world.terrain, &request, &PartRule::default(), take).unwrap();
+    let ink = channels.pop().unwrap();
+    Inked {
+        size_px: size_px.map(|side| side as usize),
+        view: View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) },
+        ink,
+        darkness: channels.pop().unwrap(),
+    }
+}
+
+impl Inked {
+    pub fn at(&self, x: usize, y: usize) -> f64 {
+        self.ink[y * self.size_px[0] + x]
+    }
+
+    /// Between pixels; their centres are at half numbers. None outside.
+    pub fn between(&self, px: DVec2) -> Option<f64> {
+        let place = px - 0.5;
+        let whole = place.floor();
+        let inside = whole.cmpge(DVec2::ZERO).all()
+            && whole.x + 1.0 < self.size_px[0] as f64
+            && whole.y + 1.0 < self.size_px[1] as f64;
+        if !inside {
+            return None;
+        }
+        let (x, y, f) = (whole.x as usize, whole.y as usize, place - whole);
+        let upper = self.at(x, y) * (1.0 - f.x) + self.at(x + 1, y) * f.x;
+        let lower = self.at(x, y + 1) * (1.0 - f.x) + self.at(x + 1, y + 1) * f.x;
+        Some(upper * (1.0 - f.y) + lower * f.y)
+    }
+
+    /// The largest difference between the mean ink of a square of `side` pixels and `darkness`, over squares that
+    /// overlap by half.
+    pub fn worst_window(&self, side: usize, darkness: f64) -> f64 {
+        let [width, height] = self.size_px;
+        let mut worst: f64 = 0.0;
+        for y in (0..=height - side).step_by(side / 2) {
+            for x in (0..=width - side).step_by(side / 2) {
+                let sum: f64 =
+                    (y..y + side).flat_map(|y| (x..x + side).map(move |x| (x, y))).map(|(x, y)| self.at(x, y)).sum();
+                worst = worst.max((sum / (side * side) as f64 - darkness).abs());
+            }
+        }
+        worst
+    }
+
+    pub fn mean(&self) -> f64 {
+        self.ink.iter().sum::<f64>() / self.ink.len() as f64
+    }
+}
+
+/// A style of even tone `1 - darkness` with layers as given (TOML tables).
+pub fn style(scale: &str, darkness: f64, layers: &str) -> Style {
+    let tone = 1.0 - darkness;
+    let text = format!(
+        "name = \"even\"\ndescription = \"an even tone\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = {tone}\n\
+         lightest = {tone}\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\n{layers}"
+    );
+    Style::parse("even", &text).unwrap()
+}
+
+/// One layer of fixed marks.
+pub fn fixed(marks: &str, angle_deg: f64) -> String {
+    format!("[[hatching.layers]]\nmarks = \"{marks}\"\ndirection = \"fixed\"\nangle_deg = {angle_deg}\n")
+}
