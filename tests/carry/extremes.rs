@@ -68,7 +68,8 @@ fn numbers_that_are_none_or_too_large_are_found() {
     assert_eq!((finite(&counts, &samples), inked(&ink, &ids, &samples)), (Ok(()), Ok(())));
 
     let at = samples.len() / 2;
-    let spoils: [(fn(&mut Sample), &str); 7] = [
+    type Spoil = fn(&mut Sample);
+    let spoils: [(Spoil, &str); 7] = [
         (|own| own.position_m[2] = f32::NAN, "NaN"),
         (|own| own.px[0] = f32::INFINITY, "inf"),
         (|own| own.held_px[1] = f32::NAN, "NaN"),

@@ -31,6 +31,7 @@ pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
 use self::samples::CarryUniform;
 use self::stroke::Which;
 use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::Named;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError};
@@ -147,6 +148,14 @@ impl Lists {
             edges: GrowingBuffer::new(gpu, "edges", read),
             pieces: GrowingBuffer::new(gpu, "pieces", read),
         }
+    }
+
+    fn strokes(&self) -> Named<'_> {
+        ("strokes", self.uniform.binding())
+    }
+
+    fn counts(&self) -> Named<'_> {
+        ("counts", self.counts.binding())
     }
 
     /// Makes room for a picture, and counts from zero.
