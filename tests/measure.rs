@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hachure::file::png::{Picture, write_rgba8};
+use hachure::lines::strokes::LeftOut;
 use hachure::measure::image_compare::{CompareError, Tolerance, compare, compare_with_file};
 use hachure::measure::memory::rss_bytes;
 use hachure::measure::report::{Memory, Report, Run, WorldSize};
@@ -70,8 +71,8 @@ fn report_has_the_names_that_scripts_rely_on() {
     let run = &json["runs"][0];
     assert_eq!(
         keys(run),
-        "eyes frame_ms frames gpu_ms hitches lod_error_px memory passes prepare_ms stereo strokes style temporal tiles \
-         triangles"
+        "eyes frame_ms frames gpu_ms hitches lod_error_px memory passes prepare_ms stereo strokes strokes_left_out style \
+         temporal tiles triangles"
     );
     assert_eq!(keys(&run["frame_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
@@ -88,11 +89,32 @@ fn report_has_the_names_that_scripts_rely_on() {
         assert!(value.is_null(), "{value}");
     }
     let other = &json["runs"][1];
-    for key in ["frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes", "temporal", "stereo"] {
+    for key in ["frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes", "strokes_left_out", "temporal", "stereo"]
+    {
         assert!(other[key].is_null(), "{key}");
     }
     assert!(other["tiles"]["late_frames"].is_null());
     assert_eq!(serde_json::from_str::<Report>(&text).unwrap(), report());
+}
+
+#[test]
+fn strokes_that_found_no_room_are_the_most_of_a_frame() {
+    let frame = |edges, strokes| FrameRecord {
+        strokes_left_out: Some(LeftOut { edges, pieces: 0, strokes }),
+        ..FrameRecord::default()
+    };
+    let report = |frames: &[FrameRecord]| Report { runs: vec![Run::of_frames("<pen>", "mono", frames)], ..report() };
+    let full = report(&[frame(0, 7), frame(3, 2), FrameRecord::default()]);
+    assert_eq!(full.runs[0].strokes_left_out, Some(LeftOut { edges: 3, pieces: 0, strokes: 7 }));
+    let page = html(&full, &[]);
+    assert!(page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 pieces and 7 strokes found no room"), "{page}");
+    // Zero is measured and no warning; nothing measured is null.
+    let (roomy, without) = (report(&[frame(0, 0)]), report(&[FrameRecord::default()]));
+    assert_eq!(roomy.runs[0].strokes_left_out, Some(LeftOut::default()));
+    assert_eq!(without.runs[0].strokes_left_out, None);
+    for quiet in [roomy, without] {
+        assert!(!html(&quiet, &[]).contains("found no room"));
+    }
 }
 
 #[test]

@@ -1,6 +1,8 @@
 // How a stroke texture takes ink. src/lines/strokes/texture.rs has the reasons, and the same in Rust (`Brush`).
 #define_import_path hachure::brush
 
+#import hachure::pcg::pcg
+
 struct Brush {
     // Along, across.
     tile_px: vec2<f32>,
@@ -23,16 +25,9 @@ struct Brush {
     padding_b: f32,
 }
 
-// PCG hash (Jarzynski and Olano 2020), of a stroke's number.
+// Where on the tile the stroke `id` begins.
 fn brush_offset(id: u32) -> vec2<f32> {
-    var v = vec2<u32>(id, 0x9e3779b9u) * 1664525u + 1013904223u;
-    v.x += v.y * 1664525u;
-    v.y += v.x * 1664525u;
-    v ^= v >> vec2<u32>(16u);
-    v.x += v.y * 1664525u;
-    v.y += v.x * 1664525u;
-    v ^= v >> vec2<u32>(16u);
-    return vec2<f32>(v >> vec2<u32>(8u)) / 16777216.0;
+    return vec2<f32>(pcg(vec2<u32>(id, 0x9e3779b9u)) >> vec2<u32>(8u)) / 16777216.0;
 }
 
 // Where a place of the stroke `id` lies on the tile. `along_px` and `across_px` (signed) are the place's.

@@ -1,6 +1,8 @@
 // Colours and noises of the paper. Colours are linear.
 #define_import_path hachure::color
 
+#import hachure::pcg::pcg
+
 fn luminance(color: vec3<f32>) -> f32 {
     return dot(color, vec3<f32>(0.2126, 0.7152, 0.0722));
 }
@@ -10,16 +12,8 @@ fn srgb_from_linear(color: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3<f32>(0.0031308));
 }
 
-// PCG hash (Jarzynski and Olano 2020): well mixed on every driver.
 fn hash(cell: vec2<i32>) -> f32 {
-    var v = vec2<u32>(cell) * 1664525u + 1013904223u;
-    v.x += v.y * 1664525u;
-    v.y += v.x * 1664525u;
-    v ^= v >> vec2<u32>(16u);
-    v.x += v.y * 1664525u;
-    v.y += v.x * 1664525u;
-    v ^= v >> vec2<u32>(16u);
-    return f32(v.x >> 8u) / 16777216.0;
+    return f32(pcg(vec2<u32>(cell)).x >> 8u) / 16777216.0;
 }
 
 // Value noise in [0, 1], C1.

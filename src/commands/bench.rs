@@ -4,7 +4,8 @@
 //! take turns at every frame, and the turn's order moves on with it: what the machine does meanwhile (clocks, heat,
 //! the disk's cache) falls on all of them alike, and ratios between them are fair.
 //!
-//! Some frames are looked at more closely, when their times have been taken: how far the terrain is from the data, how
+//! What strokes found no room is counted in every frame, after its times have been taken. Some frames are looked at more
+//! closely then: how far the terrain is from the data, how
 //! many strokes there are, and how steady the drawing is from that frame to the next ([`temporal`]).
 
 mod pairs;
@@ -325,6 +326,7 @@ impl Flight {
         let mut record = self.record(t_s, wall_s, drawn);
         let start = Instant::now();
         let is_pair = checks.begins_pair || self.pair.is_some();
+        record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
         if checks.lod_error {
             let (targets, terrain) = (self.frame.targets(), &self.world.terrain);
             record.lod_error_px = lod_error::largest_px(gpu, targets, &view, terrain, record.frame as u32)?;
@@ -364,6 +366,7 @@ impl Flight {
             lod_error_px: None,
             triangles: Some(selection.triangles()),
             strokes: None,
+            strokes_left_out: None,
             tiles_loaded: Some(tiles.loaded),
             late: Some(tiles.late),
             prepare_ms: Some(prepare_ms),

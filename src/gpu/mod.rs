@@ -2,6 +2,7 @@
 
 pub mod buffer;
 pub mod device;
+pub mod later;
 pub mod pass;
 pub mod readback;
 pub mod shader;

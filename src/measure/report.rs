@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::statistics::{FrameRecord, Percentiles, pass_names};
 use crate::file::{FileError, atomic};
+use crate::lines::strokes::LeftOut;
 
 /// Named numbers; names carry their units.
 pub type Metrics = BTreeMap<String, Option<f64>>;
@@ -63,6 +64,8 @@ pub struct Run {
     pub triangles: Option<u64>,
     /// In the median of the frames in which they were counted.
     pub strokes: Option<u64>,
+    /// What of the strokes found no room: the most of each in a frame.
+    pub strokes_left_out: Option<LeftOut>,
     /// How steady the drawing is from frame to frame: [`super::temporal::TemporalTotals::metrics`].
     pub temporal: Option<Metrics>,
     /// How well both eyes agree.
@@ -179,6 +182,7 @@ impl Run {
             lod_error_px: lod_error_px.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max }),
             triangles: median(frames.iter().filter_map(|frame| frame.triangles)),
             strokes: median(frames.iter().filter_map(|frame| frame.strokes)),
+            strokes_left_out: frames.iter().filter_map(|frame| frame.strokes_left_out).reduce(LeftOut::most),
             ..Self::default()
         }
     }
@@ -235,6 +239,12 @@ fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
 }
 
 impl Report {
+    /// A line for each run in which strokes found no room.
+    pub fn warnings(&self) -> Vec<String> {
+        let of = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.told()?));
+        self.runs.iter().filter_map(of).collect()
+    }
+
     /// Writes `report.json`, whole or not at all.
     ///
     /// # Errors

@@ -21,6 +21,7 @@ svg text { fill: var(--ink); font: 11px system-ui, sans-serif; } svg .rule { str
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid var(--rule); white-space: nowrap; }
 th:first-child, td:first-child { text-align: left; } .faint, th { color: var(--faint); font-weight: normal; }
+.warning { color: #c8321e; font-weight: 600; }
 .key { display: inline-block; width: .8em; height: .8em; margin: 0 .35em 0 1em; border-radius: 2px; }
 ";
 
@@ -70,6 +71,9 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
     page += &along("Level-of-detail error", "Pixels", |frame| frame.lod_error_px);
     page += &bars(&report.runs);
     page += &table(&report.runs);
+    for line in report.warnings() {
+        page += &format!("<p class=\"warning\">{}</p>\n", escape(&line));
+    }
     page += &metrics("Steadiness from frame to frame", STEADINESS, &report.runs, |run| run.temporal.as_ref());
     page += &metrics("Agreement of both eyes", "", &report.runs, |run| run.stereo.as_ref());
     page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – was not measured.</p>\n";

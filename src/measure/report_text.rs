@@ -1,4 +1,5 @@
-//! The report on a terminal: a row for each run, with its ratio to the first; and a table of steadiness.
+//! The report on a terminal: a row for each run, with its ratio to the first; what strokes found no room; and a table of
+//! steadiness.
 
 use super::report::{Report, Run};
 
@@ -36,7 +37,8 @@ const STEADINESS: [(&str, &str, f64, usize); 10] = [
 pub fn table(report: &Report) -> String {
     let first = report.runs.first();
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
-    let costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
+    let mut costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
+    costs.extend(report.warnings().into_iter().map(|line| line + "\n"));
     if report.runs.iter().all(|run| run.temporal.is_none()) {
         return costs;
     }
@@ -94,6 +96,7 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lines::strokes::LeftOut;
     use crate::measure::report::TileCounts;
     use crate::measure::statistics::Percentiles;
 
@@ -115,6 +118,19 @@ mod tests {
         assert_eq!(cells[2][..6], ["unmeasured", "7", "–", "–", "–", "–"]);
         let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
         assert!(widths.iter().all(|width| *width == widths[0]), "{table}");
+    }
+
+    #[test]
+    fn strokes_without_room_have_a_line() {
+        let with = |left_out| Report {
+            runs: vec![Run { strokes_left_out: Some(left_out), ..run("pen", None) }, run("ink", None)],
+            ..Report::default()
+        };
+        let text = table(&with(LeftOut { strokes: 12, ..LeftOut::default() }));
+        assert_eq!(text.lines().count(), 4, "{text}");
+        let line = text.lines().last().expect("four lines");
+        assert!(line.starts_with("pen: ") && line.contains("12 strokes found no room"), "{line}");
+        assert_eq!(table(&with(LeftOut::default())).lines().count(), 3);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::file::{FileError, atomic};
+use crate::lines::strokes::LeftOut;
 
 /// Percentiles by nearest rank: each is one of the values measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +50,8 @@ pub struct FrameRecord {
     pub triangles: Option<u64>,
     /// Strokes drawn.
     pub strokes: Option<u64>,
+    /// What of the strokes found no room.
+    pub strokes_left_out: Option<LeftOut>,
     /// Tiles that arrived during the frame.
     pub tiles_loaded: Option<u64>,
     /// Whether some of the terrain was coarser than its error allows: tiles were on their way.

@@ -32,7 +32,7 @@ use rayon::prelude::*;
 use self::follow::{Follower, Seen, Whose};
 use self::lines::Fates;
 pub use self::read::read_drawn;
-pub use self::read_strokes::{count_strokes, read_stroke_pictures};
+pub use self::read_strokes::{count_strokes, read_stroke_pictures, strokes_left_out};
 pub use self::totals::TemporalTotals;
 use crate::surface::view::View;
 

@@ -23,6 +23,7 @@ use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::frame::{Frame, Light, Requirements};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
+use crate::lines::strokes::NumbersLater;
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::Prepared;
@@ -60,6 +61,7 @@ pub struct Flight {
     styles: Styles,
     frame_times: FrameTimes,
     pass_times: PassTimes,
+    stroke_numbers: NumbersLater,
     last: LastPicture,
     panel_shown: bool,
     toast: Option<(String, Instant)>,
@@ -125,6 +127,7 @@ impl Flight {
             styles,
             frame_times: FrameTimes::default(),
             pass_times: PassTimes::default(),
+            stroke_numbers: NumbersLater::default(),
             last,
             panel_shown: true,
             toast: None,
@@ -233,6 +236,7 @@ impl Flight {
             pass_times: &self.pass_times,
             triangles: prepared.selection.triangles(),
             patches: prepared.selection.leaves.len() as u64,
+            strokes: self.stroke_numbers.last(),
             tiles_on_gpu: terrain.tile_counts().on_gpu,
             tiles_loaded: self.last.tiles_loaded,
             tiles_missing: prepared.tiles.pending + prepared.tiles.without_room + prepared.tiles.failed,
@@ -278,6 +282,7 @@ impl Flight {
         self.world.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
         let prepared = frame.render(&self.gpu, &mut self.world.terrain, &view, style, &light);
+        self.stroke_numbers.ask(&self.gpu, frame.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
         self.last.prepared = prepared;

@@ -6,11 +6,14 @@ use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, LEAST_CLEARANCE_M, SPEED_RANGE
 use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
+use crate::lines::strokes::StrokeNumbers;
 
 /// The panel's width in points.
 const WIDTH: f32 = 228.0;
 /// The height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
+/// What is missing from the picture is said in this colour.
+const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
 /// What the panel tells.
 pub struct Facts<'a> {
@@ -26,6 +29,8 @@ pub struct Facts<'a> {
     pub triangles: u64,
     /// Drawn in the last frame.
     pub patches: u64,
+    /// Of a frame shortly before; none where the style has no strokes.
+    pub strokes: Option<StrokeNumbers>,
     /// Now.
     pub tiles_on_gpu: u64,
     /// Since the start.
@@ -198,6 +203,12 @@ fn cost(ui: &mut Ui, facts: &Facts<'_>) {
     row(ui, "GPU", gpu);
     row(ui, "Triangles", grouped(facts.triangles));
     row(ui, "Patches", grouped(facts.patches));
+    if let Some(StrokeNumbers { drawn, left_out }) = facts.strokes {
+        row(ui, "Strokes", grouped(drawn.into()));
+        if let Some(text) = left_out.told() {
+            ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
+        }
+    }
     row(ui, "Tiles on GPU", grouped(facts.tiles_on_gpu));
     row(ui, "Tiles loaded, missing", format!("{}, {}", grouped(facts.tiles_loaded), grouped(facts.tiles_missing)));
     row(ui, "GPU memory", format!("{:.1} MiB", facts.gpu_bytes as f64 / f64::from(1 << 20)));
@@ -259,6 +270,7 @@ fn grouped(number: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lines::strokes::LeftOut;
 
     #[test]
     fn numbers_are_grouped() {
@@ -268,5 +280,47 @@ mod tests {
         assert_eq!(grouped(1_234_567), "1 234 567");
         assert_eq!(digits(-12.34), "-12.3");
         assert_eq!(digits(1234.5), "1 235");
+    }
+
+    /// The texts of the section of costs, with their colours.
+    fn told(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
+        let facts = Facts {
+            adapter: "",
+            picture_px: [640, 360],
+            frame_times: &FrameTimes::default(),
+            pass_times: &PassTimes::default(),
+            triangles: 0,
+            patches: 0,
+            strokes,
+            tiles_on_gpu: 0,
+            tiles_loaded: 0,
+            tiles_missing: 0,
+            gpu_bytes: 0,
+            height_above_ground_m: 0.0,
+            toast: None,
+        };
+        let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| cost(ui, &facts));
+        let texts = output.shapes.into_iter().filter_map(|clipped| match clipped.shape {
+            egui::Shape::Text(text) => {
+                let color = text.galley.job.sections.first().map_or(Color32::TRANSPARENT, |part| part.format.color);
+                Some((text.galley.text().to_owned(), color))
+            }
+            _ => None,
+        });
+        texts.collect()
+    }
+
+    #[test]
+    fn strokes_without_room_are_told_as_a_warning() {
+        let with = |strokes| Some(StrokeNumbers { drawn: 1234, left_out: LeftOut { strokes, ..LeftOut::default() } });
+        let warning = |texts: &[(String, Color32)]| texts.iter().find(|(_, color)| *color == WARNING).cloned();
+        let texts = told(with(56));
+        assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
+        let (text, _) = warning(&texts).expect("a warning");
+        assert!(text.contains("56 strokes found no room"), "{text}");
+        // Where everything has room there is the number alone, and without strokes not even that.
+        let texts = told(with(0));
+        assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");
+        assert!(told(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
     }
 }

@@ -57,7 +57,11 @@ fn check_schema(report: &Value) -> Result<(), String> {
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is no list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
-        keys(run, &[&names[..], &["triangles", "strokes", "temporal", "stereo", "prepare_ms", "hitches"]].concat())?;
+        keys(
+            run,
+            &[&names[..], &["triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"]]
+                .concat(),
+        )?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
         // Null where the GPU has no timers.
         if !run["gpu_ms"].is_null() {
@@ -77,7 +81,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
         }
         all_numbers(&run["lod_error_px"], &["p50", "p99", "max"])?;
         check_steadiness(&run["temporal"], run["style"] == "plain")?;
-        ["strokes", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
+        ["strokes", "strokes_left_out", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
     }
     Ok(())
 }
@@ -145,6 +149,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     for (right, wrong) in [
         ("\"frame_ms\"", "\"frame_time\""),
         ("\"strokes\":null", "\"strokes\":0"),
+        ("\"strokes_left_out\":null", "\"strokes_left_out\":{\"edges\":0,\"pieces\":0,\"strokes\":0}"),
         ("\"slip_px_p50\":null", "\"slip_px_p50\":0"),
         ("\"pairs\":4.0", "\"pairs\":3.0"),
     ] {
@@ -179,6 +184,36 @@ fn the_steadiness_of_strokes_is_measured() {
     // Whoever follows the clock is compared too.
     let real_time = place.json(&[&flight[..], &["--real-time", "-o", "out", "--json"]].concat());
     assert!(real_time["runs"][0]["temporal"]["pairs"].as_f64().unwrap() >= 1.0, "{real_time}");
+}
+
+#[test]
+fn strokes_that_found_no_room_are_told() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let plenty = place.text(&["styles", "show", "strokes"]);
+    let is_budget = |line: &&str| line.trim_start().starts_with("budget_px");
+    let budget = plenty.lines().find(is_budget);
+    let little = match budget {
+        Some(line) => plenty.replace(line, "budget_px = 100"),
+        None => plenty.replace("[strokes]", "[strokes]\nbudget_px = 100"),
+    };
+    assert_ne!(little, plenty);
+    place.file("little.toml", &little);
+    let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "192x108", "--styles", "strokes,little.toml"];
+    let text = place.text(&[&flight[..], &["--frames", "12", "--temporal", "0", "-o", "out"]].concat());
+    let report: Value = serde_json::from_slice(&std::fs::read(place.path("out/report.json")).unwrap()).unwrap();
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    let left_out = |run: usize| report["runs"][run]["strokes_left_out"].clone();
+    assert_eq!(left_out(0), serde_json::json!({"edges": 0, "pieces": 0, "strokes": 0}));
+    assert!(left_out(1)["strokes"].as_u64().unwrap() > 0, "{}", left_out(1));
+    assert_eq!((left_out(1)["edges"].as_u64(), left_out(1)["pieces"].as_u64()), (Some(0), Some(0)));
+    // One line, of the style that has too little.
+    for told in [&text, &page] {
+        assert_eq!(told.matches("found no room").count(), 1, "{told}");
+        assert!(told.contains(&format!("{} strokes found no room", left_out(1)["strokes"])), "{told}");
+    }
 }
 
 #[test]

@@ -85,16 +85,20 @@ impl World {
     /// An eye from `x,y,z,yaw,pitch,fov`.
     pub fn pose(&self, camera: &str) -> Pose {
         let camera: Camera = camera.parse().unwrap();
-        let camera = camera.on_ground(|x, y| {
+        pose_of(&camera.on_ground(|x, y| {
             self.terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(self.terrain.range_m()[1]))
-        });
-        Pose {
-            position_m: camera.position_m,
-            forward: camera.forward(),
-            right: camera.right(),
-            up: camera.up(),
-            fov_rad: camera.fov_deg.to_radians(),
-        }
+        }))
+    }
+}
+
+/// Of a camera whose height is one above the sea.
+pub fn pose_of(camera: &Camera) -> Pose {
+    Pose {
+        position_m: camera.position_m,
+        forward: camera.forward(),
+        right: camera.right(),
+        up: camera.up(),
+        fov_rad: camera.fov_deg.to_radians(),
     }
 }
 

@@ -1,12 +1,7 @@
 // How many samples each stroke gets: none if it is short, or shorter than the budget has room for.
-#import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_edges::Strokes
+#import hachure::chain_lengths::{strokes, counts, chain_length_px}
 #import hachure::stroke_samples::{class_of, samples_of}
 
-@group(0) @binding(0) var<uniform> strokes: Strokes;
-@group(0) @binding(1) var<storage, read> counts: StrokeCounts;
-@group(0) @binding(2) var<storage, read> chains: array<Chain>;
-@group(0) @binding(3) var<storage, read> along_units: array<u32>;
 // SampleCounts: strokes are the third number, then those left out, the class is the sixth.
 @group(0) @binding(4) var<storage, read_write> list: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> sizes: array<u32>;
@@ -16,9 +11,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= counts.chains {
         return;
     }
-    let chain = chains[id.x];
-    let first = chain.first + id.x;
-    let length_px = f32(along_units[first + chain.count] - along_units[first]) / 16.0;
+    let length_px = chain_length_px(id.x);
     var size = 0u;
     if length_px >= strokes.shortest_px {
         let is_chosen = class_of(length_px) >= atomicLoad(&list[5]);

@@ -83,24 +83,21 @@ impl CarryPass {
         points: &PointsPass,
         samples: &SamplesPass,
     ) {
-        let counts = || ("counts", lists.counts.binding());
-        let chains = || ("chains", chain.chains().as_entire_binding());
-        let list = || ("list", samples.now().counts.as_entire_binding());
-        let matches = || ("matches", samples.matches.as_entire_binding());
         let heritages = || ("heritages", self.heritages.as_entire_binding());
         let (arguments, offset) = points.per_piece();
-        let resources = [samples.carry(), counts(), samples.starts(), list(), matches(), heritages()];
+        let resources =
+            [samples.carry(), lists.counts(), samples.starts(), samples.list(), samples.matches(), heritages()];
         self.vote.run_indirect(gpu, recorder, arguments, offset, &resources);
         let resources = [
             ("view", view),
             samples.carry(),
-            counts(),
-            chains(),
+            lists.counts(),
+            chain.named_chains(),
             samples.starts(),
-            matches(),
+            samples.matches(),
             heritages(),
-            ("samples", samples.now().samples.as_entire_binding()),
-            list(),
+            samples.samples(),
+            samples.list(),
         ];
         self.carry.run_groups(gpu, recorder, GROUPS, &resources);
     }
@@ -117,16 +114,13 @@ impl CarryPass {
         ids: &Target,
         depth: &Target,
     ) {
-        let old_list = || ("old_list", samples.before().counts.as_entire_binding());
-        let old_samples = || ("old_samples", samples.before().samples.as_entire_binding());
-        let new_samples = || ("samples", samples.now().samples.as_entire_binding());
         let gone = || ("gone", self.gone.as_entire_binding());
         let resources = [
             ("view", view.clone()),
             samples.carry(),
-            old_list(),
-            old_samples(),
-            new_samples(),
+            samples.old_list(),
+            samples.old_samples(),
+            samples.samples(),
             ("ids", texture(&ids.view)),
             ("depth", texture(&depth.view)),
             gone(),
@@ -137,12 +131,12 @@ impl CarryPass {
                 ("stage", uniform.binding()),
                 ("view", view.clone()),
                 samples.carry(),
-                old_list(),
-                old_samples(),
+                samples.old_list(),
+                samples.old_samples(),
                 gone(),
                 ("places", self.places.as_entire_binding()),
-                ("list", samples.now().counts.as_entire_binding()),
-                new_samples(),
+                samples.list(),
+                samples.samples(),
                 samples.draws(),
             ];
             let groups = if stage == 2 { [1, 1] } else { GROUPS };
@@ -164,10 +158,10 @@ impl CarryPass {
         let resources = [
             ("view", view),
             samples.carry(),
-            ("old_list", samples.before().counts.as_entire_binding()),
-            ("old_samples", samples.before().samples.as_entire_binding()),
-            ("list", samples.now().counts.as_entire_binding()),
-            ("samples", samples.now().samples.as_entire_binding()),
+            samples.old_list(),
+            samples.old_samples(),
+            samples.list(),
+            samples.samples(),
             samples.draws(),
         ];
         self.advance.run_groups(gpu, recorder, GROUPS, &resources);

@@ -219,6 +219,10 @@ impl ChainPass {
         &self.buffers.chains
     }
 
+    pub(super) fn named_chains(&self) -> Named<'_> {
+        ("chains", self.buffers.chains.as_entire_binding())
+    }
+
     /// Pieces that there is room for.
     pub fn capacity(&self) -> u32 {
         self.capacity

@@ -28,11 +28,11 @@ impl ExtractPass {
     ) {
         let resources = [
             ("view", view),
-            ("strokes", lists.uniform.binding()),
+            lists.strokes(),
             ("edges", lists.edges.binding()),
             ("ids", texture(&ids.view)),
             ("pieces", lists.pieces.binding()),
-            ("counts", lists.counts.binding()),
+            lists.counts(),
         ];
         self.pass.run(gpu, recorder, [ids.texture.width(), ids.texture.height()], &resources);
     }

@@ -80,12 +80,8 @@ impl IdImagePass {
         drawn: &IdTargets,
         lists: &Lists,
     ) {
-        let resources = [
-            ("view", view),
-            ("strokes", lists.uniform.binding()),
-            ("edges", lists.edges.binding()),
-            ("depth", texture(&depth.view)),
-        ];
+        let resources =
+            [("view", view), lists.strokes(), ("edges", lists.edges.binding()), ("depth", texture(&depth.view))];
         let layout = |i| self.pipeline.get_bind_group_layout(i);
         let group = bind_group(gpu, "lines/strokes/id_image", &self.shader, layout, &resources);
         let descriptor = wgpu::RenderPassDescriptor {

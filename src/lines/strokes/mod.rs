@@ -5,7 +5,7 @@
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
 //! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
 //! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
-//! reads the strokes of a frame back afterwards, for files.
+//! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
 
 pub mod carry;
 pub mod chain;
@@ -13,6 +13,7 @@ pub mod contour_edges;
 pub mod extract;
 pub mod history;
 pub mod id_image;
+pub mod left_out;
 pub mod points;
 pub mod polylines;
 mod records;
@@ -24,14 +25,16 @@ pub mod twin;
 
 use bytemuck::{Pod, Zeroable};
 
+pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
 pub use self::records::{Chain, ChainRules, Piece, Place, StrokeCounts, UNITS_PER_PX};
 pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
 use self::samples::CarryUniform;
 use self::stroke::Which;
 use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::Named;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
-use crate::gpu::{Gpu, GpuError, readback};
+use crate::gpu::{Gpu, GpuError};
 use crate::style;
 use crate::surface::view::View;
 
@@ -147,8 +150,23 @@ impl Lists {
         }
     }
 
+    fn strokes(&self) -> Named<'_> {
+        ("strokes", self.uniform.binding())
+    }
+
+    fn counts(&self) -> Named<'_> {
+        ("counts", self.counts.binding())
+    }
+
     /// Makes room for a picture, and counts from zero.
     pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
+        self.fit(gpu, strokes, size_px, haze_m);
+        self.counts.write(gpu, &[StrokeCounts::default()]);
+        self.edge_draw.write(gpu, &NO_EDGES);
+    }
+
+    /// Makes room for a picture whose strokes are those of the last one, with their counts.
+    fn fit(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
         let image_px = image_px(size_px, strokes.resolution);
         let piece_capacity = (image_px[0].saturating_mul(image_px[1])).min(MOST_PIECES);
         self.uniform.write(
@@ -173,8 +191,6 @@ impl Lists {
         );
         self.edges.reserve_exactly(gpu, u64::from(MOST_EDGES) * size_of::<Edge>() as u64);
         self.pieces.reserve_exactly(gpu, u64::from(piece_capacity) * size_of::<Piece>() as u64);
-        self.counts.write(gpu, &[StrokeCounts::default()]);
-        self.edge_draw.write(gpu, &NO_EDGES);
     }
 }
 
@@ -247,19 +263,6 @@ impl StrokePasses {
         self.samples.now()
     }
 
-    /// What found no room in the last frame: edges, pieces of edges, and the strokes that the budget left out. Waits for
-    /// the GPU.
-    ///
-    /// # Errors
-    /// [`GpuError::Readback`] when the device is lost or out of memory.
-    pub fn left_out(&self, gpu: &Gpu) -> Result<LeftOut, GpuError> {
-        let counts: Vec<StrokeCounts> = readback::read_buffer(gpu, self.lists.counts.buffer(), 1)?;
-        let samples: Vec<samples::SampleCounts> = readback::read_buffer(gpu, &self.samples.now().counts, 1)?;
-        let counts = counts.first().copied().unwrap_or_default();
-        let strokes = samples.first().map_or(0, |counts| counts.left_out);
-        Ok(LeftOut { edges: counts.edges_lost, pieces: counts.pieces_lost, strokes })
-    }
-
     /// Whether strokes are still coming or going.
     pub fn is_settling(&self) -> bool {
         self.history.is_settling()
@@ -270,8 +273,8 @@ impl StrokePasses {
         self.history.forget();
     }
 
-    /// Begins a frame, a step after the last one: makes room for a picture, counts from zero. Says whether
-    /// strokes are made anew: then edges are to be found, and [`StrokePasses::update`] draws; else
+    /// Begins a frame, a step after the last one: makes room for a picture. Says whether strokes are made
+    /// anew: then edges are to be found and counted from zero, and [`StrokePasses::update`] draws; else
     /// [`StrokePasses::advance`] does.
     pub fn begin(
         &mut self,
@@ -303,11 +306,12 @@ impl StrokePasses {
                 ..CarryUniform::default()
             },
         );
-        self.lists.begin(gpu, strokes, view.part.size_px, haze_m);
         self.stroke.set_texture(gpu, strokes.texture.as_ref());
         if !is_update {
+            self.lists.fit(gpu, strokes, view.part.size_px, haze_m);
             return false;
         }
+        self.lists.begin(gpu, strokes, view.part.size_px, haze_m);
         self.chain.set_rules(gpu, ChainRules::new(strokes.join_px, strokes.join_deg.to_radians()));
         self.points.reserve(gpu, MOST_PIECES);
         true
@@ -352,27 +356,6 @@ impl StrokePasses {
     ) {
         self.carry.advance(gpu, recorder, view.clone(), &self.samples);
         self.stroke.run(gpu, recorder, view, &self.lists, &self.samples, &drawn.ink, Which::Fresh);
-    }
-}
-
-/// What found no room.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LeftOut {
-    /// Of [`MOST_EDGES`].
-    pub edges: u32,
-    /// Of [`MOST_PIECES`].
-    pub pieces: u32,
-    /// Of the style's budget, the shortest.
-    pub strokes: u32,
-}
-
-impl LeftOut {
-    /// Says so in the log.
-    pub fn tell(self) {
-        if self != Self::default() {
-            let Self { edges, pieces, strokes } = self;
-            tracing::warn!("{edges} edges, {pieces} pieces and {strokes} strokes found no room: they are missing");
-        }
     }
 }
 

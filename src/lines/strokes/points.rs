@@ -79,25 +79,24 @@ impl PointsPass {
 
     /// Reads pieces and chains; writes points, their arc lengths, and how many there are.
     pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, lists: &Lists, chain: &ChainPass, scan: &ScanPass) {
-        let counts = || ("counts", lists.counts.binding());
         let resources = [
-            ("strokes", lists.uniform.binding()),
+            lists.strokes(),
             ("edge_draw", lists.edge_draw.binding()),
-            counts(),
+            lists.counts(),
             ("arguments", self.arguments.as_entire_binding()),
         ];
         self.count.run_groups(gpu, recorder, [1, 1], &resources);
         let resources = [
             ("pieces", lists.pieces.binding()),
             ("ordered", chain.ordered().as_entire_binding()),
-            ("chains", chain.chains().as_entire_binding()),
+            chain.named_chains(),
             ("places", chain.places().as_entire_binding()),
-            counts(),
+            lists.counts(),
             ("edges", lists.edges.binding()),
             ("points", self.list.binding()),
         ];
         self.points.run_indirect(gpu, recorder, &self.arguments, FOR_PIECES, &resources);
-        let resources = [("points", self.list.binding()), counts(), ("lengths", self.along.binding())];
+        let resources = [("points", self.list.binding()), lists.counts(), ("lengths", self.along.binding())];
         self.lengths.run_indirect(gpu, recorder, &self.arguments, FOR_POINTS, &resources);
         scan.run(gpu, recorder, &self.size, lists.counts.buffer(), self.along.buffer());
     }

@@ -178,8 +178,8 @@ pub struct SamplesPass {
     size: ScanSize,
     classes: wgpu::Buffer,
     starts: wgpu::Buffer,
-    pub(super) matches: wgpu::Buffer,
-    pub(super) uniform: GrowingBuffer,
+    matches: wgpu::Buffer,
+    uniform: GrowingBuffer,
     draws: wgpu::Buffer,
     lists: [SampleList; 2],
     current: usize,
@@ -234,6 +234,28 @@ impl SamplesPass {
         ("starts", self.starts.as_entire_binding())
     }
 
+    /// How many samples this frame has.
+    pub(super) fn list(&self) -> Named<'_> {
+        ("list", self.now().counts.as_entire_binding())
+    }
+
+    pub(super) fn samples(&self) -> Named<'_> {
+        ("samples", self.now().samples.as_entire_binding())
+    }
+
+    /// How many samples the frame before had.
+    pub(super) fn old_list(&self) -> Named<'_> {
+        ("old_list", self.before().counts.as_entire_binding())
+    }
+
+    pub(super) fn old_samples(&self) -> Named<'_> {
+        ("old_samples", self.before().samples.as_entire_binding())
+    }
+
+    pub(super) fn matches(&self) -> Named<'_> {
+        ("matches", self.matches.as_entire_binding())
+    }
+
     pub(super) fn carry(&self) -> Named<'_> {
         ("carry", self.uniform.binding())
     }
@@ -252,35 +274,31 @@ impl SamplesPass {
         scan: &ScanPass,
         ids: &Target,
     ) {
-        let strokes = || ("strokes", lists.uniform.binding());
-        let counts = || ("counts", lists.counts.binding());
-        let chains = || ("chains", chain.chains().as_entire_binding());
         let along = || ("along_units", points.along().binding());
         let classes = || ("classes", self.classes.as_entire_binding());
-        let list = || ("list", self.now().counts.as_entire_binding());
         let (arguments, offset) = points.per_piece();
 
-        let resources = [strokes(), counts(), chains(), along(), classes()];
+        let resources = [lists.strokes(), lists.counts(), chain.named_chains(), along(), classes()];
         self.budget.run_indirect(gpu, recorder, arguments, offset, &resources);
-        self.choose.run_groups(gpu, recorder, [1, 1], &[self.carry(), classes(), list(), self.draws()]);
+        self.choose.run_groups(gpu, recorder, [1, 1], &[self.carry(), classes(), self.list(), self.draws()]);
         let sizes = ("sizes", self.starts.as_entire_binding());
-        let resources = [strokes(), counts(), chains(), along(), list(), sizes];
+        let resources = [lists.strokes(), lists.counts(), chain.named_chains(), along(), self.list(), sizes];
         self.sizes.run_indirect(gpu, recorder, arguments, offset, &resources);
         scan.run(gpu, recorder, &self.size, lists.counts.buffer(), &self.starts);
         let resources = [
             ("view", view),
-            strokes(),
+            lists.strokes(),
             self.carry(),
-            counts(),
-            chains(),
+            lists.counts(),
+            chain.named_chains(),
             ("points", points.list().binding()),
             along(),
             self.starts(),
-            list(),
-            ("samples", self.now().samples.as_entire_binding()),
-            ("old_samples", self.before().samples.as_entire_binding()),
+            self.list(),
+            self.samples(),
+            self.old_samples(),
             ("ids", texture(&ids.view)),
-            ("matches", self.matches.as_entire_binding()),
+            self.matches(),
         ];
         self.samples.run_groups(gpu, recorder, [MOST_SAMPLES.div_ceil(64), 1], &resources);
     }

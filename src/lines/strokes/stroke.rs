@@ -133,9 +133,9 @@ impl StrokePass {
         let mut resources = vec![
             ("stage", self.stages[stage].binding()),
             ("view", view),
-            ("strokes", lists.uniform.binding()),
-            ("list", samples.now().counts.as_entire_binding()),
-            ("samples", samples.now().samples.as_entire_binding()),
+            lists.strokes(),
+            samples.list(),
+            samples.samples(),
         ];
         let mut pipeline = &self.solid;
         if let Some(textured) = &self.textured {

@@ -7,6 +7,7 @@ use super::StrokePictures;
 use crate::frame::Frame;
 use crate::gpu::readback::{self, read_buffer};
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::LeftOut;
 use crate::lines::strokes::samples::SampleCounts;
 use crate::style::Style;
 
@@ -18,6 +19,15 @@ pub fn count_strokes(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<u
     let (Some(_), Some(passes)) = (&style.strokes, frame.strokes()) else { return Ok(None) };
     let counts: Vec<SampleCounts> = read_buffer(gpu, &passes.samples().counts, 1)?;
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
+}
+
+/// What of the strokes found no room in the last frame; none where the style has none.
+///
+/// # Errors
+/// [`GpuError::Readback`].
+pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<LeftOut>, GpuError> {
+    let (Some(_), Some(passes)) = (&style.strokes, frame.strokes()) else { return Ok(None) };
+    passes.left_out(gpu).map(Some)
 }
 
 /// Which strokes lie where in the last frame; none where the style has none. The parameter is that of the nearest place

@@ -11,7 +11,7 @@ pub struct Field {
     values: Vec<f32>,
 }
 
-/// PCG in two dimensions (Jarzynski and Olano 2020), as `shaders/shared/brush.wgsl` has it.
+/// PCG in two dimensions (Jarzynski and Olano 2020), as `shaders/shared/pcg.wgsl` has it.
 pub fn hash(mut v: [u32; 2]) -> [u32; 2] {
     v = v.map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     for _ in 0..2 {

@@ -1,0 +1,18 @@
+// How long chains are on the picture: what the budget is counted by (budget.wgsl) and what it is spent by (sizes.wgsl).
+#define_import_path hachure::chain_lengths
+
+#import hachure::strokes::{Chain, StrokeCounts}
+#import hachure::stroke_edges::Strokes
+
+@group(0) @binding(0) var<uniform> strokes: Strokes;
+@group(0) @binding(1) var<storage, read> counts: StrokeCounts;
+@group(0) @binding(2) var<storage, read> chains: array<Chain>;
+// Arc length at each point since the first of all, in 1/16 px.
+@group(0) @binding(3) var<storage, read> along_units: array<u32>;
+
+fn chain_length_px(number: u32) -> f32 {
+    let chain = chains[number];
+    // A chain of n pieces has n + 1 points.
+    let first = chain.first + number;
+    return f32(along_units[first + chain.count] - along_units[first]) / 16.0;
+}

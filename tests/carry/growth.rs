@@ -1,0 +1,126 @@
+//! Lines come and go along themselves, by a bounded step in a frame.
+
+use hachure::lines::strokes::samples::{Sample, SampleCounts};
+
+use crate::checks::{comes_from, grows, growth_px, reached_px};
+use crate::{Flight, mountains, pose, strokes};
+
+#[test]
+fn new_lines_grow_and_old_ones_shrink() {
+    let Some(mut world) = mountains() else { return };
+    let mut flight = Flight::new(&world, strokes(|own| own.update_every = 1));
+    // A picture of its own is whole.
+    let (_, _, samples) = flight.fly(&mut world, 0);
+    assert!(samples.iter().all(|sample| sample.shown_px > 0.0));
+    // What comes into view at the side, and what is not seen any more, takes its time.
+    let (mut growing, mut fading) = (0, 0);
+    for frame in 1..25 {
+        let (_, _, samples) = flight.fly(&mut world, 4 * frame);
+        growing += samples.iter().filter(|own| own.flags & Sample::FADING == 0 && own.shown_px <= 0.0).count();
+        fading += samples.iter().filter(|own| own.flags & Sample::FADING != 0 && own.shown_px > 0.0).count();
+    }
+    assert!(growing > 50 && fading > 5, "{growing} {fading}");
+    // At rest all of it ends.
+    let rest = pose(&world, 96);
+    let mut frames = 0;
+    while flight.frame.is_settling() && frames < 200 {
+        flight.draw(&mut world, rest);
+        frames += 1;
+    }
+    let (_, _, samples) = flight.draw(&mut world, rest);
+    assert!(frames > 10 && frames < 200, "{frames}");
+    let hidden = samples.iter().filter(|own| own.shown_px <= 0.0 || own.flags & Sample::FADING != 0).count();
+    // Under another stroke that lies on it, a stroke cannot find itself.
+    assert!(hidden <= samples.len() / 100, "{hidden} of {}", samples.len());
+}
+
+#[test]
+fn lines_grow_no_faster_than_their_speed() {
+    let Some(mut world) = mountains() else { return };
+    // With updates in between, and with nothing else.
+    for update_every in [10, 1] {
+        let mut flight = Flight::new(&world, strokes(|own| own.update_every = update_every));
+        let growth_px = growth_px(&flight.style);
+        let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
+        let (mut between, mut growing) = (0, 0);
+        for frame in 0..40 {
+            let (_, counts, samples) = flight.fly(&mut world, frame);
+            if let Some((old_counts, old)) = before {
+                assert_eq!(comes_from(&old, &samples, growth_px), Ok(()), "frame {frame}");
+                growing += samples.iter().filter(|own| own.flags & Sample::FADING == 0 && own.shown_px < 0.0).count();
+                // Counts are those of the last update.
+                if update_every > 1 && old_counts == counts {
+                    assert_eq!(grows(&old, &samples, growth_px), Ok(()), "frame {frame}");
+                    between += 1;
+                }
+            }
+            before = Some((counts, samples));
+        }
+        assert!(growing > 50, "{growing} samples that grow");
+        assert!(between > 20 || update_every == 1, "{between} frames between updates");
+    }
+}
+
+#[test]
+fn lines_that_jump_are_found() {
+    let Some(mut world) = mountains() else { return };
+    let mut flight = Flight::new(&world, strokes(|_| {}));
+    let growth_px = growth_px(&flight.style);
+    // Far enough for lines that come and go, and then a frame between updates.
+    let mut pair = None;
+    let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
+    for frame in 0..60 {
+        let (_, counts, samples) = flight.fly(&mut world, 4 * frame);
+        let is_part = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -3.0;
+        let goes = |own: &Sample| own.flags & Sample::FADING != 0;
+        if let Some((_, old)) = before.filter(|(old, _)| *old == counts)
+            && let (Some(coming), Some(going)) = (old.iter().position(is_part), old.iter().position(goes))
+        {
+            pair = Some((old, samples, coming, going));
+            break;
+        }
+        before = Some((counts, samples));
+    }
+    let (old, new, coming, going) = pair.expect("lines that come and go");
+    assert_eq!(grows(&old, &new, growth_px), Ok(()));
+    let error = |at: usize, jump_px: f32| {
+        let mut jumped = new.clone();
+        jumped[at].shown_px += jump_px;
+        grows(&old, &jumped, growth_px).unwrap_err()
+    };
+    for error in [error(coming, 2.0), error(coming, 0.1)] {
+        assert!(error.starts_with(&format!("sample {coming} ")) && error.contains("grows"), "{error}");
+    }
+    for error in [error(going, 0.1), error(going, -2.0)] {
+        assert!(error.starts_with(&format!("sample {going} ")) && error.contains("fades"), "{error}");
+    }
+    // The frame after the next is one too far.
+    let twice = grows(&old, &new, 0.5 * growth_px).unwrap_err();
+    assert!(twice.starts_with("sample "), "{twice}");
+}
+
+#[test]
+fn lines_that_come_at_once_are_found() {
+    let Some(mut world) = mountains() else { return };
+    let mut flight = Flight::new(&world, strokes(|own| own.update_every = 1));
+    let growth_px = growth_px(&flight.style);
+    let mut old = flight.fly(&mut world, 0).2;
+    for frame in 1..60 {
+        let new = flight.fly(&mut world, frame).2;
+        // Of a line that is not there yet, and apart from any that is.
+        let is_coming = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -3.0;
+        if let Some(at) = new.iter().position(|own| is_coming(own) && reached_px(&old, own) < 4.0) {
+            let comes = |shown_px: f32| {
+                let mut changed = new.clone();
+                changed[at].shown_px = shown_px;
+                comes_from(&old, &changed, growth_px)
+            };
+            assert_eq!((comes(new[at].shown_px), comes(0.9 * growth_px)), (Ok(()), Ok(())));
+            let error = comes(8.0).unwrap_err();
+            assert!(error.starts_with(&format!("sample {at} ")) && error.contains("comes at once"), "{error}");
+            return;
+        }
+        old = new;
+    }
+    panic!("no line comes");
+}

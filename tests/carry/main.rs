@@ -1,0 +1,82 @@
+//! Strokes from frame to frame: they stay where they are, take over from those before, come and go along themselves,
+//! and are never more than the budget allows.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod budget;
+mod checks;
+mod extremes;
+mod growth;
+mod places;
+mod steady;
+
+use common::World;
+use glam::DVec3;
+use hachure::frame::{Frame, Light, Requirements};
+use hachure::lines::strokes::samples::{Sample, SampleCounts};
+use hachure::source::{Silent, procedural};
+use hachure::style::{self, Style};
+use hachure::surface::view::{Part, Pose, View};
+
+const SIZE_PX: [u32; 2] = [320, 180];
+/// A slow flight: a metre and an eighth of a degree in a frame.
+const START: &str = "-300,-2500,+350,20,-6,60";
+const STEP_M: f64 = 1.0;
+
+/// Mountains of the embedded world's kind, smaller.
+fn mountains() -> Option<World> {
+    World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0)
+}
+
+fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
+    let mut style = Style::load("strokes").unwrap();
+    change(style.strokes.as_mut().unwrap());
+    style
+}
+
+fn light() -> Light {
+    Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None }
+}
+
+/// The pose of a frame of the flight.
+fn pose(world: &World, frame: u32) -> Pose {
+    let mut pose = world.pose(START);
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(frame));
+    let turn = glam::DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(frame));
+    for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
+        *axis = turn * *axis;
+    }
+    pose
+}
+
+struct Flight {
+    style: Style,
+    frame: Frame,
+    last: Option<View>,
+}
+
+impl Flight {
+    fn new(world: &World, style: Style) -> Self {
+        let frame = Frame::new(&world.gpu, Requirements::of(&style), SIZE_PX).unwrap();
+        Self { style, frame, last: None }
+    }
+
+    /// A frame of the slow flight.
+    fn fly(&mut self, world: &mut World, frame: u32) -> (View, SampleCounts, Vec<Sample>) {
+        let pose = pose(world, frame);
+        self.draw(world, pose)
+    }
+
+    fn draw(&mut self, world: &mut World, pose: Pose) -> (View, SampleCounts, Vec<Sample>) {
+        let previous = self.last.map_or(pose, |last| last.pose);
+        let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+        self.last = Some(view);
+        self.frame.render(&world.gpu, &mut world.terrain, &view, &self.style, &light());
+        world.gpu.wait();
+        world.gpu.check().unwrap();
+        let (counts, samples) = self.frame.strokes().unwrap().samples().read(&world.gpu).unwrap();
+        (view, counts, samples)
+    }
+}
