@@ -176,7 +176,8 @@ pub struct Strokes {
     /// Whether strokes take over from those of the frame before: identity, texture, pressure, part of the place.
     #[serde(default = "yes")]
     pub carry: bool,
-    /// How long a stroke takes to come or go, in seconds, if it takes over from the frame before.
+    /// How fast strokes come and go if they take over from the frame before: none takes longer than twice this, in
+    /// seconds.
     #[serde(default = "fade_s")]
     pub fade_s: f32,
     /// How far the line of the frame before holds the new one in its place, 0 to 1.

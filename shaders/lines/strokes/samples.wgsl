@@ -1,6 +1,6 @@
 // Strokes → samples at even distances along them, and what each finds in the frame before.
 //
-// Points of chains stand where edges of the mesh end: one pixel apart or a hundred. Samples are at most 4 px apart, so
+// Points of chains stand where edges of the mesh end: one pixel apart or a hundred. Samples are at most 2 px apart, so
 // that what is told to them (pressure, texture, the old line) is told to every part of a stroke.
 //
 // A sample's place in the frame before is exact: its own distance is known, and the world stands still. (The thesis

@@ -295,7 +295,7 @@ impl StrokePasses {
                 step_m: step_m.as_vec3().to_array(),
                 has_history: u32::from(takes_over || !is_update),
                 pressure_step: progress.min(1.0) as f32,
-                growth_px: (progress * samples::SEEDS_PX / 2.0).min(8.0) as f32,
+                growth_px: (progress * samples::GROWTH_PX).min(8.0) as f32,
                 hold: strokes.hold,
                 capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
                 // A picture that stands for itself is always the same.

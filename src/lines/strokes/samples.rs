@@ -21,8 +21,9 @@ use crate::gpu::{Gpu, GpuError, readback};
 pub const MOST_SAMPLES: u32 = 1 << 18;
 /// Samples are at most so far apart along a stroke: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
 pub const SPACING_PX: f32 = 2.0;
-/// `SEEDS_PX` in the same file.
-pub(super) const SEEDS_PX: f64 = 32.0;
+/// How far lines grow, or shrink, at each end in a style's `fade_s`, in pixels. They grow from seeds 64 px apart
+/// (`shaders/shared/stroke_samples.wgsl`), so all of a line is there after twice that time.
+pub(super) const GROWTH_PX: f64 = 16.0;
 /// `CLASSES` in the same file.
 const CLASSES: u64 = 64;
 /// Where `StrokeCounts` has the number of chains.
