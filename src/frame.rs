@@ -26,7 +26,7 @@ use crate::tones::hatching::uniform::{HatchLayerUniform, HatchUniform};
 use crate::tones::hatching::{self, axes};
 use crate::tones::light::LightUniform;
 use crate::tones::plain::PlainLight;
-use crate::tones::toon;
+use crate::tones::{toon, watercolor};
 
 /// Every struct that Rust writes and a shader reads.
 pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
@@ -58,6 +58,8 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::tones::plain::PlainUniform::shared(),
         LightUniform::shared(),
         toon::ToonUniform::shared(),
+        watercolor::WatercolorUniform::shared(),
+        watercolor::Anchor::shared(),
         HatchLayerUniform::shared(),
         HatchUniform::shared(),
         axes::Cell::shared(),
@@ -203,11 +205,18 @@ impl Frame {
             }
             Tone::Toon(steps) => {
                 let pass = passes.toon.as_mut().expect("the frame was made for this style");
-                let inputs = toon::Inputs { view: view_resource(), position, normal, tone };
-                pass.run(gpu, recorder, size_px, steps, LightUniform::new(style, light), inputs);
+                let land = toon::Land { camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
+                let inputs = toon::Inputs { view: view_resource(), terrain: terrain.uniform(), position, normal, tone };
+                pass.run(gpu, recorder, size_px, steps, LightUniform::new(style, light), land, inputs);
             }
         }
 
+        let mut colors = tone;
+        if let (Some(water), Some(pass), Some(washed)) = (&style.watercolor, &mut passes.watercolor, &targets.washed) {
+            let inputs = watercolor::Inputs { view: view_resource(), position, tone, washed };
+            pass.run(gpu, recorder, size_px, water, view.pose.position_m, inputs);
+            colors = washed;
+        }
         let mut marks = &targets.no_line;
         if let (Some(style), Some(drawn)) = (&style.hatching, &targets.hatching) {
             let inputs = hatching::Inputs {
@@ -229,7 +238,7 @@ impl Frame {
 
         // Composite.
         let picture = &targets.picture;
-        let inputs = composite::Inputs { view: view_resource(), position, tone, line, ink, marks, picture };
+        let inputs = composite::Inputs { view: view_resource(), position, tone: colors, line, ink, marks, picture };
         passes.composite.run(gpu, recorder, size_px, style, light, inputs);
         frame.submit();
         prepared

@@ -4,7 +4,15 @@
 // noise while the camera comes nearer, until finer noise takes over (Benard et al. 2009 do so with textures).
 #define_import_path hachure::wobble
 
-#import hachure::stroke_samples::{Carry, hash}
+#import hachure::stroke_samples::hash
+
+// The camera in the world: whole blocks of 4096 m, and the rest.
+struct Anchor {
+    blocks: vec3<i32>,
+    pad_a: u32,
+    rest_m: vec3<f32>,
+    pad_b: u32,
+}
 
 // Of the noise on the picture.
 const CELL_PX: f32 = 24.0;
@@ -15,12 +23,12 @@ fn corner(cell: vec3<i32>) -> f32 {
 }
 
 // -1 to 1. The cells' numbers repeat after 256 of them.
-fn noise(carry: Carry, at_m: vec3<f32>, octave: i32) -> f32 {
+fn noise(anchor: Anchor, at_m: vec3<f32>, octave: i32) -> f32 {
     let cell_m = exp2(f32(octave));
     // Blocks of 4096 m are 2^(12 - octave) cells: all of a repetition if those are 256 or more.
-    let blocks = vec3<f32>(carry.camera_blocks) * exp2(f32(12 - octave));
+    let blocks = vec3<f32>(anchor.blocks) * exp2(f32(12 - octave));
     let far = select(blocks - 256.0 * floor(blocks / 256.0), vec3<f32>(0.0), octave <= 4);
-    let place = (carry.camera_rest_m + at_m) / cell_m;
+    let place = (anchor.rest_m + at_m) / cell_m;
     let cell = floor(place);
     let t = place - cell;
     let s = t * t * (3.0 - 2.0 * t);
@@ -36,11 +44,11 @@ fn noise(carry: Carry, at_m: vec3<f32>, octave: i32) -> f32 {
 }
 
 // -1 to 1, at a camera-relative place whose pixel is `pixel_m` wide.
-fn wobble(carry: Carry, at_m: vec3<f32>, pixel_m: f32) -> f32 {
+fn wobble(anchor: Anchor, at_m: vec3<f32>, pixel_m: f32) -> f32 {
     let octave = clamp(log2(max(CELL_PX * pixel_m, 1e-3)), -8.0, 16.0);
     let t = octave - floor(octave);
-    let fine = noise(carry, at_m, i32(floor(octave)));
-    let coarse = noise(carry, at_m, i32(floor(octave)) + 1);
+    let fine = noise(anchor, at_m, i32(floor(octave)));
+    let coarse = noise(anchor, at_m, i32(floor(octave)) + 1);
     // The blend of two is weaker in the middle.
     return mix(fine, coarse, t) / sqrt(t * t + (1.0 - t) * (1.0 - t));
 }

@@ -1,6 +1,13 @@
-// Toon tones: light in a few steps with soft borders, or smooth.
+// Toon tones: light in a few steps with soft borders, or smooth, and their colours.
+//
+// Colours come from a table of two dimensions: the tone, and how high, how steep or how far the place is (X-toon: Barla,
+// Thollot and Markosian 2006). Elevation tints are such a table.
 #import hachure::view::View
+#import hachure::earth::unbend
 #import hachure::light::{Light, light_tone, haze_clear}
+
+const HEIGHT: u32 = 0u;
+const SLOPE: u32 = 1u;
 
 struct Toon {
     // 0: smooth.
@@ -11,9 +18,16 @@ struct Toon {
     softness: f32,
     // How much of the tone is colour.
     wash: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
+    // Row of the ramp by its attribute: first + attribute * scale.
+    row_first: f32,
+    row_scale: f32,
+    // HEIGHT, SLOPE, or the distance.
+    attribute: u32,
+    camera_z_m: f32,
+    // The land's heights.
+    low_m: f32,
+    high_m: f32,
+    pad: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -21,8 +35,10 @@ struct Toon {
 @group(0) @binding(2) var<uniform> toon: Toon;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var normal: texture_2d<f32>;
+// Linear colour; tones from dark to light, and the attribute.
+@group(0) @binding(5) var ramp: texture_2d<f32>;
 // rgb: colour before lines and haze; a: the tone asked for, haze included.
-@group(0) @binding(5) var tone: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
 
 fn stepped(lit: f32) -> f32 {
     if toon.steps < 1.0 {
@@ -32,6 +48,29 @@ fn stepped(lit: f32) -> f32 {
     let step = floor(scaled);
     let soft = smoothstep(1.0 - toon.softness, 1.0, scaled - step);
     return clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0);
+}
+
+fn attribute_at(at: vec3<f32>, n: vec3<f32>) -> f32 {
+    if toon.attribute == HEIGHT {
+        // The earth bends away; heights above the sea do not sink with it.
+        return (unbend(at).flat_m.z + toon.camera_z_m - toon.low_m) / (toon.high_m - toon.low_m);
+    }
+    if toon.attribute == SLOPE {
+        return degrees(acos(clamp(n.z, -1.0, 1.0)));
+    }
+    return length(at);
+}
+
+fn ramp_color(value: f32, attribute: f32) -> vec3<f32> {
+    let last = vec2<i32>(textureDimensions(ramp)) - 1;
+    let place = vec2<f32>(value * f32(last.x), toon.row_first + attribute * toon.row_scale);
+    let p = clamp(place, vec2<f32>(0.0), vec2<f32>(last));
+    let cell = vec2<i32>(p);
+    let next = min(cell + 1, last);
+    let f = p - vec2<f32>(cell);
+    return mix(
+        mix(textureLoad(ramp, cell, 0), textureLoad(ramp, vec2<i32>(next.x, cell.y), 0), f.x),
+        mix(textureLoad(ramp, vec2<i32>(cell.x, next.y), 0), textureLoad(ramp, next, 0), f.x), f.y).rgb;
 }
 
 @compute @workgroup_size(8, 8)
@@ -48,5 +87,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let n = textureLoad(normal, pixel, 0).xyz;
     let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, vec2<f32>(1.0))));
     let asked = 1.0 - (1.0 - value) * haze_clear(light, length(at.xyz));
-    textureStore(tone, pixel, vec4<f32>(vec3<f32>(mix(1.0, value, toon.wash)), asked));
+    let color = ramp_color(value, attribute_at(at.xyz, n));
+    textureStore(tone, pixel, vec4<f32>(mix(vec3<f32>(1.0), color, toon.wash), asked));
 }

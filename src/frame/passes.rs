@@ -20,6 +20,7 @@ use crate::tones::fractal_hatching::FractalHatchingPass;
 use crate::tones::hatching::HatchingPass;
 use crate::tones::plain::PlainPass;
 use crate::tones::toon::ToonPass;
+use crate::tones::watercolor::WatercolorPass;
 
 /// What has to exist for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +33,8 @@ pub struct Requirements {
     pub strokes: Option<u32>,
     /// Tones in steps rather than Blinn-Phong.
     pub toon: bool,
+    /// Whether tones run as water does.
+    pub watercolor: bool,
     /// Whether tones are made of marks.
     pub hatching: Option<Scale>,
     /// Whether screen motion is wanted.
@@ -46,6 +49,7 @@ impl Requirements {
             antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
             strokes: style.strokes.as_ref().map(|strokes| (strokes.resolution * 64.0).round() as u32),
             toon: matches!(style.tone, Tone::Toon(_)),
+            watercolor: style.watercolor.is_some(),
             hatching: style.hatching.as_ref().map(|hatching| hatching.scale),
             motion: false,
         }
@@ -72,6 +76,7 @@ impl Requirements {
         ];
         let tones = [
             Some(if self.toon { "tones/toon" } else { "tones/plain" }),
+            self.watercolor.then_some("tones/watercolor"),
             self.hatching.map(|scale| match scale {
                 Scale::Blend => "tones/hatching",
                 Scale::Add => "tones/fractal_hatching",
@@ -97,6 +102,7 @@ pub(super) struct Passes {
     pub strokes: Option<StrokePasses>,
     pub toon: Option<ToonPass>,
     pub plain: Option<PlainPass>,
+    pub watercolor: Option<WatercolorPass>,
     pub form: Option<FormPass>,
     pub hatching: Option<HatchingPass>,
     pub fractal_hatching: Option<FractalHatchingPass>,
@@ -127,6 +133,7 @@ impl Passes {
             strokes: None,
             toon: None,
             plain: None,
+            watercolor: None,
             form: None,
             hatching: None,
             fractal_hatching: None,
@@ -151,6 +158,7 @@ impl Passes {
         }
         keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
+        keep(&mut self.watercolor, requirements.watercolor, || WatercolorPass::new(gpu));
         keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));
         let hatching = requirements.hatching;
         keep(&mut self.hatching, hatching == Some(Scale::Blend), || HatchingPass::new(gpu));

@@ -38,6 +38,8 @@ pub struct Targets {
     pub no_line: Target,
     /// Colour and tone.
     pub tone: Target,
+    /// Colour after water has run, of a style with watercolour.
+    pub washed: Option<Target>,
     /// Of a style with hatching.
     pub hatching: Option<HatchingTargets>,
     /// The result.
@@ -97,6 +99,7 @@ impl Targets {
             }),
             no_line: Target::storage(gpu, "no line", [1, 1], LINE_FORMAT),
             tone: storage("tone", TONE_FORMAT),
+            washed: requirements.watercolor.then(|| storage("washed", TONE_FORMAT)),
             picture: storage("picture", PICTURE_FORMAT),
         })
     }
@@ -121,6 +124,14 @@ impl Targets {
             .iter()
             .flat_map(|strokes| [&strokes.id_image.ids, &strokes.id_image.depth, &strokes.ink.ink, &strokes.ink.ids]);
         let hatching = self.hatching.iter().flat_map(|hatching| [&hatching.form, &hatching.marks]);
-        always.into_iter().chain(lines).chain(strokes).chain(hatching).chain(&self.motion).map(Target::bytes).sum()
+        always
+            .into_iter()
+            .chain(lines)
+            .chain(strokes)
+            .chain(hatching)
+            .chain(&self.motion)
+            .chain(&self.washed)
+            .map(Target::bytes)
+            .sum()
     }
 }

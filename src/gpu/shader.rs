@@ -76,6 +76,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/strokes/advance"),
     shader!("tones/toon"),
     shader!("tones/plain"),
+    shader!("tones/watercolor"),
     shader!("tones/hatching"),
     shader!("tones/fractal_hatching"),
     shader!("composite/composite"),

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::marks::Recipe;
-use super::{Color, StyleError};
+use super::{Color, StyleError, within};
 
 /// Layers, at most.
 pub const MOST_LAYERS: usize = 4;
@@ -101,20 +101,15 @@ impl Hatching {
         if !(1..=MOST_LAYERS).contains(&self.layers.len()) {
             return Err(format!("there are {} of hatching.layers, not 1 to {MOST_LAYERS}", self.layers.len()));
         }
-        let mut numbers = vec![("softness", self.softness, 0.0, 0.5)];
+        within("hatching.softness", self.softness, 0.0, 0.5)?;
         for layer in &self.layers {
-            numbers.extend([
-                ("layers.from", layer.from, 0.0, 0.99),
-                ("layers.size", layer.size, 0.25, 8.0),
-                ("layers.angle_deg", layer.angle_deg, -360.0, 360.0),
-                ("layers.level_deg", layer.level_deg, -360.0, 360.0),
-                ("layers.slope_deg", layer.slope_deg[0], 0.0, layer.slope_deg[1]),
-                ("layers.slope_deg", layer.slope_deg[1], layer.slope_deg[0], 90.0),
-            ]);
+            within("hatching.layers.from", layer.from, 0.0, 0.99)?;
+            within("hatching.layers.size", layer.size, 0.25, 8.0)?;
+            within("hatching.layers.angle_deg", layer.angle_deg, -360.0, 360.0)?;
+            within("hatching.layers.level_deg", layer.level_deg, -360.0, 360.0)?;
+            within("hatching.layers.slope_deg", layer.slope_deg[1], 0.0, 90.0)?;
+            within("hatching.layers.slope_deg", layer.slope_deg[0], 0.0, layer.slope_deg[1])?;
         }
-        let outside = numbers.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
-        outside.map_or(Ok(()), |(what, value, low, high)| {
-            Err(format!("hatching.{what} is {value}, not between {low} and {high}"))
-        })
+        Ok(())
     }
 }

@@ -2,14 +2,20 @@
 
 pub mod color;
 pub mod hatching;
+mod lines;
 pub mod marks;
+mod strokes;
 pub mod texture;
+mod tone;
 
 use std::path::Path;
 
 use serde::Deserialize;
 
 pub use color::Color;
+pub use lines::{Detector, Epsilon, Lines};
+pub use strokes::Strokes;
+pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 
 /// The styles that come with the program, by name.
 const PRESETS: &[(&str, &str)] = &[
@@ -85,6 +91,8 @@ pub struct Style {
     /// How light falls, for tones in steps and for marks.
     #[serde(default)]
     pub light: Shading,
+    /// Tones that run and settle as water and pigment do; none lets them be.
+    pub watercolor: Option<Watercolor>,
     /// Tones made of marks; none draws none.
     pub hatching: Option<hatching::Hatching>,
     /// What it is drawn on.
@@ -96,178 +104,6 @@ pub struct Style {
     /// In the distance.
     #[serde(default)]
     pub haze: Haze,
-}
-
-/// Lines of a style.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Lines {
-    /// What finds them.
-    pub detector: Detector,
-    /// ε of LSA contours.
-    #[serde(default)]
-    pub epsilon: Epsilon,
-    /// Errors at which a line begins and is full.
-    pub ramp: [f32; 2],
-    /// Strength of the line-density filter: 0 is off, 2 the paper's.
-    #[serde(default)]
-    pub density: f32,
-    /// Whether stairs are smoothed.
-    #[serde(default = "yes")]
-    pub antialias: bool,
-    /// Their colour.
-    #[serde(default)]
-    pub ink: Color,
-    /// What is left of a line in full haze, 0 to 1.
-    #[serde(default)]
-    pub faintest: f32,
-    /// How much farther than tones lines reach into the haze.
-    #[serde(default = "one")]
-    pub reach: f32,
-}
-
-/// Strokes of a style.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Strokes {
-    /// Their colour.
-    #[serde(default)]
-    pub ink: Color,
-    /// Their width in pixels.
-    pub width_px: f32,
-    /// What they are drawn with: one of [`texture::names`], or a file beside the style's (`.toml`). None is solid.
-    #[serde(rename = "texture")]
-    pub texture_name: Option<String>,
-    /// What `texture_name` means.
-    #[serde(skip)]
-    pub texture: Option<texture::Recipe>,
-    /// Over so many pixels they thin out at their ends.
-    #[serde(default)]
-    pub taper_px: f32,
-    /// How much wider strokes are at bends, -1 to 1: 1 is twice the width at a right angle, below 0 they are thinner.
-    #[serde(default)]
-    pub curve_width: f32,
-    /// How far the hand strays from the line, in pixels. What it does at a place of the world it does again.
-    #[serde(default)]
-    pub wobble_px: f32,
-    /// Shorter strokes are left out: specks.
-    #[serde(default = "four")]
-    pub shortest_px: f32,
-    /// How much wider near strokes are than far ones, 0 to 1.
-    #[serde(default)]
-    pub depth_width: f32,
-    /// Pixels of the reference image per pixel of the picture, 1/4 to 1: what is seen of an edge is found at this scale.
-    #[serde(default = "one")]
-    pub resolution: f32,
-    /// Ends this near in pixels may be joined.
-    #[serde(default = "four")]
-    pub join_px: f32,
-    /// And those that turn by this angle at most, in degrees.
-    #[serde(default = "sixty")]
-    pub join_deg: f32,
-    /// Edges that are sharper than this are drawn too, in degrees between their normals; none draws contours only.
-    pub crease_deg: Option<f32>,
-    /// Whether the border of the land is drawn.
-    #[serde(default = "yes")]
-    pub borders: bool,
-    /// Strokes are made anew in each Nth frame; between, they move with the world.
-    #[serde(default = "ten")]
-    pub update_every: u32,
-    /// Whether strokes take over from those of the frame before: identity, texture, pressure, part of the place.
-    #[serde(default = "yes")]
-    pub carry: bool,
-    /// How fast strokes come and go if they take over from the frame before: none takes longer than twice this, in
-    /// seconds.
-    #[serde(default = "fade_s")]
-    pub fade_s: f32,
-    /// How far the line of the frame before holds the new one in its place, 0 to 1.
-    #[serde(default = "hold")]
-    pub hold: f32,
-    /// Length of all strokes together, at most, in pixels; the shortest are left out first.
-    #[serde(default = "budget_px")]
-    pub budget_px: f32,
-    /// What is left of a stroke in full haze, 0 to 1.
-    #[serde(default)]
-    pub faintest: f32,
-    /// How much farther than tones strokes reach into the haze.
-    #[serde(default = "one")]
-    pub reach: f32,
-}
-
-/// What finds lines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Detector {
-    /// Local Surface Approximation contours.
-    Lsa,
-    /// Sobel's operator on depth.
-    Sobel,
-    /// Roystan's outline.
-    Roystan,
-}
-
-/// ε of the planarity term of LSA contours.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Epsilon {
-    /// 1e-5 m, as printed.
-    Paper,
-    /// A part of the pixel's size in the world.
-    #[default]
-    Footprint,
-}
-
-/// How light becomes colour.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "lowercase", tag = "kind")]
-pub enum Tone {
-    /// Blinn-Phong over an elevation tint.
-    Plain,
-    /// Steps.
-    Toon(Toon),
-}
-
-/// Steps of light.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Toon {
-    /// 2 to 64; 0 is smooth.
-    pub steps: u32,
-    /// Tone of the darkest step, 0 to 1.
-    pub darkest: f32,
-    /// Tone of the lightest step, 0 to 1.
-    #[serde(default = "one")]
-    pub lightest: f32,
-    /// How much of the tone is colour, 0 to 1: marks can do the rest.
-    #[serde(default = "one")]
-    pub wash: f32,
-    /// Part of a step in which it fades to the next, 0 to 1.
-    #[serde(default)]
-    pub softness: f32,
-}
-
-/// How light falls.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Shading {
-    /// How far light reaches around, 0 to 1: 0 is Lambert's cosine, 1 keeps form in the shade.
-    pub wrap: f32,
-    /// What is left where the sun does not shine, 0 to 1.
-    pub ambient: f32,
-    /// How much of the sun cast shadows take, 0 to 1.
-    pub shadow: f32,
-    /// How much of the ambient light the land around takes, 0 to 1.
-    pub occlusion: f32,
-    /// How much of the darkness is the slope's own, 0 to 1: 45 degrees are black.
-    pub slope: f32,
-    /// Exponent of the tone, 0.2 to 5: above 1 is darker.
-    pub contrast: f32,
-}
-
-impl Default for Shading {
-    fn default() -> Self {
-        Self { wrap: 1.0, ambient: 0.0, shadow: 0.0, occlusion: 0.0, slope: 0.0, contrast: 1.0 }
-    }
 }
 
 /// The sheet.
@@ -322,32 +158,16 @@ fn one() -> f32 {
     1.0
 }
 
-fn four() -> f32 {
-    4.0
-}
-
-fn ten() -> u32 {
-    10
-}
-
-fn fade_s() -> f32 {
-    0.8
-}
-
-fn hold() -> f32 {
-    0.7
-}
-
-fn budget_px() -> f32 {
-    400_000.0
-}
-
-fn sixty() -> f32 {
-    60.0
-}
-
 fn yes() -> bool {
     true
+}
+
+/// Says which number is not what it may be.
+fn within(what: &str, value: f32, low: f32, high: f32) -> Result<(), String> {
+    (low..=high)
+        .contains(&value)
+        .then_some(())
+        .ok_or_else(|| format!("{what} is {value}, not between {low} and {high}"))
 }
 
 /// The names of the presets.
@@ -366,33 +186,6 @@ fn from_toml<T: serde::de::DeserializeOwned>(name: &str, text: &str) -> Result<T
         let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
         StyleError::Parse { name: name.to_owned(), cause: format!("line {line}: {}", error.message()) }
     })
-}
-
-impl Strokes {
-    fn check(&self) -> Result<(), String> {
-        let within = |what: &str, value: f32, low: f32, high: f32| {
-            let is_within = (low..=high).contains(&value);
-            is_within.then_some(()).ok_or_else(|| format!("strokes.{what} is {value}, not between {low} and {high}"))
-        };
-        within("width_px", self.width_px, 0.5, 64.0)?;
-        within("taper_px", self.taper_px, 0.0, 1000.0)?;
-        within("shortest_px", self.shortest_px, 0.0, 1000.0)?;
-        within("curve_width", self.curve_width, -1.0, 1.0)?;
-        within("wobble_px", self.wobble_px, 0.0, 16.0)?;
-        within("depth_width", self.depth_width, 0.0, 1.0)?;
-        within("resolution", self.resolution, 0.25, 1.0)?;
-        within("join_px", self.join_px, 1.0, 16.0)?;
-        within("join_deg", self.join_deg, 0.0, 90.0)?;
-        within("crease_deg", self.crease_deg.unwrap_or(0.0), 0.0, 180.0)?;
-        within("faintest", self.faintest, 0.0, 1.0)?;
-        within("fade_s", self.fade_s, 0.0, 60.0)?;
-        within("hold", self.hold, 0.0, 1.0)?;
-        within("budget_px", self.budget_px, 100.0, 500_000.0)?;
-        if !(1..=1000).contains(&self.update_every) {
-            return Err(format!("strokes.update_every is {}, not between 1 and 1000", self.update_every));
-        }
-        within("reach", self.reach, 1e-3, 1e6)
-    }
 }
 
 impl Style {
@@ -432,42 +225,20 @@ impl Style {
     }
 
     fn check(&self) -> Result<(), String> {
-        let part = |what: &str, value: f32| {
-            (0.0..=1.0).contains(&value).then_some(()).ok_or_else(|| format!("{what} is {value}, not between 0 and 1"))
-        };
         if let Some(lines) = &self.lines {
-            if !(lines.ramp[0] >= 0.0 && lines.ramp[1] > lines.ramp[0] && lines.ramp[1].is_finite()) {
-                return Err(format!("lines.ramp is {:?}; it must rise, from 0 or more", lines.ramp));
-            }
-            if !(lines.density >= 0.0 && lines.density.is_finite()) {
-                return Err(format!("lines.density is {}, not 0 or more", lines.density));
-            }
-            if !(lines.reach > 0.0 && lines.reach.is_finite()) {
-                return Err(format!("lines.reach is {}, not above 0", lines.reach));
-            }
-            part("lines.faintest", lines.faintest)?;
+            lines.check()?;
         }
         if let Some(strokes) = &self.strokes {
             strokes.check()?;
         }
         if let Tone::Toon(toon) = &self.tone {
-            if toon.steps != 0 && !(2..=64).contains(&toon.steps) {
-                return Err(format!("tone.steps is {}, neither 0 nor between 2 and 64", toon.steps));
-            }
-            part("tone.darkest", toon.darkest)?;
-            part("tone.softness", toon.softness)?;
-            part("tone.lightest", toon.lightest)?;
-            part("tone.wash", toon.wash)?;
+            toon.check()?;
         }
-        part("light.wrap", self.light.wrap)?;
-        part("light.ambient", self.light.ambient)?;
-        part("light.shadow", self.light.shadow)?;
-        part("light.occlusion", self.light.occlusion)?;
-        part("light.slope", self.light.slope)?;
-        if !(0.2..=5.0).contains(&self.light.contrast) {
-            return Err(format!("light.contrast is {}, not between 0.2 and 5", self.light.contrast));
+        if let Some(watercolor) = &self.watercolor {
+            watercolor.check()?;
         }
-        part("paper.grain", self.paper.grain)?;
-        part("haze.faintest_tone", self.haze.faintest_tone)
+        self.light.check()?;
+        within("paper.grain", self.paper.grain, 0.0, 1.0)?;
+        within("haze.faintest_tone", self.haze.faintest_tone, 0.0, 1.0)
     }
 }

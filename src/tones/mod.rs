@@ -6,6 +6,7 @@ pub mod light;
 pub mod plain;
 pub mod tonal_art_map;
 pub mod toon;
+pub mod watercolor;
 
 /// rgb: linear colour; a: the tone asked for, 0 black to 1 white.
 pub const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;

@@ -1,11 +1,14 @@
 //! Light in a few steps. See `shaders/tones/toon.wgsl`.
 
+mod ramp;
+
 use bytemuck::{Pod, Zeroable};
 
+use self::ramp::RampTable;
 use super::light::LightUniform;
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, texture};
+use crate::gpu::pass::{ComputePass, Named, texture};
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 use crate::style::Toon;
@@ -18,24 +21,40 @@ pub(crate) struct ToonUniform {
     lightest: f32,
     softness: f32,
     wash: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
+    row_first: f32,
+    row_scale: f32,
+    attribute: u32,
+    camera_z_m: f32,
+    low_m: f32,
+    high_m: f32,
+    pad: f32,
 }
 
-crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": steps, darkest, lightest, softness, wash, pad_a, pad_b, pad_c);
+crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": steps, darkest, lightest, softness, wash, row_first, row_scale, attribute, camera_z_m, low_m, high_m, pad);
+
+/// What colours need to know of the land.
+#[derive(Clone, Copy, Debug)]
+pub struct Land {
+    /// The camera's height in the world.
+    pub camera_z_m: f32,
+    /// The lowest and the highest place.
+    pub range_m: [f32; 2],
+}
 
 /// The pass.
 pub struct ToonPass {
     pass: ComputePass,
     light: GrowingBuffer,
     uniform: GrowingBuffer,
+    ramp: RampTable,
 }
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
     /// `View`.
     pub view: wgpu::BindingResource<'a>,
+    /// `Terrain`, for the earth's curvature.
+    pub terrain: Named<'a>,
     /// Of the surface.
     pub position: &'a Target,
     /// Of the surface.
@@ -51,10 +70,12 @@ impl ToonPass {
             pass: ComputePass::new(gpu, "tones/toon"),
             light: GrowingBuffer::new(gpu, "light", wgpu::BufferUsages::UNIFORM),
             uniform: GrowingBuffer::new(gpu, "toon", wgpu::BufferUsages::UNIFORM),
+            ramp: RampTable::new(gpu, None),
         }
     }
 
     /// Tones what the inputs show.
+    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -62,17 +83,36 @@ impl ToonPass {
         size_px: [u32; 2],
         toon: &Toon,
         light: LightUniform,
+        land: Land,
         inputs: Inputs<'_>,
     ) {
-        let &Toon { darkest, lightest, softness, wash, .. } = toon;
-        let (steps, softness) = (toon.steps as f32, softness.max(1e-3));
-        let uniform = ToonUniform { steps, darkest, lightest, softness, wash, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
+        if !self.ramp.is_of(toon.ramp.as_ref()) {
+            self.ramp = RampTable::new(gpu, toon.ramp.as_ref());
+        }
+        let [row_first, row_scale] = self.ramp.row_px;
+        let [low_m, high_m] = land.range_m;
+        let uniform = ToonUniform {
+            steps: toon.steps as f32,
+            darkest: toon.darkest,
+            lightest: toon.lightest,
+            softness: toon.softness.max(1e-3),
+            wash: toon.wash,
+            row_first,
+            row_scale,
+            attribute: self.ramp.attribute,
+            camera_z_m: land.camera_z_m,
+            low_m,
+            high_m: high_m.max(low_m + 1.0),
+            pad: 0.0,
+        };
         self.uniform.write(gpu, &[uniform]);
         self.light.write(gpu, &[light]);
         let resources = [
             ("view", inputs.view),
             ("light", self.light.binding()),
             ("toon", self.uniform.binding()),
+            ("ramp", texture(&self.ramp.view)),
+            inputs.terrain,
             ("position", texture(&inputs.position.view)),
             ("normal", texture(&inputs.normal.view)),
             ("tone", texture(&inputs.tone.view)),

@@ -7,7 +7,7 @@
 // looks the motion up in a picture, where a line on a contour straddles two motions.) There the strokes that were drawn
 // are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
 #import hachure::view::{View, ray_at}
-#import hachure::wobble::wobble
+#import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_edges::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
@@ -156,7 +156,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let way_on = on_stroke(first, last, min(at_units + BEND_UNITS, length_units)).px - at.px;
     if strokes.wobble_px > 0.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
-        let strayed = wobble(carry, ray_at(view, at.px) * at.depth_m, at.depth_m / view.focal_px);
+        let anchor = Anchor(carry.camera_blocks, 0u, carry.camera_rest_m, 0u);
+        let strayed = wobble(anchor, ray_at(view, at.px) * at.depth_m, at.depth_m / view.focal_px);
         at.px += vec2<f32>(-way.y, way.x) * (strayed * strokes.wobble_px);
     }
 
