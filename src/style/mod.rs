@@ -29,6 +29,12 @@ const PRESETS: &[(&str, &str)] = &[
     ("dry-ink", include_str!("presets/dry-ink.toml")),
     ("charcoal", include_str!("presets/charcoal.toml")),
     ("pencil-lines", include_str!("presets/pencil-lines.toml")),
+    ("hachures", include_str!("presets/hachures.toml")),
+    ("crosshatch", include_str!("presets/crosshatch.toml")),
+    ("stipple", include_str!("presets/stipple.toml")),
+    ("pencil", include_str!("presets/pencil.toml")),
+    ("engraving", include_str!("presets/engraving.toml")),
+    ("wash", include_str!("presets/wash.toml")),
 ];
 
 /// A style that is not there or does not hold.
