@@ -1,6 +1,8 @@
-//! Tones from pictures of the surface: how light each place is, and its colour before lines and haze.
+//! Tones from pictures of the surface: how light each place is, and its colour before lines and haze; and the marks that
+//! tones are hatched with.
 
 pub mod plain;
+pub mod tonal_art_map;
 pub mod toon;
 
 /// rgb: linear colour; a: the tone asked for, 0 black to 1 white.
