@@ -28,6 +28,7 @@ mod texture;
 pub use cache::read_or_make;
 pub use texture::{MARK_FORMAT, MarkTexture};
 
+use self::equalise::Windows;
 use self::growth::Growth;
 use self::ink_map::InkMap;
 use self::rows::Family;
@@ -42,7 +43,7 @@ const GENERATOR_VERSION: u32 = 1;
 const FOLDER: &str = "marks";
 
 /// The ink at which lines begin to be crossed, and how much later than the first the others' rows come.
-const CROSSED_AT: f32 = 0.42;
+const CROSSED_AT: f32 = 0.5;
 
 /// Thresholds of a tile that repeats in both directions.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,9 +73,10 @@ impl TonalArtMap {
                 map.ink
             }
         };
-        let mut even = equalise::everywhere(&ink, side);
+        let windows = windows(recipe.kind);
+        let mut even = equalise::everywhere(&ink, side, windows);
         if recipe.grain > 0.0 {
-            even = equalise::everywhere(&grained(&even, recipe), side);
+            even = equalise::everywhere(&grained(&even, recipe), side, windows);
         }
         Ok(Self::of_ranks(recipe.side_px, &even))
     }
@@ -99,6 +101,16 @@ impl TonalArtMap {
     fn of_ranks(side_px: u32, ranks: &[f32]) -> Self {
         Self { side_px, thresholds: ranks.iter().map(|rank| (rank * 256.0).min(255.0) as u8).collect() }
     }
+}
+
+/// The neighbourhoods in which tones are right: long for marks that are long.
+fn windows(kind: Kind) -> Windows {
+    let (narrow_px, wide_px) = match kind {
+        Kind::Line => ([24.0, 6.0], [32.0, 12.0]),
+        Kind::Dash => ([14.0, 6.0], [20.0, 12.0]),
+        _ => ([9.0, 9.0], [16.0, 16.0]),
+    };
+    Windows { narrow_px, wide_px }
 }
 
 /// Lines through the tile, and across them.

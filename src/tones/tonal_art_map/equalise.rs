@@ -11,14 +11,23 @@
 
 use rayon::prelude::*;
 
-/// Standard deviation of the window: with 64 texels a square has 18.5.
-const WINDOW_PX: f32 = 15.0;
+/// Standard deviations of the windows, along and across marks.
+#[derive(Clone, Copy)]
+pub(super) struct Windows {
+    /// At middle tones.
+    pub(super) narrow_px: [f32; 2],
+    /// At light and dark ones.
+    pub(super) wide_px: [f32; 2],
+}
+
+/// From the first to the second darkness (and as far from black) the window goes from the wider to the narrower.
+const NARROWING: [f32; 2] = [0.1, 0.35];
 /// Side of a cell.
 const CELL_PX: usize = 4;
 /// Thresholds for which the share is known.
 const BINS: usize = 96;
 /// A plateau within a bin needs a second turn.
-const TURNS: usize = 3;
+const TURNS: usize = 5;
 
 /// Each value's rank, 0 to 1. What is equal keeps its order.
 pub(super) fn ranks(values: &[f32]) -> Vec<f32> {
@@ -38,16 +47,16 @@ fn sortable(value: f32) -> u32 {
 }
 
 /// Ranks over the tile after ranks within each neighbourhood, a few times over.
-pub(super) fn everywhere(values: &[f32], side_px: usize) -> Vec<f32> {
+pub(super) fn everywhere(values: &[f32], side_px: usize, windows: Windows) -> Vec<f32> {
     let mut even = ranks(values);
     for _ in 0..TURNS {
-        even = ranks(&locally(&even, side_px));
+        even = ranks(&locally(&even, side_px, windows));
     }
     even
 }
 
 /// Thresholds of 0 to 1 by their rank in the window around them.
-fn locally(thresholds: &[f32], side_px: usize) -> Vec<f32> {
+fn locally(thresholds: &[f32], side_px: usize, windows: Windows) -> Vec<f32> {
     let cells = side_px / CELL_PX;
     // Shares of the window, for each bin's upper end a picture; the first is nothing.
     let mut bins = vec![0_u8; thresholds.len()];
@@ -56,9 +65,6 @@ fn locally(thresholds: &[f32], side_px: usize) -> Vec<f32> {
     for (place, bin) in bins.iter().enumerate() {
         counts[place / side_px / CELL_PX * cells + place % side_px / CELL_PX][usize::from(*bin)] += 1.0;
     }
-    let kernel = kernel(cells);
-    counts = blurred(&counts, cells, &kernel, 1, cells);
-    counts = blurred(&counts, cells, &kernel, cells, 1);
     // From counts to the share up to and with a bin.
     let texels = (CELL_PX * CELL_PX) as f32;
     for cell in &mut counts {
@@ -66,6 +72,20 @@ fn locally(thresholds: &[f32], side_px: usize) -> Vec<f32> {
         for count in cell.iter_mut() {
             sum += *count / texels;
             *count = sum;
+        }
+    }
+    let [mut counts, wide] = [windows.narrow_px, windows.wide_px].map(|window_px| {
+        let [along, across] = window_px.map(|px| kernel(cells, px));
+        blurred(&blurred(&counts, cells, &along, 1, cells), cells, &across, cells, 1)
+    });
+    for (narrow, wide) in counts.iter_mut().zip(&wide) {
+        let mut most = 0.0_f32;
+        for (bin, share) in narrow.iter_mut().enumerate() {
+            let darkness = (bin + 1) as f32 / BINS as f32;
+            let part = (darkness.min(1.0 - darkness) - NARROWING[0]) / (NARROWING[1] - NARROWING[0]);
+            // Two windows do not agree quite: a share of more must not become less.
+            most = most.max(wide[bin] + (*share - wide[bin]) * part.clamp(0.0, 1.0));
+            *share = most;
         }
     }
     let share = |place: usize| {
@@ -89,9 +109,10 @@ fn locally(thresholds: &[f32], side_px: usize) -> Vec<f32> {
 }
 
 /// Weights of a window by cells, from its middle on: three boxes, which are a Gaussian to a few per cent.
-fn kernel(cells: usize) -> Vec<f32> {
+fn kernel(cells: usize, window_px: f32) -> Vec<f32> {
+    let window = window_px / CELL_PX as f32;
     // Variance of a box of 2r+1 is ((2r+1)² − 1) / 12.
-    let radius = ((WINDOW_PX / CELL_PX as f32).powi(2) * 4.0 + 1.0).sqrt() / 2.0 - 0.5;
+    let radius = (window * window * 4.0 + 1.0).sqrt() / 2.0 - 0.5;
     let radius = (radius.round() as usize).min((cells - 1) / 6);
     let side = 2 * radius + 1;
     let mut weights = vec![1.0_f32];

@@ -1,9 +1,9 @@
 //! Lines through the whole tile: whole rows, one after another, each between two that are there.
 //!
-//! A row halves the widest gap. The first gaps differ by up to a factor of two, as the logarithms of whole numbers do
-//! (de Bruijn and Erdős 1949), so that at every number of rows gaps of all sizes between the widest and half of it
-//! stand beside each other: neither do all gaps halve at once, nor does a row stand out. Where a row begins early and
-//! where late varies along it, so lines come as long strokes that grow at their ends.
+//! When all are there they stand evenly, but for the hand's jitter. They come by steps of the golden section, so that
+//! at every number of rows there are but two or three sizes of gaps, mixed everywhere (Sós 1958): neither do all gaps
+//! halve at once, nor is one part of the tile denser than another. Where a row begins early and where late varies along
+//! it, so lines come as long strokes that grow at their ends.
 //!
 //! Rows run in a direction (a, b) of whole numbers, which closes on the tile; those of (1, 0) are level.
 
@@ -34,44 +34,17 @@ struct Row {
     width: f32,
 }
 
-/// Where rows lie, in the order in which they come, 0 to 1.
+/// Where rows lie, 0 to 1, in the order in which they come.
 fn places(count: usize, jitter: f32, chance: &mut Chance) -> Vec<f32> {
-    let first = count.clamp(1, 7);
-    // 2^(j / first), rising from 1 to 2; in an order in which neighbours differ.
-    let mut gaps: Vec<f32> = (0..first).map(|j| 1.0 + ((j * 3) % first) as f32 / first as f32).collect();
-    let sum: f32 = gaps.iter().sum();
-    gaps.iter_mut().for_each(|gap| *gap /= sum);
+    // By steps of the golden section, and then moved to even places without changing their order.
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let steps: Vec<f32> = (0..count).map(|i| (i as f64 * GOLDEN).fract() as f32).collect();
     let start = chance.part();
-    let mut at = start;
-    let mut open = Vec::new();
-    for gap in &gaps {
-        open.push((at, *gap));
-        at += gap;
-    }
-    let mut places: Vec<f32> = open.iter().map(|(at, _)| *at).collect();
-    while places.len() < count {
-        let widest = (0..open.len()).max_by(|a, b| open[*a].1.total_cmp(&open[*b].1)).unwrap_or(0);
-        let (at, gap) = open[widest];
-        let part = 0.5 + 0.16 * jitter * chance.gentle();
-        open[widest].1 = gap * part;
-        open.push((at + gap * part, gap * (1.0 - part)));
-        places.push(at + gap * part);
-    }
-    places.iter().map(|at| at - at.floor()).collect()
-}
-
-/// Rows that stand evenly, in an order in which those that come are far from each other.
-fn even_places(count: usize, jitter: f32, chance: &mut Chance) -> Vec<f32> {
-    // Steps by the golden section of the count reach every number once if they have no common divisor.
-    let mut step = (count as f32 * 0.382).round().max(1.0) as usize;
-    while (2..=step).any(|divisor| step % divisor == 0 && count % divisor == 0) {
-        step += 1;
-    }
-    let place = |i: usize| {
-        let at = ((i * step % count) as f32 + 0.35 * jitter * chance.gentle()) / count as f32;
+    let place = |rank: f32| {
+        let at = start + rank + 0.35 * jitter * chance.gentle() / count as f32;
         at - at.floor()
     };
-    (0..count).map(place).collect()
+    super::equalise::ranks(&steps).into_iter().map(place).collect()
 }
 
 /// Draws a family.
@@ -83,12 +56,8 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
     let period_px = side as f32 / norm;
     let mut chance = Chance::new(recipe.seed, family.stream);
     let count = growth.count().min(family.most);
-    let at = match recipe.swell > 0.9 {
-        true => even_places(count, recipe.jitter, &mut chance),
-        false => places(count, recipe.jitter, &mut chance),
-    };
     let mut rows: Vec<Row> = Vec::with_capacity(count);
-    for (before, at) in at.into_iter().enumerate() {
+    for (before, at) in places(count, recipe.jitter, &mut chance).into_iter().enumerate() {
         let shift = [0, 1].map(|_| (chance.part() * side as f32) as usize);
         let width = 1.0 + 0.35 * recipe.pressure * chance.gentle();
         rows.push(Row { across_px: at * period_px, begin: family.after + growth.begin(before), shift, width });
@@ -103,9 +72,9 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
         Field::noise([side, side], mark_px, recipe.seed, family.stream.wrapping_mul(16).wrapping_add(stream))
     };
     // All rows of a neighbourhood sway together, and each a little by itself.
-    let sway = noise(110.0, 60.0, 1);
-    let own = noise(70.0, 1.0, 2);
-    let hand = noise(60.0, 1.0, 3);
+    let sway = noise(110.0, 150.0, 1);
+    let own = noise(70.0, 24.0, 2);
+    let hand = noise(64.0, 24.0, 3);
     let sway_px = 0.5 * recipe.wobble_px;
     let own_px = (0.25 * recipe.wobble_px).min(0.09 * recipe.spacing_px);
     let reach_px = (0.75 * recipe.spacing_px + 2.0).min(0.499 * period_px);
@@ -132,7 +101,7 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
                 let away_px = (off + own_px * own.values()[place]).abs();
                 let half_px = 0.5 * recipe.width_px * row.width * (1.0 + 0.2 * recipe.pressure * pressed);
                 // A row that begins late here has its end here.
-                let begin = family.after + (row.begin - family.after) * (1.0 - 0.22 * pressed);
+                let begin = family.after + (row.begin - family.after) * (1.0 - 0.3 * pressed);
                 let place = Place { begin, away_px, half_px, along: 0.0 };
                 least = least.min(place.reached_at(growth));
             }

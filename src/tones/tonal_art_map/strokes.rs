@@ -106,8 +106,10 @@ pub(super) fn draw(recipe: &Recipe, map: &mut InkMap) {
     let growth = Growth::new(recipe.mid_darkness(), mid_count, recipe.width_px, recipe.swell);
     let mut chance = Chance::new(recipe.seed, 1);
     let mut evenness = Evenness::new(map.side_px, recipe.width_px);
-    let candidates = (CANDIDATES[0] + (CANDIDATES[1] - CANDIDATES[0]) * recipe.jitter).round() as usize;
-    let first_px = (2.0 * (1.0 - recipe.jitter)).max(0.25);
+    // Few marks are larger, and each of them counts for more.
+    let few = (16_000.0 / growth.count() as f32).clamp(1.0, if recipe.kind == Kind::Scribble { 3.0 } else { 8.0 });
+    let candidates = (few * (CANDIDATES[0] + (CANDIDATES[1] - CANDIDATES[0]) * recipe.jitter)).round() as usize;
+    let first_px = (4.0 * (1.0 - recipe.jitter)).max(0.25);
     let reach_px = 0.5 * recipe.spacing_px + 1.0;
     for before in 0..growth.count() {
         let shape = match recipe.kind {
