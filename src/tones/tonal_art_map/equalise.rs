@@ -127,13 +127,7 @@ fn kernel(cells: usize, window_px: f32) -> Vec<f32> {
 }
 
 /// Sums by `kernel` along one axis; neighbours along it lie `step` apart, lines `line` apart. The tile repeats.
-fn blurred(
-    counts: &[[f32; BINS]],
-    cells: usize,
-    kernel: &[f32],
-    step: usize,
-    line: usize,
-) -> Vec<[f32; BINS]> {
+fn blurred(counts: &[[f32; BINS]], cells: usize, kernel: &[f32], step: usize, line: usize) -> Vec<[f32; BINS]> {
     let middle = kernel.len() / 2;
     let mut sums = vec![[0.0; BINS]; counts.len()];
     for i in 0..cells {

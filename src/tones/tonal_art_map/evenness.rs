@@ -45,7 +45,8 @@ impl Evenness {
             let (mut under, mut count) = (0.0, 0.0);
             for point in points.iter().skip(stride.min(points.len()) / 2).step_by(stride) {
                 let [x, y] = [0, 1].map(|axis| {
-                    ((point[axis] + offset[axis]).floor() as i64).rem_euclid(self.side_px as i64) as usize / grid.cell_px
+                    ((point[axis] + offset[axis]).floor() as i64).rem_euclid(self.side_px as i64) as usize
+                        / grid.cell_px
                 });
                 under += grid.coverage[y * grid.cells + x];
                 count += 1.0;

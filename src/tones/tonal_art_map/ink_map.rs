@@ -75,8 +75,7 @@ impl InkMap {
                     continue;
                 }
                 let mix = |a: f32, b: f32| a + (b - a) * part;
-                let place =
-                    Place { begin, away_px, half_px: mix(a.half_px, b.half_px), along: mix(a.along, b.along) };
+                let place = Place { begin, away_px, half_px: mix(a.half_px, b.half_px), along: mix(a.along, b.along) };
                 let side = self.side_px as i64;
                 self.reach(x.rem_euclid(side) as usize, y.rem_euclid(side) as usize, place.reached_at(growth));
             }

@@ -40,7 +40,10 @@ fn stroke(recipe: &Recipe, chance: &mut Chance) -> Shape {
     let points = (0..=count).map(|i| {
         let t = 2.0 * i as f32 / count as f32 - 1.0;
         // A bow, and an S.
-        [0.5 * length_px * t, slope * 0.5 * length_px * t + bend_px * (t * t - 0.33) + second_px * (t * t * t - 0.6 * t)]
+        [
+            0.5 * length_px * t,
+            slope * 0.5 * length_px * t + bend_px * (t * t - 0.33) + second_px * (t * t * t - 0.6 * t),
+        ]
     });
     widths(points.collect(), length_px / count as f32, recipe, chance)
 }

@@ -1,0 +1,448 @@
+//! Tonal art maps: nested tones whose means are right everywhere, on tiles without a seam, the same on every machine,
+//! with marks of the recipe's width and spacing; from a cache that may be damaged; and from pictures that somebody drew.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use hachure::file::{atomic, png::write_rgba8};
+use hachure::style::StyleError;
+use hachure::style::marks::{Kind, Recipe, names};
+use hachure::tones::tonal_art_map::{TonalArtMap, read_or_make};
+
+/// Of `SMALL`, whatever the machine.
+const HERE: u32 = 0;
+
+/// One that stays as it is, so that its bits can be told.
+const SMALL: &str = r#"
+description = "for tests"
+kind = "dash"
+side_px = 128
+seed = 7
+length_px = 20.0
+width_px = 2.0
+spacing_px = 7.0
+wobble_px = 1.0
+taper = 0.5
+jitter = 0.5
+swell = 0.3
+pressure = 0.5
+grain = 0.1
+"#;
+
+fn recipe(name: &str) -> Recipe {
+    Recipe::load(name, Path::new("")).unwrap()
+}
+
+/// Every shipped recipe with its map, made once.
+fn maps() -> &'static [(&'static str, Recipe, TonalArtMap)] {
+    static MAPS: OnceLock<Vec<(&'static str, Recipe, TonalArtMap)>> = OnceLock::new();
+    MAPS.get_or_init(|| {
+        let make = |name: &'static str| {
+            let recipe = recipe(name);
+            let begin = std::time::Instant::now();
+            let map = TonalArtMap::make(&recipe).unwrap();
+            println!("{name}: made in {:.2} s", begin.elapsed().as_secs_f64());
+            (name, recipe, map)
+        };
+        names().into_iter().map(make).collect()
+    })
+}
+
+/// Which texels are ink.
+fn tone(map: &TonalArtMap, darkness: f32) -> Vec<bool> {
+    (0..map.thresholds.len()).map(|place| map.is_ink(place, darkness)).collect()
+}
+
+fn are_nested(tones: &[Vec<bool>]) -> bool {
+    tones.windows(2).all(|pair| pair[0].iter().zip(&pair[1]).all(|(lighter, darker)| !lighter || *darker))
+}
+
+#[test]
+fn tones_are_nested() {
+    for (name, _, map) in maps() {
+        let mut tones: Vec<_> = (0..=32).map(|i| tone(map, i as f32 / 32.0)).collect();
+        assert!(are_nested(&tones), "{name}");
+        assert!(tones[0].iter().all(|ink| !ink) && tones[32].iter().all(|ink| *ink), "{name}");
+        // Planted: two tones that stand in the wrong order.
+        tones.swap(9, 10);
+        assert!(!are_nested(&tones), "{name}: a swap is not noticed");
+    }
+}
+
+/// How far a tone's mean is from what was asked, at most.
+fn mean_error(map: &TonalArtMap) -> f64 {
+    let error = |i: u32| {
+        let darkness = f64::from(i) / 20.0;
+        let ink = tone(map, darkness as f32).into_iter().filter(|ink| *ink).count();
+        (ink as f64 / map.thresholds.len() as f64 - darkness).abs()
+    };
+    (1..20).map(error).fold(0.0, f64::max)
+}
+
+#[test]
+fn tones_have_their_means() {
+    for (name, _, map) in maps() {
+        let error = mean_error(map);
+        assert!(error < 0.005, "{name}: {error}");
+        // Planted: thresholds that crowd around their middle, as marks have them before they are ranked.
+        let mut crowded = map.clone();
+        crowded.thresholds.iter_mut().for_each(|threshold| *threshold = 64 + *threshold / 2);
+        assert!(mean_error(&crowded) > 0.005, "{name}");
+    }
+}
+
+/// Sums of a square of numbers, wrapped, over windows of `side` along one axis.
+fn summed(values: &[f64], size: usize, side: usize, step: usize, line: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; values.len()];
+    for i in 0..size {
+        let at = |j: usize| values[i * line + j % size * step];
+        let mut sum: f64 = (0..side).map(at).sum();
+        for j in 0..size {
+            sums[i * line + j * step] = sum;
+            sum += at(j + side) - at(j);
+        }
+    }
+    sums
+}
+
+/// How far the mean of a window is from the darkness, at most, over all places and nine tones. A sharp window is the
+/// square of 64 × 64 itself. A soft one has the same size (its standard deviation) and no edges: where an edge cuts
+/// marks, it counts parts of them.
+fn window_error(map: &TonalArtMap, is_soft: bool) -> f64 {
+    let size = map.side_px as usize;
+    let sides: &[usize] = if is_soft { &[37, 37, 37] } else { &[64] };
+    let mut most: f64 = 0.0;
+    for i in 1..10 {
+        let darkness = f64::from(i) / 10.0;
+        let mut means: Vec<f64> =
+            tone(map, darkness as f32).into_iter().map(|ink| if ink { 1.0 } else { 0.0 }).collect();
+        for side in sides {
+            means = summed(&means, size, *side, 1, size);
+            means = summed(&means, size, *side, size, 1);
+            means.iter_mut().for_each(|sum| *sum /= (side * side) as f64);
+        }
+        most = means.iter().map(|mean| (mean - darkness).abs()).fold(most, f64::max);
+    }
+    most
+}
+
+/// Thresholds by rank over the tile alone.
+fn ranked(side_px: u32, values: &[f32]) -> TonalArtMap {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut thresholds = vec![0; values.len()];
+    for (rank, place) in order.into_iter().enumerate() {
+        thresholds[place] = (rank * 256 / values.len()) as u8;
+    }
+    TonalArtMap { side_px, thresholds }
+}
+
+#[test]
+fn tones_are_right_in_every_window() {
+    for (name, _, map) in maps() {
+        let [sharp, soft] = [false, true].map(|is_soft| window_error(map, is_soft));
+        println!("{name}: windows of 64 px differ by {sharp:.4} at most, soft ones by {soft:.4}");
+        assert!(soft < 0.025, "{name}: {soft}");
+        // A line of spacing s that an edge just cuts is s / 4 / 64 of the window at mid tone, whatever the rest does;
+        // and at light tones s is 20 px.
+        assert!(sharp < 0.05, "{name}: {sharp}");
+        // Planted: right over the tile, and darker in some parts than in others.
+        let side = map.side_px as usize;
+        let hill = |at: usize| ((at % side) as f32 / side as f32 - 0.5).abs() * 60.0;
+        let values = map.thresholds.iter().enumerate();
+        let values: Vec<f32> = values.map(|(at, t)| f32::from(*t) + hill(at) + hill(at / side)).collect();
+        let uneven = ranked(map.side_px, &values);
+        assert!(mean_error(&uneven) < 0.005, "{name}: this is about windows");
+        assert!(window_error(&uneven, true) > 0.025 && window_error(&uneven, false) > 0.05, "{name}");
+        // Planted: one quarter is a little darker.
+        let mut darker = map.clone();
+        let is_quarter = |at: usize| at % side < side / 2 && at / side < side / 2;
+        darker.thresholds.iter_mut().enumerate().filter(|(at, _)| is_quarter(*at)).for_each(|(_, t)| *t -= *t / 6);
+        assert!(window_error(&darker, true) > 0.025 && window_error(&darker, false) > 0.05, "{name}");
+    }
+}
+
+/// Mean difference between each line of texels and the next, the last against the first; `step` lies between lines.
+fn steps(map: &TonalArtMap, lines: usize, step: usize, along: usize) -> Vec<f64> {
+    let side = map.side_px as usize;
+    let difference = |line: usize| {
+        let at = |line: usize, i: usize| f64::from(map.thresholds[line * step + i * along]);
+        (0..side).map(|i| (at(line, i) - at((line + 1) % lines, i)).abs()).sum::<f64>() / side as f64
+    };
+    (0..lines).map(difference).collect()
+}
+
+/// Whether the first `lines` columns, or rows, repeat with a seam.
+fn has_seam(map: &TonalArtMap, lines: usize, are_rows: bool) -> bool {
+    let side = map.side_px as usize;
+    let (step, along) = if are_rows { (side, 1) } else { (1, side) };
+    let steps = steps(map, lines, step, along);
+    let (seam, inside) = steps.split_last().unwrap();
+    *seam > inside.iter().copied().fold(0.0, f64::max)
+}
+
+#[test]
+fn tiles_have_no_seam() {
+    for (name, _, map) in maps() {
+        for are_rows in [false, true] {
+            let side = map.side_px as usize;
+            assert!(!has_seam(map, side, are_rows), "{name}, rows: {are_rows}");
+            // Planted: a tile that is cut off. One cut may happen to fit.
+            let noticed = (1..=8).filter(|i| has_seam(map, side * 3 / 4 + 3 * i, are_rows)).count();
+            assert!(noticed >= 5, "{name}, rows: {are_rows}: only {noticed} of 8 cuts are noticed");
+        }
+    }
+}
+
+/// Mean width of marks, and the mean distance from one to the next, across them.
+fn across(map: &TonalArtMap, darkness: f32) -> [f32; 2] {
+    let side = map.side_px as usize;
+    let tone = tone(map, darkness);
+    let ink = tone.iter().filter(|ink| **ink).count() as f32;
+    let begins = |place: usize| tone[place] && !tone[(place + side * (side - 1)) % (side * side)];
+    let marks = (0..tone.len()).filter(|place| begins(*place)).count() as f32;
+    [ink / marks, (side * side) as f32 / marks]
+}
+
+/// The distance at which rows are most alike, from half to double `near_px`: regular lines have one.
+fn period_px(map: &TonalArtMap, darkness: f32, near_px: f32) -> usize {
+    let side = map.side_px as usize;
+    let tone = tone(map, darkness);
+    let alike = |lag: usize| (0..tone.len()).filter(|at| tone[*at] && tone[(at + lag * side) % tone.len()]).count();
+    ((0.6 * near_px) as usize..(1.7 * near_px) as usize).max_by_key(|lag| alike(*lag)).unwrap()
+}
+
+#[test]
+fn marks_have_their_width_and_spacing() {
+    let are_right = |recipe: &Recipe, [width_px, spacing_px]: [f32; 2]| {
+        let is_near = |value: f32, asked: f32| (value / asked - 1.0).abs() < 0.25;
+        is_near(width_px, recipe.width_px) && is_near(spacing_px, recipe.spacing_px)
+    };
+    for (name, recipe, map) in maps() {
+        if !["line", "dash", "hachure", "pencil", "engraving"].contains(name) {
+            continue;
+        }
+        let found = across(map, recipe.mid_darkness());
+        println!("{name}: {found:.2?} px, asked {} and {}", recipe.width_px, recipe.spacing_px);
+        assert!(are_right(recipe, found), "{name}: {found:?}");
+        // Planted: every second row left out, so marks are twice as thin and twice as near.
+        let side = map.side_px as usize;
+        let rows = (0..side).flat_map(|y| map.thresholds[2 * y % side * side..][..side].iter().copied());
+        let pressed = TonalArtMap { side_px: map.side_px, thresholds: rows.collect() };
+        assert!(!are_right(recipe, across(&pressed, recipe.mid_darkness())), "{name}");
+        if *name == "engraving" {
+            let [right, wrong] =
+                [map, &pressed].map(|map| period_px(map, recipe.mid_darkness(), recipe.spacing_px) as f32);
+            assert!((right / recipe.spacing_px - 1.0).abs() < 0.25, "{right}");
+            assert!((wrong / recipe.spacing_px - 1.0).abs() > 0.25 || wrong == 6.0, "{wrong}");
+        }
+    }
+}
+
+#[test]
+fn maps_are_the_same_everywhere() {
+    let small = Recipe::parse("test", SMALL).unwrap();
+    let bits = |recipe: &Recipe| crc32fast::hash(&TonalArtMap::make(recipe).unwrap().thresholds);
+    let here = bits(&small);
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        assert_eq!(pool.install(|| bits(&small)), here);
+    }
+    assert_eq!(here, HERE);
+    // Planted: another seed, another map.
+    assert_ne!(bits(&Recipe { seed: 8, ..small }), here);
+    // As all shipped kinds are made twice.
+    for name in ["line", "cross", "halftone"] {
+        let recipe = Recipe { side_px: 128, ..recipe(name) };
+        assert_eq!(bits(&recipe), bits(&recipe), "{name}");
+    }
+}
+
+/// The only map in a folder.
+fn only_file(folder: &Path) -> PathBuf {
+    let files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert_eq!(files.len(), 1, "{files:?}");
+    files[0].clone()
+}
+
+#[test]
+fn a_damaged_cache_is_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("marks");
+    let small = Recipe::parse("test", SMALL).unwrap();
+    let made = TonalArtMap::make(&small).unwrap();
+    assert_eq!(read_or_make(&small, &cache).unwrap(), made);
+    let path = only_file(&cache);
+    let whole = std::fs::read(&path).unwrap();
+    assert_eq!(read_or_make(&small, &cache).unwrap(), made);
+    // It is read, not made: another map under the right name and checksum comes out.
+    let other = Recipe { seed: 8, ..small.clone() };
+    assert_ne!(read_or_make(&other, &cache).unwrap(), made);
+    let other = std::fs::read_dir(&cache).unwrap().map(|entry| entry.unwrap().path()).find(|other| *other != path);
+    let other = std::fs::read(other.unwrap()).unwrap();
+    let planted = [&whole[..20], &other[20..]].concat();
+    atomic::write(&path, &planted).unwrap();
+    assert_ne!(read_or_make(&small, &cache).unwrap(), made, "the cache is not read");
+    // Damaged in any way it is made anew, and is whole afterwards.
+    let flipped = |at: usize| {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 4;
+        bytes
+    };
+    let cuts = [0, 7, 8, 19, 27, 28, whole.len() - 1].map(|length| whole[..length].to_vec());
+    let flips = [0, 9, 16, 22, 28, whole.len() - 1].map(flipped);
+    let longer = [&whole[..], b"more"].concat();
+    for damaged in cuts.into_iter().chain(flips).chain([longer, other]) {
+        atomic::write(&path, &damaged).unwrap();
+        assert_eq!(read_or_make(&small, &cache).unwrap(), made);
+        assert_eq!(std::fs::read(&path).unwrap(), whole);
+    }
+    // A folder that cannot be: below a file.
+    assert_eq!(read_or_make(&small, &path.join("below")).unwrap(), made);
+}
+
+#[test]
+fn mistakes_are_told_in_one_line() {
+    let spoil = |from: &str, to: &str| {
+        assert!(SMALL.contains(from), "{from}");
+        SMALL.replacen(from, to, 1)
+    };
+    let spoiled = [
+        (spoil("taper", "tapir"), "line 10: unknown field `tapir`"),
+        (spoil("kind = \"dash\"\n", ""), "missing field `kind`"),
+        (spoil("\"dash\"", "\"dots\""), "line 3: unknown variant `dots`"),
+        (spoil("side_px = 128", "side_px = 100"), "side_px is 100, not a power of two from 64 to 1024"),
+        (spoil("side_px = 128", "side_px = 2048"), "side_px is 2048"),
+        (spoil("side_px = 128", "side_px = -1"), "line 4: "),
+        (spoil("length_px = 20.0", "length_px = 1e9"), "length_px is 1000000000, not between 1 and 400"),
+        (spoil("width_px = 2.0", "width_px = 0.5"), "width_px is 0.5"),
+        (spoil("width_px = 2.0", "width_px = 6.9"), "width_px is 6.9, more than 9 tenths of spacing_px, which is 7"),
+        (spoil("spacing_px = 7.0", "spacing_px = inf"), "spacing_px is inf"),
+        (spoil("wobble_px = 1.0", "wobble_px = -1.0"), "wobble_px is -1"),
+        (spoil("taper = 0.5", "taper = 1.5"), "taper is 1.5, not between 0 and 1"),
+        (spoil("jitter = 0.5", "jitter = nan"), "jitter is NaN"),
+        (spoil("swell = 0.3", "swell = 2.0"), "swell is 2"),
+        (spoil("pressure = 0.5", "pressure = -0.1"), "pressure is -0.1"),
+        (spoil("grain = 0.1", "grain = 9.0"), "grain is 9"),
+        (spoil("\"dash\"", "\"stack\""), "there are 0 images, not 1 to 32"),
+        (SMALL.to_owned() + "images = [\"a.png\"]", "images are given, but kind is not \"stack\""),
+        ("[".to_owned(), "line 1: "),
+    ];
+    for (text, cause) in spoiled {
+        let error = Recipe::parse("mine.toml", &text).unwrap_err().to_string();
+        assert!(error.starts_with("mine.toml: ") && error.contains(cause), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    let error = Recipe::load("crayon", Path::new("")).unwrap_err();
+    assert!(matches!(error, StyleError::UnknownMarks { .. }));
+    assert!(error.to_string().starts_with("crayon: no such marks; there is line, dash, hachure"), "{error}");
+    let error = Recipe::load("nowhere.toml", Path::new("folder")).unwrap_err().to_string();
+    assert_eq!(error, format!("{}: cannot read the marks", Path::new("folder").join("nowhere.toml").display()));
+}
+
+#[test]
+fn no_recipe_breaks_the_generator() {
+    // The ends of every range, in many combinations, on the smallest tile.
+    let kinds = [Kind::Line, Kind::Dash, Kind::Stipple, Kind::Cross, Kind::Scribble, Kind::Dab, Kind::Halftone];
+    for i in 0..56_u32 {
+        let end =
+            |bit: u32, low: f32, high: f32| if (i.wrapping_mul(0x9e37_79b9) >> bit) & 1 == 0 { low } else { high };
+        let spacing_px = end(3, 2.0, 64.0);
+        let recipe = Recipe {
+            kind: kinds[i as usize % kinds.len()],
+            side_px: 64,
+            length_px: end(5, 1.0, 400.0),
+            width_px: if end(7, 0.0, 1.0) == 0.0 { 1.0 } else { (0.9 * spacing_px).min(32.0) },
+            spacing_px,
+            wobble_px: end(9, 0.0, 16.0),
+            taper: end(11, 0.0, 1.0),
+            jitter: end(13, 0.0, 1.0),
+            swell: end(15, 0.0, 1.0),
+            pressure: end(17, 0.0, 1.0),
+            grain: end(19, 0.0, 1.0),
+            ..Recipe::parse("test", SMALL).unwrap()
+        };
+        let map = TonalArtMap::make(&recipe).unwrap();
+        assert_eq!(map.thresholds.len(), 64 * 64);
+        assert!(mean_error(&map) < 0.005, "{recipe:?}");
+    }
+}
+
+/// Writes a grey picture and says where.
+fn picture(folder: &Path, name: &str, side: u32, is_ink: impl Fn(u32, u32) -> bool) -> PathBuf {
+    let pixel = |at: u32| if is_ink(at % side, at / side) { [20, 30, 40, 255] } else { [250, 245, 230, 255] };
+    let rgba: Vec<u8> = (0..side * side).flat_map(pixel).collect();
+    let path = folder.join(name);
+    write_rgba8(&path, side, side, &rgba).unwrap();
+    path
+}
+
+const STACK: &str = "description = \"drawn\"\nkind = \"stack\"\nimages = [\"a.png\", \"b.png\", \"c.png\"]\n";
+
+#[test]
+fn pictures_become_nested_tones() {
+    let folder = tempfile::tempdir().unwrap();
+    // The second leaves out marks of the first.
+    let drawn: [fn(u32, u32) -> bool; 3] =
+        [|_, y| y % 16 < 2, |x, y| y % 16 < 2 && x > 40 || y % 16 == 8, |x, y| (x + y) % 8 < 3];
+    let nested = |i: usize, x: u32, y: u32| drawn[..=i].iter().any(|is_ink| is_ink(x, y));
+    for (name, is_ink) in ["a.png", "b.png", "c.png"].into_iter().zip(drawn) {
+        picture(folder.path(), name, 128, is_ink);
+    }
+    atomic::write(&folder.path().join("mine.toml"), STACK.as_bytes()).unwrap();
+    let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
+    let map = TonalArtMap::cached(&recipe).unwrap();
+    assert_eq!(map.side_px, 128);
+    assert!(mean_error(&map) < 0.005);
+    let pictures: Vec<Vec<bool>> =
+        drawn.iter().map(|is_ink| (0..128 * 128).map(|at| is_ink(at % 128, at / 128)).collect()).collect();
+    // Planted: the pictures themselves are not.
+    assert!(!are_nested(&pictures));
+    // At its own darkness a picture appears, with the marks of all that are lighter, to the byte's precision.
+    for i in 0..3 {
+        let asked: Vec<bool> = (0..128 * 128).map(|at| nested(i, at % 128, at / 128)).collect();
+        let darkness = asked.iter().filter(|ink| **ink).count() as f32 / asked.len() as f32;
+        let found = tone(&map, darkness);
+        let wrong = found.iter().zip(&asked).filter(|(a, b)| a != b).count();
+        assert!(wrong <= asked.len() / 256 + 1, "{i}: {wrong}");
+        let shown = found.iter().zip(&pictures[i]).filter(|(a, b)| a != b).count();
+        assert!(i == 0 || shown > asked.len() / 256 + 1, "{i}: the picture alone is not nested");
+    }
+}
+
+#[test]
+fn broken_pictures_are_told_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    atomic::write(&folder.path().join("mine.toml"), STACK.as_bytes()).unwrap();
+    let error = |cause: &str, name: &str| {
+        let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
+        let error = TonalArtMap::make(&recipe).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{}: ", folder.path().join(name).display())), "{error}");
+        assert!(error.contains(cause) && error.lines().count() == 1, "{error}");
+    };
+    error("cannot read the picture: ", "a.png");
+    let good = picture(folder.path(), "a.png", 64, |x, _| x < 3);
+    error("cannot read the picture: ", "b.png");
+    picture(folder.path(), "b.png", 128, |x, _| x < 3);
+    error("it is 128 px wide, but the first picture is 64", "b.png");
+    picture(folder.path(), "b.png", 100, |x, _| x < 3);
+    error("it is 100 × 100 px; pictures of marks are squares", "b.png");
+    picture(folder.path(), "b.png", 32, |x, _| x < 3);
+    error("it is 32 × 32 px", "b.png");
+    // Cut at many lengths and flipped at many places: an error in one line, or a map, and no panic.
+    picture(folder.path(), "c.png", 64, |x, _| x < 9);
+    let whole = std::fs::read(&good).unwrap();
+    let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
+    for at in 0..whole.len() {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 0x41;
+        for (bytes, is_cut) in [(&whole[..at], true), (&flipped[..], false)] {
+            atomic::write(&folder.path().join("b.png"), bytes).unwrap();
+            match TonalArtMap::make(&recipe) {
+                Ok(map) => assert!(map.side_px == 64 && (!is_cut || at + 12 >= whole.len()), "cut at {at}"),
+                Err(error) => assert_eq!(error.to_string().lines().count(), 1, "{error}"),
+            }
+        }
+    }
+}
