@@ -1,17 +1,20 @@
 //! Tonal art maps: nested tones whose means are right everywhere, on tiles without a seam, the same on every machine,
-//! with marks of the recipe's width and spacing; from a cache that may be damaged; and from pictures that somebody drew.
+//! with marks of the recipe's width and spacing; and from a cache that may be damaged.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+mod common;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use hachure::file::{atomic, png::write_rgba8};
+use common::tones::{are_nested, mean_error, tone};
+use hachure::file::atomic;
 use hachure::style::StyleError;
 use hachure::style::marks::{Kind, Recipe, names};
-use hachure::tones::tonal_art_map::{TonalArtMap, read_or_make};
+use hachure::tones::tonal_art_map::{MARK_FORMAT, MarkTexture, TonalArtMap, read_or_make};
 
 /// Of `SMALL`, whatever the machine.
-const HERE: u32 = 0;
+const HERE: u32 = 1_942_509_386;
 
 /// One that stays as it is, so that its bits can be told.
 const SMALL: &str = r#"
@@ -49,15 +52,6 @@ fn maps() -> &'static [(&'static str, Recipe, TonalArtMap)] {
     })
 }
 
-/// Which texels are ink.
-fn tone(map: &TonalArtMap, darkness: f32) -> Vec<bool> {
-    (0..map.thresholds.len()).map(|place| map.is_ink(place, darkness)).collect()
-}
-
-fn are_nested(tones: &[Vec<bool>]) -> bool {
-    tones.windows(2).all(|pair| pair[0].iter().zip(&pair[1]).all(|(lighter, darker)| !lighter || *darker))
-}
-
 #[test]
 fn tones_are_nested() {
     for (name, _, map) in maps() {
@@ -68,16 +62,6 @@ fn tones_are_nested() {
         tones.swap(9, 10);
         assert!(!are_nested(&tones), "{name}: a swap is not noticed");
     }
-}
-
-/// How far a tone's mean is from what was asked, at most.
-fn mean_error(map: &TonalArtMap) -> f64 {
-    let error = |i: u32| {
-        let darkness = f64::from(i) / 20.0;
-        let ink = tone(map, darkness as f32).into_iter().filter(|ink| *ink).count();
-        (ink as f64 / map.thresholds.len() as f64 - darkness).abs()
-    };
-    (1..20).map(error).fold(0.0, f64::max)
 }
 
 #[test]
@@ -147,6 +131,10 @@ fn tones_are_right_in_every_window() {
         // A line of spacing s that an edge just cuts is s / 4 / 64 of the window at mid tone, whatever the rest does;
         // and at light tones s is 20 px.
         assert!(sharp < 0.05, "{name}: {sharp}");
+        // The window's tone is no matter of the marks, so three kinds are enough for what is planted.
+        if !["line", "stipple", "cross"].contains(name) {
+            continue;
+        }
         // Planted: right over the tile, and darker in some parts than in others.
         let side = map.side_px as usize;
         let hill = |at: usize| ((at % side) as f32 / side as f32 - 0.5).abs() * 60.0;
@@ -188,9 +176,12 @@ fn tiles_have_no_seam() {
         for are_rows in [false, true] {
             let side = map.side_px as usize;
             assert!(!has_seam(map, side, are_rows), "{name}, rows: {are_rows}");
-            // Planted: a tile that is cut off. One cut may happen to fit.
+            // Planted: a tile that is cut off. Some cuts fit a regular grid. Rows along long marks differ inside as
+            // much as at a cut, so there is nothing to notice.
+            let is_told = !are_rows || ["stipple", "scribble", "dab", "halftone"].contains(name);
             let noticed = (1..=8).filter(|i| has_seam(map, side * 3 / 4 + 3 * i, are_rows)).count();
-            assert!(noticed >= 5, "{name}, rows: {are_rows}: only {noticed} of 8 cuts are noticed");
+            let wanted = if *name == "halftone" { 3 } else { 8 };
+            assert!(!is_told || noticed >= wanted, "{name}, rows: {are_rows}: only {noticed} of 8 cuts are noticed");
         }
     }
 }
@@ -369,80 +360,13 @@ fn no_recipe_breaks_the_generator() {
     }
 }
 
-/// Writes a grey picture and says where.
-fn picture(folder: &Path, name: &str, side: u32, is_ink: impl Fn(u32, u32) -> bool) -> PathBuf {
-    let pixel = |at: u32| if is_ink(at % side, at / side) { [20, 30, 40, 255] } else { [250, 245, 230, 255] };
-    let rgba: Vec<u8> = (0..side * side).flat_map(pixel).collect();
-    let path = folder.join(name);
-    write_rgba8(&path, side, side, &rgba).unwrap();
-    path
-}
-
-const STACK: &str = "description = \"drawn\"\nkind = \"stack\"\nimages = [\"a.png\", \"b.png\", \"c.png\"]\n";
-
 #[test]
-fn pictures_become_nested_tones() {
-    let folder = tempfile::tempdir().unwrap();
-    // The second leaves out marks of the first.
-    let drawn: [fn(u32, u32) -> bool; 3] =
-        [|_, y| y % 16 < 2, |x, y| y % 16 < 2 && x > 40 || y % 16 == 8, |x, y| (x + y) % 8 < 3];
-    let nested = |i: usize, x: u32, y: u32| drawn[..=i].iter().any(|is_ink| is_ink(x, y));
-    for (name, is_ink) in ["a.png", "b.png", "c.png"].into_iter().zip(drawn) {
-        picture(folder.path(), name, 128, is_ink);
-    }
-    atomic::write(&folder.path().join("mine.toml"), STACK.as_bytes()).unwrap();
-    let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
-    let map = TonalArtMap::cached(&recipe).unwrap();
-    assert_eq!(map.side_px, 128);
-    assert!(mean_error(&map) < 0.005);
-    let pictures: Vec<Vec<bool>> =
-        drawn.iter().map(|is_ink| (0..128 * 128).map(|at| is_ink(at % 128, at / 128)).collect()).collect();
-    // Planted: the pictures themselves are not.
-    assert!(!are_nested(&pictures));
-    // At its own darkness a picture appears, with the marks of all that are lighter, to the byte's precision.
-    for i in 0..3 {
-        let asked: Vec<bool> = (0..128 * 128).map(|at| nested(i, at % 128, at / 128)).collect();
-        let darkness = asked.iter().filter(|ink| **ink).count() as f32 / asked.len() as f32;
-        let found = tone(&map, darkness);
-        let wrong = found.iter().zip(&asked).filter(|(a, b)| a != b).count();
-        assert!(wrong <= asked.len() / 256 + 1, "{i}: {wrong}");
-        let shown = found.iter().zip(&pictures[i]).filter(|(a, b)| a != b).count();
-        assert!(i == 0 || shown > asked.len() / 256 + 1, "{i}: the picture alone is not nested");
-    }
-}
-
-#[test]
-fn broken_pictures_are_told_in_one_line() {
-    let folder = tempfile::tempdir().unwrap();
-    atomic::write(&folder.path().join("mine.toml"), STACK.as_bytes()).unwrap();
-    let error = |cause: &str, name: &str| {
-        let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
-        let error = TonalArtMap::make(&recipe).unwrap_err().to_string();
-        assert!(error.starts_with(&format!("{}: ", folder.path().join(name).display())), "{error}");
-        assert!(error.contains(cause) && error.lines().count() == 1, "{error}");
-    };
-    error("cannot read the picture: ", "a.png");
-    let good = picture(folder.path(), "a.png", 64, |x, _| x < 3);
-    error("cannot read the picture: ", "b.png");
-    picture(folder.path(), "b.png", 128, |x, _| x < 3);
-    error("it is 128 px wide, but the first picture is 64", "b.png");
-    picture(folder.path(), "b.png", 100, |x, _| x < 3);
-    error("it is 100 × 100 px; pictures of marks are squares", "b.png");
-    picture(folder.path(), "b.png", 32, |x, _| x < 3);
-    error("it is 32 × 32 px", "b.png");
-    // Cut at many lengths and flipped at many places: an error in one line, or a map, and no panic.
-    picture(folder.path(), "c.png", 64, |x, _| x < 9);
-    let whole = std::fs::read(&good).unwrap();
-    let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
-    for at in 0..whole.len() {
-        let mut flipped = whole.clone();
-        flipped[at] ^= 0x41;
-        for (bytes, is_cut) in [(&whole[..at], true), (&flipped[..], false)] {
-            atomic::write(&folder.path().join("b.png"), bytes).unwrap();
-            match TonalArtMap::make(&recipe) {
-                Ok(map) => assert!(map.side_px == 64 && (!is_cut || at + 12 >= whole.len()), "cut at {at}"),
-                Err(error) => assert_eq!(error.to_string().lines().count(), 1, "{error}"),
-            }
-        }
-    }
+fn a_texture_has_one_level() {
+    let Some(gpu) = common::gpu() else { return };
+    let map = TonalArtMap::make(&Recipe::parse("test", SMALL).unwrap()).unwrap();
+    let marks = MarkTexture::new(&gpu, &map);
+    let texture = marks.texture();
+    assert_eq!((texture.width(), texture.height(), texture.mip_level_count()), (128, 128, 1));
+    assert_eq!(texture.format(), MARK_FORMAT);
+    assert_eq!(marks.view().texture(), texture);
 }

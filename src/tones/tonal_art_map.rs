@@ -42,8 +42,8 @@ const GENERATOR_VERSION: u32 = 1;
 /// In the cache folder.
 const FOLDER: &str = "marks";
 
-/// The ink at which lines begin to be crossed, and how much later than the first the others' rows come.
-const CROSSED_AT: f32 = 0.5;
+/// The ink at which lines begin to be crossed; from there on they only widen.
+const CROSSED_AT: f32 = 0.38;
 
 /// Thresholds of a tile that repeats in both directions.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -106,8 +106,9 @@ impl TonalArtMap {
 /// The neighbourhoods in which tones are right: long for marks that are long.
 fn windows(kind: Kind) -> Windows {
     let (narrow_px, wide_px) = match kind {
-        Kind::Line => ([24.0, 6.0], [32.0, 12.0]),
-        Kind::Dash => ([14.0, 6.0], [20.0, 12.0]),
+        Kind::Line => ([16.0, 6.0], [22.0, 12.0]),
+        Kind::Dash => ([14.0, 8.0], [20.0, 13.0]),
+        Kind::Cross => ([13.0, 13.0], [18.0, 18.0]),
         _ => ([9.0, 9.0], [16.0, 16.0]),
     };
     Windows { narrow_px, wide_px }

@@ -26,7 +26,7 @@ const NARROWING: [f32; 2] = [0.1, 0.35];
 const CELL_PX: usize = 4;
 /// Thresholds for which the share is known.
 const BINS: usize = 96;
-/// A plateau within a bin needs a second turn.
+/// Every turn moves tones between neighbourhoods, which the next one sees; after five little is left to move.
 const TURNS: usize = 5;
 
 /// Each value's rank, 0 to 1. What is equal keeps its order.

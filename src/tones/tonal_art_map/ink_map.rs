@@ -85,35 +85,40 @@ impl InkMap {
     /// Texels that no mark has reached go on from those beside them, farther and farther.
     pub(super) fn close_up(&mut self) {
         let side = self.side_px;
+        let open: Vec<usize> = (0..side * side).filter(|place| self.ink[*place] >= UNREACHED).collect();
+        // All borders at one height, so that what is left closes by distance alone.
         let most = self.ink.iter().copied().filter(|ink| *ink < UNREACHED).fold(0.0, f32::max);
-        // Where marks end, at one height, so that what is left closes by distance alone.
-        let mut open: Vec<usize> = (0..side * side).filter(|place| self.ink[*place] >= UNREACHED).collect();
-        if open.len() == side * side {
-            return;
-        }
-        while !open.is_empty() {
-            let before = open.len();
-            let mut changed = false;
-            for turn in 0..2 {
-                for i in 0..before {
-                    let place = open[if turn == 0 { i } else { before - 1 - i }];
-                    let (x, y) = (place % side, place / side);
-                    let mut least = self.ink[place];
-                    for (dx, dy, step) in [(1, 0, 1.0), (0, 1, 1.0), (1, 1, std::f32::consts::SQRT_2)] {
-                        let across = [(dx, dy), (dx, side - dy), (side - dx, dy), (side - dx, side - dy)];
-                        for (dx, dy) in across {
-                            let beside = self.ink[(y + dy) % side * side + (x + dx) % side];
-                            least = least.min(beside.max(most) + step);
-                        }
-                    }
-                    changed |= least < self.ink[place];
+        // Sweeps forth and back, as a chamfer distance has them (Borgefors 1986), until nothing changes: the tile
+        // repeats, so two need not be enough.
+        let mut is_changed = !open.is_empty();
+        while is_changed {
+            is_changed = false;
+            for i in (0..open.len()).chain((0..open.len()).rev()) {
+                let place = open[i];
+                let least = self.beside(place).map(|(ink, step)| ink.max(most) + step).fold(f32::MAX, f32::min);
+                if least < self.ink[place] {
                     self.ink[place] = least;
+                    is_changed = true;
                 }
             }
-            if !changed {
-                open.clear();
-            }
         }
+    }
+
+    /// The eight beside a texel, with their distances.
+    fn beside(&self, place: usize) -> impl Iterator<Item = (f32, f32)> + '_ {
+        const DIAGONAL: f32 = std::f32::consts::SQRT_2;
+        let side = self.side_px;
+        let (x, y) = (place % side, place / side);
+        let steps = [(0, 1, 1.0), (1, 0, 1.0), (1, 2, 1.0), (2, 1, 1.0)].into_iter().chain([
+            (0, 0, DIAGONAL),
+            (2, 0, DIAGONAL),
+            (0, 2, DIAGONAL),
+            (2, 2, DIAGONAL),
+        ]);
+        // One is added before one is taken away, so that nothing is below 0.
+        steps.map(move |(right, down, step)| {
+            (self.ink[(y + side + down - 1) % side * side + (x + side + right - 1) % side], step)
+        })
     }
 }
 
