@@ -231,6 +231,32 @@ fn marks_have_their_width_and_spacing() {
     }
 }
 
+/// Pieces of ink and gaps along rows that are shorter than 7 px, at most, over all tones.
+fn crumbs(map: &TonalArtMap) -> usize {
+    let side = map.side_px as usize;
+    let count = |darkness: f32| {
+        let tone = tone(map, darkness);
+        let ends = |place: &usize| {
+            let after = |i: usize| tone[place / side * side + (place + i) % side];
+            after(0) != after(1) && (2..8).any(|i| after(i) != after(1))
+        };
+        (0..tone.len()).filter(ends).count()
+    };
+    (1..10).map(|i| count(i as f32 / 10.0)).max().unwrap()
+}
+
+#[test]
+fn lines_have_no_crumbs() {
+    for (name, _, map) in maps().iter().filter(|(name, ..)| ["line", "engraving"].contains(name)) {
+        // Where a byte ends, a piece may be cut.
+        assert!(crumbs(map) <= 2, "{name}: {}", crumbs(map));
+        // Planted: some texels that come too early.
+        let mut crumbled = map.clone();
+        crumbled.thresholds.iter_mut().step_by(997).for_each(|threshold| *threshold /= 2);
+        assert!(crumbs(&crumbled) > 2, "{name}");
+    }
+}
+
 #[test]
 fn maps_are_the_same_everywhere() {
     let small = Recipe::parse("test", SMALL).unwrap();

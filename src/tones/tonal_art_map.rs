@@ -24,6 +24,7 @@ mod rows;
 mod stack;
 mod strokes;
 mod texture;
+mod whole;
 
 pub use cache::read_or_make;
 pub use texture::{MARK_FORMAT, MarkTexture};
@@ -77,6 +78,9 @@ impl TonalArtMap {
         let mut even = equalise::everywhere(&ink, side, windows);
         if recipe.grain > 0.0 {
             even = equalise::everywhere(&grained(&even, recipe), side, windows);
+        }
+        if recipe.kind == Kind::Line && recipe.grain == 0.0 {
+            even = equalise::ranks(&whole::without_crumbs(even, side));
         }
         Ok(Self::of_ranks(recipe.side_px, &even))
     }
