@@ -6,8 +6,8 @@
 //! darkness is above its threshold. So one byte holds all tones, nothing is blended, and any tone in between is there.
 //!
 //! What we changed: thresholds are a function of *ink*, how much area all marks have together, so a mark may begin at
-//! some ink and widen with more of it ([`growth`]); a recipe says how much of either. Then thresholds are replaced by
-//! their rank over the tile and in every neighbourhood ([`equalise`]), so that the mean tone is exact, and right within
+//! some ink and widen with more of it (`growth`); a recipe says how much of either. Then thresholds are replaced by
+//! their rank over the tile and in every neighbourhood (`equalise`), so that the mean tone is exact, and right within
 //! small windows too, whatever the marks are. There are no levels for distance: hatching is scaled by steps of its own,
 //! so that marks keep their width.
 //!
@@ -128,6 +128,7 @@ fn lines(recipe: &Recipe) -> Vec<f32> {
     if recipe.kind == Kind::Line {
         let family = Family { direction: [1, 0], most: usize::MAX, after: 0.0, stream: 1 };
         rows::draw(recipe, &growth(side_px), &family, &mut map);
+        map.close_up();
         return map.ink;
     }
     // Those across rise by one in two: an acute angle makes diamonds, a right one a window's bars.
@@ -138,6 +139,7 @@ fn lines(recipe: &Recipe) -> Vec<f32> {
         let most = (0..growth.count()).take_while(|before| growth.begin(*before) < CROSSED_AT).count();
         rows::draw(recipe, &growth, &Family { direction, most, after, stream }, &mut map);
     }
+    map.close_up();
     map.ink
 }
 
