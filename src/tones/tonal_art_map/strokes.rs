@@ -9,6 +9,9 @@ use crate::style::marks::{Kind, Recipe};
 /// Candidates for a place if placing is regular, and if it is not.
 const CANDIDATES: [f32; 2] = [40.0, 4.0];
 
+/// So many marks take some two seconds; what is left open then closes by marks that widen.
+const MOST_MARKS: usize = 120_000;
+
 /// A mark around its middle.
 struct Shape {
     points: Vec<[f32; 2]>,
@@ -114,7 +117,7 @@ pub(super) fn draw(recipe: &Recipe, map: &mut InkMap) {
     let candidates = (few * (CANDIDATES[0] + (CANDIDATES[1] - CANDIDATES[0]) * recipe.jitter)).round() as usize;
     let first_px = (4.0 * (1.0 - recipe.jitter)).max(0.25);
     let reach_px = 0.5 * recipe.spacing_px + 1.0;
-    for before in 0..growth.count() {
+    for before in 0..growth.count().min(MOST_MARKS) {
         let shape = match recipe.kind {
             Kind::Scribble => curl(recipe, &mut chance),
             Kind::Stipple => widths(vec![[0.0, 0.0]], 1.0, recipe, &mut chance),
