@@ -127,8 +127,8 @@ fn cached(
     Pyramid::open(&cached)
 }
 
-/// The folder of cached pyramids.
-pub(super) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
+/// The folder of cached pyramids, and of all else that hachure keeps.
+pub(crate) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
     if let Some(folder) = named {
         return Ok(folder.to_owned());
     }

@@ -70,7 +70,30 @@ pub enum StyleError {
         #[source]
         source: std::io::Error,
     },
-    /// The text is not a style, or not a stroke texture.
+    /// Neither marks of the program nor a file.
+    #[error("{name}: no such marks; there is {}, or the path of a file (.toml)", marks::names().join(", "))]
+    UnknownMarks {
+        /// As given.
+        name: String,
+    },
+    /// The marks' file cannot be read.
+    #[error("{path}: cannot read the marks")]
+    ReadMarks {
+        /// The file.
+        path: String,
+        /// Why.
+        #[source]
+        source: std::io::Error,
+    },
+    /// A picture of marks does not hold.
+    #[error("{path}: {cause}")]
+    MarkImage {
+        /// The picture.
+        path: String,
+        /// What, in one line.
+        cause: String,
+    },
+    /// The text is not a style, not a stroke texture, or not marks.
     #[error("{name}: {cause}")]
     Parse {
         /// The file or preset.

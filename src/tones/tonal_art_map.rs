@@ -1,24 +1,154 @@
-//! Stand-in.
+//! Tonal art maps: tiles of marks for every tone, made from a recipe.
+//!
+//! Praun and others (*Real-time hatching*, 2001) draw a column of pictures from light to dark in which every mark of a
+//! lighter tone is in all darker ones, each mark at the place that makes the tone most even. Nested pictures are one
+//! picture of *thresholds* (Webb and others, *Fine tone control in hardware hatching*, 2002): a texel is ink where the
+//! darkness is above its threshold. So one byte holds all tones, nothing is blended, and any tone in between is there.
+//!
+//! What we changed: thresholds are a function of *ink*, how much area all marks have together, so a mark may begin at
+//! some ink and widen with more of it (`growth`); a recipe says how much of either. Then thresholds are replaced by
+//! their rank over the tile and in every neighbourhood (`equalise`), so that the mean tone is exact, and right within
+//! small windows too, whatever the marks are. There are no levels for distance: hatching is scaled by steps of its own,
+//! so that marks keep their width.
+//!
+//! A map is the same to the bit on every machine: only sums, products, quotients and roots are used, in one order.
+
+mod cache;
+mod chance;
+mod equalise;
+mod evenness;
+mod growth;
+mod halftone;
+mod ink_map;
+mod rows;
+mod stack;
+mod strokes;
+mod texture;
+mod whole;
+
+pub use cache::read_or_make;
+pub use texture::{MARK_FORMAT, MarkTexture};
+
+use self::equalise::Windows;
+use self::growth::Growth;
+use self::ink_map::InkMap;
+use self::rows::Family;
+use crate::lines::strokes::texture::field::Field;
 use crate::style::StyleError;
-use crate::style::marks::Recipe;
-/// Stand-in.
+use crate::style::marks::{Kind, Recipe};
+
+/// Maps of another version are made anew. Raise it whenever a change here changes a bit of any map.
+const GENERATOR_VERSION: u32 = 1;
+
+/// In the cache folder.
+const FOLDER: &str = "marks";
+
+/// The ink at which lines begin to be crossed; from there on they only widen.
+const CROSSED_AT: f32 = 0.38;
+
+/// Thresholds of a tile that repeats in both directions.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TonalArtMap {
+    /// The tile is a square.
     pub side_px: u32,
+    /// Rows from top to bottom; x is along the marks. A texel is ink where the darkness, 0 to 1, is above
+    /// (threshold + 0.5) / 256.
     pub thresholds: Vec<u8>,
 }
+
 impl TonalArtMap {
-    /// Stand-in.
-    pub fn cached(_: &Recipe) -> Result<Self, StyleError> {
-        let thresholds = (0..512u32 * 512)
-            .map(|i| {
-                let (x, y) = (i % 512, i / 512);
-                let row = y / 8;
-                let across = ((y % 8) as f32 - 3.5).abs() / 4.0;
-                let rank = (row.reverse_bits() >> 26) as f32 / 64.0;
-                let along = (((x + row * 131) % 512) as f32 / 512.0 * std::f32::consts::TAU * 4.0).sin() * 0.06;
-                ((0.72 * across + 0.22 * rank + 0.06 * (along + 0.06) * 8.0).clamp(0.0, 0.999) * 256.0) as u8
-            })
-            .collect();
-        Ok(Self { side_px: 512, thresholds })
+    /// Makes a recipe's map, or reads its pictures.
+    ///
+    /// # Errors
+    /// [`StyleError::MarkImage`].
+    pub fn make(recipe: &Recipe) -> Result<Self, StyleError> {
+        let side = recipe.side_px as usize;
+        let ink = match recipe.kind {
+            Kind::Stack => return stack::read(recipe),
+            Kind::Halftone => halftone::ink(recipe),
+            Kind::Line | Kind::Cross => lines(recipe),
+            Kind::Dash | Kind::Stipple | Kind::Scribble | Kind::Dab => {
+                let mut map = InkMap::new(side);
+                strokes::draw(recipe, &mut map);
+                map.close_up();
+                map.ink
+            }
+        };
+        let windows = windows(recipe.kind);
+        let mut even = equalise::everywhere(&ink, side, windows);
+        if recipe.grain > 0.0 {
+            even = equalise::everywhere(&grained(&even, recipe), side, windows);
+        }
+        if recipe.kind == Kind::Line && recipe.grain == 0.0 {
+            even = equalise::ranks(&whole::without_crumbs(even, side));
+        }
+        Ok(Self::of_ranks(recipe.side_px, &even))
     }
+
+    /// The same from hachure's cache folder, if it was made before.
+    ///
+    /// # Errors
+    /// As [`TonalArtMap::make`]: a folder that cannot be read or written is none.
+    pub fn cached(recipe: &Recipe) -> Result<Self, StyleError> {
+        match crate::pyramid::cache_folder(None) {
+            Ok(folder) => read_or_make(recipe, &folder.join(FOLDER)),
+            Err(_) => Self::make(recipe),
+        }
+    }
+
+    /// Whether a texel is ink at `darkness`, 0 to 1.
+    pub fn is_ink(&self, place: usize, darkness: f32) -> bool {
+        darkness > (f32::from(self.thresholds[place]) + 0.5) / 256.0
+    }
+
+    /// From ranks of 0 to 1.
+    fn of_ranks(side_px: u32, ranks: &[f32]) -> Self {
+        Self { side_px, thresholds: ranks.iter().map(|rank| (rank * 256.0).min(255.0) as u8).collect() }
+    }
+}
+
+/// The neighbourhoods in which tones are right: long for marks that are long.
+fn windows(kind: Kind) -> Windows {
+    let (narrow_px, wide_px) = match kind {
+        Kind::Line => ([16.0, 6.0], [22.0, 12.0]),
+        Kind::Dash => ([14.0, 8.0], [20.0, 13.0]),
+        Kind::Cross => ([13.0, 13.0], [18.0, 18.0]),
+        _ => ([9.0, 9.0], [16.0, 16.0]),
+    };
+    Windows { narrow_px, wide_px }
+}
+
+/// Lines through the tile, and across them.
+fn lines(recipe: &Recipe) -> Vec<f32> {
+    let side_px = recipe.side_px as f32;
+    let mut map = InkMap::new(recipe.side_px as usize);
+    let growth = |period_px: f32| {
+        Growth::new(recipe.mid_darkness(), period_px / recipe.spacing_px, recipe.width_px, recipe.swell)
+    };
+    if recipe.kind == Kind::Line {
+        let family = Family { direction: [1, 0], most: usize::MAX, after: 0.0, stream: 1 };
+        rows::draw(recipe, &growth(side_px), &family, &mut map);
+        map.close_up();
+        return map.ink;
+    }
+    // Those across rise by one in two: an acute angle makes diamonds, a right one a window's bars.
+    for (direction, after, stream) in [([1, 0], 0.0, 1), ([1, 2], CROSSED_AT, 2)] {
+        let norm = ((direction[0] * direction[0] + direction[1] * direction[1]) as f32).sqrt();
+        let growth = growth(side_px / norm);
+        // As many as there are when crossing begins.
+        let most = (0..growth.count()).take_while(|before| growth.begin(*before) < CROSSED_AT).count();
+        rows::draw(recipe, &growth, &Family { direction, most, after, stream }, &mut map);
+    }
+    map.close_up();
+    map.ink
+}
+
+/// Thresholds with the paper's tooth: ink stays on its peaks.
+fn grained(thresholds: &[f32], recipe: &Recipe) -> Vec<f32> {
+    let side = recipe.side_px as usize;
+    let noise = |mark_px: f32, stream: u32| Field::noise([side, side], [mark_px; 2], recipe.seed, stream);
+    let mut tooth = noise(1.3, 90);
+    tooth.add(&noise(2.6, 91), 0.6);
+    let tooth = equalise::ranks(tooth.values());
+    thresholds.iter().zip(tooth).map(|(threshold, tooth)| threshold + recipe.grain * (tooth - 0.5)).collect()
 }

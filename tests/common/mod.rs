@@ -8,6 +8,7 @@ pub mod hill;
 pub mod shot;
 pub mod silhouette;
 pub mod stores;
+pub mod tones;
 
 use std::path::PathBuf;
 

@@ -1,0 +1,94 @@
+//! Maps that were made before, in `marks/` of the cache folder: a file for each recipe.
+//!
+//! ```text
+//! 8 bytes  "HACHTAM1"
+//! u64      which recipe, and which version of the generator
+//! u32      side in pixels
+//! u64      FNV-1a of the thresholds
+//! …        the thresholds
+//! ```
+//!
+//! What is damaged, cut off or of another recipe is made anew. A folder that cannot be written only costs time.
+
+use std::fs;
+use std::path::Path;
+use std::time::UNIX_EPOCH;
+
+use super::{GENERATOR_VERSION, TonalArtMap};
+use crate::file::atomic;
+use crate::remote::Fnv;
+use crate::style::StyleError;
+use crate::style::marks::{Kind, Recipe};
+
+const MAGIC: &[u8; 8] = b"HACHTAM1";
+const HEAD_BYTES: usize = 8 + 8 + 4 + 8;
+/// Somebody who works on a recipe makes many maps; the oldest go.
+const MOST_FILES: usize = 64;
+
+/// The recipe's map from `folder`; made, and kept there, if it is not.
+///
+/// # Errors
+/// As [`TonalArtMap::make`].
+pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, StyleError> {
+    if recipe.kind == Kind::Stack {
+        // Pictures change without their names, and reading them is the most of it.
+        return TonalArtMap::make(recipe);
+    }
+    let key = key(recipe);
+    let path = folder.join(format!("{key:016x}.tam"));
+    if let Some(map) = fs::read(&path).ok().and_then(|bytes| unpack(&bytes, key)) {
+        return Ok(map);
+    }
+    let map = TonalArtMap::make(recipe)?;
+    if let Err(error) = fs::create_dir_all(folder).and_then(|()| atomic::write(&path, &pack(&map, key))) {
+        tracing::debug!("{}: {error}", path.display());
+    }
+    trim(folder);
+    Ok(map)
+}
+
+/// All that a map depends on.
+fn key(recipe: &Recipe) -> u64 {
+    // `Debug` writes every number so that it can be read back; the description changes no mark.
+    let recipe = Recipe { description: String::new(), ..recipe.clone() };
+    Fnv::new().add(&GENERATOR_VERSION.to_le_bytes()).add(format!("{recipe:?}").as_bytes()).finish()
+}
+
+fn pack(map: &TonalArtMap, key: u64) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(HEAD_BYTES + map.thresholds.len());
+    bytes.extend(MAGIC);
+    bytes.extend(key.to_le_bytes());
+    bytes.extend(map.side_px.to_le_bytes());
+    bytes.extend(Fnv::new().add(&map.thresholds).finish().to_le_bytes());
+    bytes.extend(&map.thresholds);
+    bytes
+}
+
+fn unpack(bytes: &[u8], key: u64) -> Option<TonalArtMap> {
+    let (magic, rest) = bytes.split_first_chunk::<8>()?;
+    let (for_key, rest) = rest.split_first_chunk::<8>()?;
+    let (side_px, rest) = rest.split_first_chunk::<4>()?;
+    let (sum, thresholds) = rest.split_first_chunk::<8>()?;
+    let side_px = u32::from_le_bytes(*side_px);
+    let is_whole = magic == MAGIC
+        && u64::from_le_bytes(*for_key) == key
+        && thresholds.len() as u64 == u64::from(side_px) * u64::from(side_px)
+        && Fnv::new().add(thresholds).finish() == u64::from_le_bytes(*sum);
+    is_whole.then(|| TonalArtMap { side_px, thresholds: thresholds.to_vec() })
+}
+
+/// Removes the oldest beyond a number. What cannot be removed stays.
+fn trim(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let mut maps: Vec<_> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "tam"))
+        .map(|path| (fs::metadata(&path).and_then(|metadata| metadata.modified()).unwrap_or(UNIX_EPOCH), path))
+        .collect();
+    maps.sort();
+    let too_many = maps.len().saturating_sub(MOST_FILES);
+    for (_, path) in &maps[..too_many] {
+        let _ = fs::remove_file(path);
+    }
+}

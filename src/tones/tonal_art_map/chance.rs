@@ -1,0 +1,33 @@
+//! Numbers by chance that are the same on every machine.
+
+use crate::lines::strokes::texture::field::hash;
+
+/// A row of numbers, of its own for each seed and stream.
+pub(super) struct Chance {
+    stream: u32,
+    drawn: u32,
+}
+
+impl Chance {
+    pub(super) fn new(seed: u32, stream: u32) -> Self {
+        let [x, y] = hash([seed, stream]);
+        Self { stream: x ^ y.rotate_left(16), drawn: 0 }
+    }
+
+    /// 0 to 1, without 1.
+    pub(super) fn part(&mut self) -> f32 {
+        self.drawn = self.drawn.wrapping_add(1);
+        let [x, y] = hash([self.drawn, self.stream]);
+        ((x ^ y) >> 8) as f32 / 16_777_216.0
+    }
+
+    /// −1 to 1.
+    pub(super) fn signed(&mut self) -> f32 {
+        2.0 * self.part() - 1.0
+    }
+
+    /// −1 to 1, mostly small: the sum of three.
+    pub(super) fn gentle(&mut self) -> f32 {
+        (self.signed() + self.signed() + self.signed()) / 3.0
+    }
+}

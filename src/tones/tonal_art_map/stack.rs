@@ -1,0 +1,160 @@
+//! Thresholds from pictures that somebody drew, from light to dark.
+//!
+//! A texel belongs to the first picture that inks it, so pictures that are not nested are made so: each takes over the
+//! marks of all that are lighter. Within a picture marks come one after another, each (a group of texels that touch)
+//! from its middle to its border; in scanned pictures darker texels come first. What no picture inks goes on by the
+//! distance from ink. All of it is replaced by its rank, so a picture appears just at its own darkness, and in between
+//! part of its marks.
+
+use std::path::Path;
+
+use super::TonalArtMap;
+use super::chance::Chance;
+use crate::file::png::read_rgba8;
+use crate::style::StyleError;
+use crate::style::marks::{Recipe, SIDES_PX};
+
+/// Texels at least this dark are ink.
+const INK: f32 = 0.5;
+
+/// One picture's darkness, 0 to 1, by rows.
+struct Image {
+    side_px: usize,
+    darkness: Vec<f32>,
+}
+
+/// The map of a recipe's pictures.
+pub(super) fn read(recipe: &Recipe) -> Result<TonalArtMap, StyleError> {
+    let mut images: Vec<Image> = Vec::with_capacity(recipe.images.len());
+    for path in &recipe.images {
+        let image = image(path).map_err(|cause| StyleError::MarkImage { path: path.display().to_string(), cause })?;
+        if let Some(first) = images.first().filter(|first| first.side_px != image.side_px) {
+            let cause = format!("it is {} px wide, but the first picture is {}", image.side_px, first.side_px);
+            return Err(StyleError::MarkImage { path: path.display().to_string(), cause });
+        }
+        images.push(image);
+    }
+    let side_px = images.first().map_or(recipe.side_px as usize, |image| image.side_px);
+    Ok(TonalArtMap::of_ranks(side_px as u32, &super::equalise::ranks(&order(&images, side_px, recipe.seed))))
+}
+
+/// What a picture says, or what is wrong with it.
+fn image(path: &Path) -> Result<Image, String> {
+    let one_line = |error: &dyn std::error::Error| {
+        let mut text = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+        text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        format!("cannot read the picture: {text}")
+    };
+    // The header first: a damaged one may claim a size that no memory holds.
+    let file = std::fs::File::open(path).map_err(|error| format!("cannot read the picture: {error}"))?;
+    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
+    let header = decoder.read_header_info().map_err(|error| one_line(&error))?;
+    let [width, height] = [header.width, header.height];
+    let [least, most] = SIDES_PX;
+    if width != height || !width.is_power_of_two() || !(least..=most).contains(&width) {
+        return Err(format!(
+            "it is {width} × {height} px; pictures of marks are squares with a side that is a power of two from \
+             {least} to {most}"
+        ));
+    }
+    let picture = read_rgba8(path).map_err(|error| one_line(&error))?;
+    let darkness = picture.rgba.chunks_exact(4).map(|pixel| {
+        // Rec. 709, on the paper's white where the picture is transparent.
+        let [r, g, b, a] = [pixel[0], pixel[1], pixel[2], pixel[3]].map(|byte| f32::from(byte) / 255.0);
+        a * (1.0 - (0.2126 * r + 0.7152 * g + 0.0722 * b))
+    });
+    let darkness: Vec<f32> = darkness.collect();
+    match darkness.len() == (width * height) as usize {
+        true => Ok(Image { side_px: width as usize, darkness }),
+        false => Err("cannot read the picture: it has another size than its header says".to_owned()),
+    }
+}
+
+/// A number for each texel that rises in the order in which texels are inked.
+fn order(images: &[Image], side_px: usize, seed: u32) -> Vec<f32> {
+    let count = side_px * side_px;
+    // The first picture that inks a texel.
+    let first: Vec<usize> = (0..count)
+        .map(|place| images.iter().position(|image| image.darkness[place] >= INK).unwrap_or(images.len()))
+        .collect();
+    let mut chance = Chance::new(seed, 1);
+    let mut order = vec![0.0; count];
+    let mut seen = vec![false; count];
+    for start in 0..count {
+        if seen[start] || first[start] == images.len() {
+            continue;
+        }
+        let mark = touching(&first, &mut seen, start, side_px);
+        let turn = chance.part();
+        let depths = depths(&mark, &first, side_px);
+        for (place, depth) in mark.iter().zip(depths) {
+            let darkness = images[first[*place]].darkness[*place];
+            // Marks one after another; within a mark the middle first.
+            order[*place] = first[*place] as f32 + 0.9 * turn - 0.04 * depth.min(1.0) - 0.02 * darkness;
+        }
+    }
+    close_up(&mut order, &first, images.len(), side_px);
+    order
+}
+
+/// The four beside a texel; the tile repeats.
+fn beside(place: usize, side_px: usize) -> [usize; 4] {
+    let (x, y) = (place % side_px, place / side_px);
+    [
+        y * side_px + (x + 1) % side_px,
+        y * side_px + (x + side_px - 1) % side_px,
+        (y + 1) % side_px * side_px + x,
+        (y + side_px - 1) % side_px * side_px + x,
+    ]
+}
+
+/// All texels of one picture that hang together with `start`.
+fn touching(first: &[usize], seen: &mut [bool], start: usize, side_px: usize) -> Vec<usize> {
+    let mut mark = vec![start];
+    seen[start] = true;
+    let mut next = 0;
+    while let Some(&place) = mark.get(next) {
+        next += 1;
+        for other in beside(place, side_px) {
+            if !seen[other] && first[other] == first[start] {
+                seen[other] = true;
+                mark.push(other);
+            }
+        }
+    }
+    mark
+}
+
+/// How deep each texel of a mark lies: the part of those around it that are the mark's.
+fn depths(mark: &[usize], first: &[usize], side_px: usize) -> Vec<f32> {
+    let inside = |place: usize, other: usize| first[other] == first[place];
+    let depth = |&place: &usize| {
+        let near = beside(place, side_px);
+        let far = near.iter().flat_map(|other| beside(*other, side_px));
+        let inner = near.iter().filter(|other| inside(place, **other)).count() as f32 / 4.0;
+        let outer = far.filter(|other| inside(place, *other)).count() as f32 / 16.0;
+        0.5 * (inner + outer)
+    };
+    mark.iter().map(depth).collect()
+}
+
+/// What no picture inks, by steps from ink.
+fn close_up(order: &mut [f32], first: &[usize], images: usize, side_px: usize) {
+    let mut border: Vec<usize> = (0..order.len()).filter(|place| first[*place] < images).collect();
+    let mut reached: Vec<bool> = first.iter().map(|first| *first < images).collect();
+    let mut height = images as f32;
+    while !border.is_empty() {
+        height += 1.0;
+        let mut next = Vec::new();
+        for place in border {
+            for other in beside(place, side_px) {
+                if !reached[other] {
+                    reached[other] = true;
+                    order[other] = height;
+                    next.push(other);
+                }
+            }
+        }
+        border = next;
+    }
+}

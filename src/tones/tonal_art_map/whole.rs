@@ -1,0 +1,32 @@
+//! Lines without crumbs: no piece of ink along a line, and no gap in it, is shorter than a pen would make it.
+//!
+//! Where a line begins to come its threshold is nearly level, so the least unevenness lets a few texels come before
+//! the others. An opening of the ink by a segment along the line, and one of the paper (Serra 1982; on grey values, so
+//! at all tones at once), takes them away. Both are increasing, so tones stay nested.
+
+use std::cmp::Ordering;
+
+/// Shorter pieces and gaps go.
+const SHORTEST_PX: usize = 7;
+
+/// Thresholds whose rows have no short pieces; rows repeat.
+pub(super) fn without_crumbs(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f32> {
+    for row in thresholds.chunks_exact_mut(side_px) {
+        // Ink lies below a threshold: its opening is the least, over all segments with the texel, of the greatest.
+        let reached = over_segments(row, Ordering::Greater, 0);
+        let opened = over_segments(&reached, Ordering::Less, SHORTEST_PX - 1);
+        let reached = over_segments(&opened, Ordering::Less, 0);
+        row.copy_from_slice(&over_segments(&reached, Ordering::Greater, SHORTEST_PX - 1));
+    }
+    thresholds
+}
+
+/// The greatest, or least, of each segment that begins so many texels before a place.
+fn over_segments(row: &[f32], wanted: Ordering, before: usize) -> Vec<f32> {
+    let count = row.len();
+    let best = |place: usize| {
+        let segment = (0..SHORTEST_PX).map(|i| row[(place + count - before + i) % count]);
+        segment.fold(row[place], |best, value| if value.total_cmp(&best) == wanted { value } else { best })
+    };
+    (0..count).map(best).collect()
+}
