@@ -68,13 +68,15 @@ impl Soup {
         if corners.is_empty() {
             return Err("all of its triangles are without area".to_owned());
         }
-        if is_inside_out(&vertices_m, &corners) {
+        let mut across = join(&corners, &mut flaws);
+        let is_solid =
+            across.iter().flatten().all(|across| matches!(across, Across::Triangle { is_turned: false, .. }));
+        if is_solid && is_inside_out(&vertices_m, &corners) {
+            // From corner 0 to 1 is now what was from 2 to 0, and the other way about.
             corners.iter_mut().for_each(|corners| corners.swap(1, 2));
             given.iter_mut().for_each(|normals| normals.swap(1, 2));
+            across.iter_mut().for_each(|across| across.swap(0, 2));
         }
-        let across = join(&corners, &mut flaws);
-        let turned = |across: &[Across; 3]| across.iter().any(|across| !matches!(across, Across::Triangle { is_turned: false, .. }));
-        let is_solid = !across.iter().any(turned);
         let normals = normals::of_corners(&vertices_m, &corners, &across, &given);
         let (mut sum_m, mut edges) = (0.0, 0_u64);
         for (i, [a, b]) in corners.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).enumerate() {
@@ -122,7 +124,7 @@ impl Soup {
     }
 }
 
-/// Whether the volume that the triangles enclose is below 0: of those that enclose none the answer means nothing.
+/// Whether the volume that closed triangles enclose is below 0.
 fn is_inside_out(vertices_m: &[[f32; 3]], corners: &[[u32; 3]]) -> bool {
     let volume: f64 = corners
         .iter()

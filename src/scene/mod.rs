@@ -100,7 +100,15 @@ impl Default for Scene {
 impl Scene {
     /// A world with everything else at its default: what a bare DEM means on the command line.
     pub fn of_world(world: World) -> Self {
-        Self { world, sun: Sun::default(), haze: Haze::default(), start: None, earth: None, vertical_exaggeration: 1.0, meshes: Vec::new() }
+        Self {
+            world,
+            sun: Sun::default(),
+            haze: Haze::default(),
+            start: None,
+            earth: None,
+            vertical_exaggeration: 1.0,
+            meshes: Vec::new(),
+        }
     }
 }
 

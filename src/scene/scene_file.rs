@@ -247,7 +247,8 @@ impl Scene {
         }
         for (number, mesh) in file.meshes.into_iter().enumerate() {
             let placement = placement(path, mesh);
-            let placement = placement.map_err(|(key, cause)| wrong(key, &format!("of mesh {}: {cause}", number + 1)))?;
+            let placement =
+                placement.map_err(|(key, cause)| wrong(key, &format!("of mesh {}: {cause}", number + 1)))?;
             scene.meshes.push(placement);
         }
         Ok(scene)
@@ -341,7 +342,10 @@ fn key_at(text: &str, span: &Range<usize>) -> Option<String> {
     let before = text.get(..span.start)?;
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     let line = text[line_start..].lines().next()?;
-    let section = text[..line_start].lines().rev().find_map(|line| line.trim().strip_prefix('[')?.trim_start_matches('[').split(']').next());
+    let section = text[..line_start]
+        .lines()
+        .rev()
+        .find_map(|line| line.trim().strip_prefix('[')?.trim_start_matches('[').split(']').next());
     match (line.trim().strip_prefix('['), line.split_once('=')) {
         (Some(header), _) => header.trim_start_matches('[').split(']').next().map(str::to_owned),
         (None, Some((key, _))) => Some(section.map_or(key.trim().to_owned(), |name| format!("{name}.{}", key.trim()))),

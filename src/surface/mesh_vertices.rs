@@ -255,17 +255,7 @@ fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
             Across::Triangle { index, is_turned } => index << 1 | u32::from(is_turned),
         });
         let [normal_a, normal_b, normal_c] = triangle.normals.map(|normal| octahedral(normal.as_vec3()));
-        MeshTriangle {
-            corner_a,
-            corner_b,
-            corner_c,
-            across_ab,
-            across_bc,
-            across_ca,
-            normal_a,
-            normal_b,
-            normal_c,
-        }
+        MeshTriangle { corner_a, corner_b, corner_c, across_ab, across_bc, across_ca, normal_a, normal_b, normal_c }
     })
 }
 

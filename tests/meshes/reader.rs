@@ -234,7 +234,10 @@ fn real_files_load_or_say_why_not() {
     for path in &found {
         match obj::read(path) {
             Ok(mesh) => {
-                assert!(mesh.radius_m.is_finite() && mesh.triangles.iter().flat_map(|t| t.normals).all(|n| n.is_normalized()));
+                assert!(
+                    mesh.radius_m.is_finite()
+                        && mesh.triangles.iter().flat_map(|t| t.normals).all(|n| n.is_normalized())
+                );
                 loaded += 1;
                 good += usize::from(mesh.is_solid);
             }

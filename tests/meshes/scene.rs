@@ -54,7 +54,10 @@ fn what_is_wrong_with_a_mesh_is_named() {
         ("[[meshes]]\nfile = \"hut.obj\"\n".to_owned(), "meshes"),
     ] {
         let error = scene(&meshes).unwrap_err();
-        assert!(error.starts_with("land/alps.toml") && error.contains(named) && !error.contains('\n'), "{meshes}: {error}");
+        assert!(
+            error.starts_with("land/alps.toml") && error.contains(named) && !error.contains('\n'),
+            "{meshes}: {error}"
+        );
     }
 }
 

@@ -127,7 +127,11 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
         // What the land draws by itself is no matter here.
         let own: Vec<DVec2> = drawn.iter().copied().filter(|px| covered(&[*px], &land) == 0.0).collect();
         let (recall, precision) = (covered(&truth, &drawn), covered(&own, &truth));
-        println!("{camera}: recall {recall:.4}, precision {precision:.4}, {} places, {} of strokes", truth.len(), own.len());
+        println!(
+            "{camera}: recall {recall:.4}, precision {precision:.4}, {} places, {} of strokes",
+            truth.len(),
+            own.len()
+        );
         assert!(truth.len() > 2000 && own.len() > 500);
         all.push((recall, precision));
         // Planted: strokes that are elsewhere, and half of them gone.
