@@ -27,13 +27,17 @@ const HALF_M: DVec2 = DVec2::splat(1600.0);
 fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
     let mut style = Style::load("strokes").unwrap();
     style.strokes.as_mut().unwrap().borders = false;
+    strokes_of(world, camera, &style)
+}
+
+fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Point>) {
     let pose = world.pose(camera);
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
-    let requirements = Requirements::of(&style).over(&world.terrain);
+    let requirements = Requirements::of(style).over(&world.terrain);
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu, requirements, SIZE_PX).unwrap();
-    frame.render(gpu, &mut world.terrain, &view, &style, &light);
+    frame.render(gpu, &mut world.terrain, &view, style, &light);
     gpu.wait();
     let strokes = frame.strokes().unwrap();
     let counts: StrokeCounts = read_buffer(gpu, strokes.lists().counts.buffer(), 1).unwrap()[0];
@@ -143,4 +147,28 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
         assert!(covered(&larger, &drawn) < 0.98);
     }
     assert!(all.iter().all(|(recall, precision)| *recall >= 0.98 && *precision >= 0.98), "{all:?}");
+}
+
+#[test]
+fn a_crease_in_a_corner_is_drawn_where_a_style_wants_it() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    // Two walls of 20 m that meet in a corner, high above the land; the eye looks into it, from aside.
+    let text = "v -20 -20 0\nv 0 0 0\nv 20 -20 0\nv -20 -20 20\nv 0 0 20\nv 20 -20 20\nf 1 2 5 4\nf 2 3 6 5\n";
+    let mesh = Arc::new(hachure::mesh::obj::parse("corner.obj".to_owned(), text.as_bytes()).unwrap());
+    let pose = world.pose("0,0,3000,20,40,40");
+    let foot_m = pose.position_m + pose.forward * 80.0;
+    shapes::place(&mut world, &mesh, &shapes::stance(foot_m, 30.0, 1.0));
+    let crease = |world: &mut World, crease_deg: Option<f32>| {
+        let mut style = Style::load("strokes").unwrap();
+        style.strokes.as_mut().unwrap().crease_deg = crease_deg;
+        let (view, points) = strokes_of(world, "0,0,3000,20,40,40", &style);
+        let ends = [0.0, 20.0].map(|z| view.place_px(foot_m + DVec3::Z * z - pose.position_m).unwrap());
+        let truth: Vec<DVec2> = (0..=400).map(|i| ends[0].lerp(ends[1], f64::from(i) / 400.0)).collect();
+        covered(&truth, &along(&points))
+    };
+    let drawn = crease(&mut world, Some(60.0));
+    println!("{drawn:.3} of the crease");
+    assert!(drawn >= 0.98, "{drawn}");
+    // Planted: a style that wants sharper creases, and one that wants none.
+    assert!(crease(&mut world, Some(100.0)) < 0.2 && crease(&mut world, None) < 0.2);
 }
