@@ -165,9 +165,12 @@ impl OpenWorld {
             let found = known.iter().find(|(file, _)| *file == placement.file).map(|(_, mesh)| Arc::clone(mesh));
             let mesh = match found {
                 Some(mesh) => mesh,
-                None => Arc::new(obj::read(&placement.file)?),
+                None => {
+                    let mesh = Arc::new(obj::read(&placement.file)?);
+                    known.push((&placement.file, Arc::clone(&mesh)));
+                    mesh
+                }
             };
-            known.push((&placement.file, Arc::clone(&mesh)));
             let mut origin_m = placement.at_m;
             if placement.height_above_ground {
                 origin_m.z += self.ground_m(origin_m.x, origin_m.y);

@@ -51,33 +51,21 @@ const IS_MESH: u32 = 0x80000000u;
 // Of all that stands in the world, as drawn: camera-relative, in metres.
 @group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
 
-// The last instance of which `before` counts at most `number`: they rise.
-fn instance_of_vertex(number: u32) -> u32 {
-    var low = 0u;
-    var high = arrayLength(&mesh_instances);
-    while high - low > 1u {
-        let middle = (low + high) / 2u;
-        if mesh_instances[middle].vertices_before <= number { low = middle; } else { high = middle; }
-    }
-    return low;
-}
+// What instances are counted by: vertices in view, triangles that are near enough, all triangles of the world.
+const BY_VERTEX: u32 = 0u;
+const BY_NEAR: u32 = 1u;
+const BY_NUMBER: u32 = 2u;
 
-fn instance_of_near(number: u32) -> u32 {
+// The instance that something belongs to: the last one that begins at its number or before.
+fn instance_of(number: u32, by: u32) -> u32 {
     var low = 0u;
     var high = arrayLength(&mesh_instances);
     while high - low > 1u {
         let middle = (low + high) / 2u;
-        if mesh_instances[middle].near_before <= number { low = middle; } else { high = middle; }
-    }
-    return low;
-}
-
-fn instance_of_number(number: u32) -> u32 {
-    var low = 0u;
-    var high = arrayLength(&mesh_instances);
-    while high - low > 1u {
-        let middle = (low + high) / 2u;
-        if mesh_instances[middle].first_number <= number { low = middle; } else { high = middle; }
+        let begins = select(
+            select(mesh_instances[middle].first_number, mesh_instances[middle].near_before, by == BY_NEAR),
+            mesh_instances[middle].vertices_before, by == BY_VERTEX);
+        if begins <= number { low = middle; } else { high = middle; }
     }
     return low;
 }

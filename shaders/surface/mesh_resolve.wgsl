@@ -4,7 +4,7 @@
 // After surface/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what they are
 // without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth stays.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of_number, corners_of, normal_from, IS_MESH}
+#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from, IS_MESH}
 #import hachure::earth::unbend
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let number = found ^ IS_MESH;
-    let standing = mesh_instances[instance_of_number(number)];
+    let standing = mesh_instances[instance_of(number, BY_NUMBER)];
     let triangle = mesh_triangles[standing.first_triangle + number - standing.first_number];
     let corners = corners_of(standing.first_place, triangle);
     let u = corners.b_m - corners.a_m;

@@ -10,6 +10,8 @@ use super::{Mesh, MeshError};
 pub const MOST: u64 = 1 << 23;
 /// Triangles of all different meshes, at most: 36 bytes each in such a binding.
 pub const MOST_OWN: u64 = (128 << 20) / 36;
+/// Meshes that stand in a world, at most.
+pub const MOST_STANDING: u64 = 1 << 16;
 
 /// A mesh at a place. Several may share a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,8 +72,10 @@ impl Placed {
             self.meshes.len() - 1
         });
         let (first_vertex, first_triangle) = (self.vertices(), self.triangles());
+        let standing = self.standing.len() as u64 + 1;
         let own = self.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum();
         let counts = [
+            ("places", standing, MOST_STANDING),
             ("vertices", first_vertex + mesh.vertices_m.len() as u64, MOST),
             ("triangles", first_triangle + mesh.triangles.len() as u64, MOST),
             ("different triangles", own, MOST_OWN),

@@ -298,7 +298,7 @@ fn placement(scene_path: &Path, mesh: MeshToml) -> Result<MeshPlacement, (&'stat
     if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
         return Err(("meshes.at", format!("it must lie within {LARGEST_COORDINATE_M} m")));
     }
-    if !(mesh.yaw_deg.abs() <= 360_000.0) {
+    if !(-360_000.0..=360_000.0).contains(&mesh.yaw_deg) {
         return Err(("meshes.yaw_deg", "it must lie within -360000 to 360000".to_owned()));
     }
     if !(1e-6..=1e6).contains(&mesh.scale) {

@@ -1,5 +1,5 @@
 //! Meshes that stand on the land: their files, their edges, their strokes, their surface.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -6,7 +6,7 @@
 //
 // Loadholt 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
 #import hachure::view::View
-#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of_near, corners_of, BORDER, AGAIN}
+#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
 #import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
 
 @group(0) @binding(0) var<storage, read> mesh_sides: array<vec4<f32>>;
@@ -31,7 +31,7 @@ fn emit(a: vec3<f32>, b: vec3<f32>, kind: u32, key: u32) {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let number = id.x + id.y * ROW * 64u;
-    let standing = mesh_instances[instance_of_near(number)];
+    let standing = mesh_instances[instance_of(number, BY_NEAR)];
     let own = number - standing.near_before;
     if standing.is_near == 0u || own >= standing.triangles {
         return;

@@ -3,7 +3,7 @@
 // It is decided once for each triangle, so that both triangles at an edge agree on it: contours are then closed, also
 // where a triangle is seen from its edge and rounding decides. A triangle that is thinner than its vertices are exact has
 // no side; it takes that of its neighbour across its longest edge, and so does a row of such.
-#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of_near, corners_of, MeshTriangle, AGAIN}
+#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, MeshTriangle, AGAIN}
 
 @group(0) @binding(0) var<storage, read_write> mesh_sides: array<vec4<f32>>;
 
@@ -16,7 +16,7 @@ const LONGEST_ROW: i32 = 6;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let number = id.x + id.y * ROW * 64u;
-    let standing = mesh_instances[instance_of_near(number)];
+    let standing = mesh_instances[instance_of(number, BY_NEAR)];
     if standing.is_near == 0u || number - standing.near_before >= standing.triangles {
         return;
     }
