@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use hachure::measure::lod_error;
 use hachure::mesh::Mesh;
 use hachure::mesh::placed::{Placed, Standing};
 use hachure::picture::PartRule;
@@ -75,6 +76,10 @@ fn position_and_normal_are_those_of_an_exact_ray() {
             println!("{name} {camera}: {pixels} px; off: {position} positions, {normal} normals; {other} triangles");
             assert!(pixels > 1500, "{pixels}");
             assert!(position * 1000 <= pixels && normal * 1000 <= pixels && other * 100 <= pixels);
+            // What stands on the land is no error of the land.
+            let targets = frame.as_ref().unwrap().targets();
+            let lod_px = lod_error::largest_px(&world.gpu, targets, &shot.view, &world.terrain, 0).unwrap();
+            assert!(lod_px.is_some_and(|lod_px| lod_px < 1.0), "{lod_px:?}");
             // Planted: a mesh 20 cm aside, and one whose normals lean.
             let aside = Standing { middle_m: standing.middle_m + DVec3::new(0.1, 0.1, 0.14), ..standing.clone() };
             assert!(off(&shot, &mesh, &aside)[1] > pixels / 2);
