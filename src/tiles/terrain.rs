@@ -19,6 +19,7 @@ use super::terrain_buffers::{TerrainBuffers, TerrainUniform};
 use super::warp::Warp;
 use crate::gpu::Gpu;
 use crate::gpu::pass::Named;
+use crate::mesh::placed::Placed;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
@@ -118,6 +119,7 @@ pub struct Terrain {
     start: Instant,
     frame: u64,
     buffers: TerrainBuffers,
+    meshes: Option<Arc<Placed>>,
 }
 
 /// A view as the terrain sees it.
@@ -155,7 +157,18 @@ impl Terrain {
             start: Instant::now(),
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
+            meshes: None,
         })
+    }
+
+    /// What stands on the land, if anything does.
+    pub fn meshes(&self) -> Option<&Arc<Placed>> {
+        self.meshes.as_ref()
+    }
+
+    /// Puts meshes onto the land, in place of those that stood there. Frames want other passes then.
+    pub fn set_meshes(&mut self, placed: Placed) {
+        self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
     }
 
     /// Grid ↔ world ↔ CRS, exactly.
