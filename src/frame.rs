@@ -184,8 +184,14 @@ impl Frame {
             pass.run(gpu, recorder, size_px, &inputs);
         }
         if let (Some(pass), Some(drawn)) = (&passes.form, &targets.hatching) {
-            let inputs =
-                form::Inputs { view: view_resource(), terrain: &world, surface_id, position, normal, form: &drawn.form };
+            let inputs = form::Inputs {
+                view: view_resource(),
+                terrain: &world,
+                surface_id,
+                position,
+                normal,
+                form: &drawn.form,
+            };
             pass.run(gpu, recorder, inputs);
         }
         if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
