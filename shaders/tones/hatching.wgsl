@@ -115,11 +115,13 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
 }
 
 // The paper that a layer leaves.
-fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
+fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
     let side = f32(hatch.side);
     let offset = f32(index) * GOLDEN * side;
+    let is_dark = asked > 0.5;
+    let darkness = min(asked, 1.0 - asked);
     let density = log2(max(1.0 - darkness, 1e-5));
     let is_endless = (layer.flags & ENDLESS) != 0u;
     let swells = (layer.flags & SWELLS) != 0u;
@@ -152,7 +154,8 @@ fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foo
             let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, j == 1);
             let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
             let place = vec2<f32>(phases[v.phase + j] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-            let one = tile_threshold(layer.map, place + elsewhere + offset, v.change * scale_v, u.change * scale_u);
+            let found = tile_threshold(layer.map, place + elsewhere + offset, v.change * scale_v, u.change * scale_u);
+            let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.slope);
             if swells {
                 // What comes first is mixed with nothing.
                 row = mixed(one, row, row_weight);
@@ -181,7 +184,7 @@ fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foo
             break if k > last;
         }
     }
-    return paper;
+    return select(paper, 1.0 - paper, is_dark);
 }
 
 @compute @workgroup_size(8, 8)
