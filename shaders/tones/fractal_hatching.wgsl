@@ -56,8 +56,6 @@ struct Asked {
     // Ranks below this are there.
     density: f32,
     width_px: f32,
-    // Of gaps, if every second place has a mark.
-    gap_px: f32,
 }
 
 // Marks of width `width_px` on darkness d of this axis alone.
@@ -74,7 +72,7 @@ fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32) -> Asked {
     let unfilled = 2.0 * (1.0 - density);
     let wide_px = 2.0 * place_px * (1.0 - (1.0 - d) / max(unfilled, 1e-4));
     let drawn_px = select(width_px, max(wide_px, width_px), density > 0.5);
-    return Asked(i32(level), place_m, place_px, density, drawn_px, max(2.0 * place_px - drawn_px, 0.0));
+    return Asked(i32(level), place_m, place_px, density, drawn_px);
 }
 
 // A mark of an axis: who it is, its own level counted from the one that is looked at, and how much of it is there.
@@ -93,12 +91,10 @@ fn mark_at(index: i32, row: Asked, seed: u32) -> Mark {
     // Neighbours of one level come in an even order: multiples of the golden ratio. The number is odd.
     let order = f32(((number >> 1u) * 2654435769u + mixed_bits(own_level ^ seed)) >> 8u) / 16777216.0;
     let rank = exp2(-f32(coarser)) * (0.5 + 0.5 * order);
-    // No mark has a rank above 1, so those near it come more suddenly.
-    let growth = GROWTH * clamp((1.0 - row.density) * 5.0, 0.02, 1.0);
-    let grown = clamp((row.density / rank - 1.0) / (2.0 * growth) + 0.5, 0.0, 1.0);
+    let grown = clamp((row.density / rank - 1.0) / (2.0 * GROWTH) + 0.5, 0.0, 1.0);
     // What grows in a gap that is narrower than a mark fills just that.
-    let into_gap = coarser == 0 && row.density > 0.5;
-    let whole_px = select(row.width_px, mix(min(row.gap_px, row.width_px), row.width_px, smoothstep(0.9, 1.0, grown)), into_gap);
+    let gap_px = clamp(exp2(f32(coarser) + 1.0) * row.place_px - row.width_px, 0.0, row.width_px);
+    let whole_px = mix(gap_px, row.width_px, smoothstep(0.9, 1.0, grown));
     return Mark(identity, coarser, whole_px * grown);
 }
 
@@ -111,7 +107,7 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
     let size_px = layer.marks_px * layer.size;
     let is_endless = layer.marks_px.x <= 0.0;
     // Both axes make the darkness together: the longer the marks, the more of it is done by rows.
-    let by_rows = select(size_px.x / (size_px.x + size_px.y), 1.0, is_endless);
+    let by_rows = select(min(size_px.x / (size_px.x + size_px.y), 0.75), 1.0, is_endless);
     let row = asked(across, foot, size_px.y, pow(darkness, by_rows));
     let dash = asked(along, foot, max(size_px.x, 1.0), pow(darkness, 1.0 - by_rows));
     let base_u = cells[across * hatch.level_count + row.level];
@@ -120,7 +116,7 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
     let v = base_v.rest + dot(axes[along].direction, at) / dash.place_m;
     let nearest_u = round(u);
     // Round ends take ink; in the darks ends are square.
-    let roundness = clamp((0.8 - darkness) * 4.0, 0.0, 1.0);
+    let roundness = clamp((0.6 - darkness) * 4.0, 0.0, 1.0);
     var ink = 0.0;
     for (var i = -1; i <= 1; i++) {
         let row_mark = mark_at(base_u.index + i32(nearest_u) + i, row, seed);
@@ -142,11 +138,12 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
             for (var j = -1; j <= 1; j++) {
                 let mark = mark_at(first_v + j, dash, row_mark.identity);
                 let along_px = (place - nearest_v - f32(j)) * dash.place_px;
-                on_row = max(on_row, profile(along_px, max(mark.width_px + select(0.0, longer_px, mark.width_px > 0.0), 0.0)));
+                on_row = min(on_row + profile(along_px, max(mark.width_px + select(0.0, longer_px, mark.width_px > 0.0), 0.0)), 1.0);
             }
             drawn *= on_row;
         }
-        ink = max(ink, drawn);
+        // Two marks that a pixel sees lie beside each other.
+        ink = min(ink + drawn, 1.0);
     }
     return ink;
 }

@@ -18,13 +18,13 @@
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
 
 // Part of the way between two scales in which both are seen: across, and along.
-const ACROSS_ZONE: f32 = 0.5;
-const ALONG_ZONE: f32 = 0.3;
+const ACROSS_ZONE: f32 = 1.0;
+const ALONG_ZONE: f32 = 0.7;
 const AZIMUTH_ZONE: f32 = 0.3;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
 // Width of a mark's border.
-const BORDER_PX: f32 = 0.6;
+const BORDER_PX: f32 = 1.0;
 // Of a layer: marks that have no ends, and such that darken by growing wider.
 const ENDLESS: u32 = 1u;
 const SWELLS: u32 = 2u;
@@ -82,7 +82,7 @@ fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
 
 // Ink where `darkness` meets a threshold.
 fn ink_at(found: Threshold, darkness: f32, bias: f32) -> f32 {
-    // A mark's border is half a pixel wide. In thin marks, and thin gaps, that adds to the mean: `bias` is how much.
+    // A mark's border is a pixel wide. In thin marks, and thin gaps, that adds to the mean: `bias` is how much.
     let border = max(max(BORDER_PX * length(found.slope), hatch.softness), 1e-4);
     let off = 1.0 - 2.0 * darkness;
     let near_end = min(darkness, 1.0 - darkness);
@@ -151,9 +151,10 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
         var all: Threshold;
         loop {
             let scale_u = select(u.texels_per_m, u.texels_per_m * HALF_OCTAVE, i == 1);
-            let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, j == 1);
+            let own_v = select(j, i, is_endless);
+            let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, own_v == 1);
             let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
-            let place = vec2<f32>(phases[v.phase + j] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
+            let place = vec2<f32>(phases[v.phase + own_v] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
             let found = tile_threshold(layer.map, place + elsewhere + offset, v.change * scale_v, u.change * scale_u);
             let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.slope);
             if swells {

@@ -13,19 +13,21 @@ const DISTANCES_M: [f64; 9] = [2.0, 6.3, 20.0, 63.0, 200.0, 630.0, 2000.0, 6300.
 /// What a picture says about marks.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
-    /// From the strongest wave across the marks.
+    /// The mean wave across the marks, by power, and the strongest.
     pub spacing_px: f64,
+    pub strongest_px: f64,
     /// Ink by marks, and marks by counting.
     pub width_px: f64,
     pub counted_spacing_px: f64,
 }
 
-/// The power of waves along `across` (unit), by their length in pixels, over lines of 128 pixels about the middle.
-pub fn strongest_wave_px(shot: &Inked, across: DVec2) -> f64 {
+/// The mean wave along `across` (unit), by power, and the strongest: over lines of 128 pixels about the middle, among
+/// waves of half to twice `about_px`. Marks have overtones, and rows that differ have undertones; both are other waves.
+pub fn waves_px(shot: &Inked, across: DVec2, about_px: f64) -> (f64, f64) {
     const SAMPLES: usize = 128;
     let middle = DVec2::new(shot.size_px[0] as f64, shot.size_px[1] as f64) * 0.5;
     let along = across.perp();
-    let waves: Vec<f64> = (0..160).map(|i| 32.0 * (2.5_f64 / 32.0).powf(f64::from(i) / 159.0)).collect();
+    let waves: Vec<f64> = (0..120).map(|i| about_px * 2.0 * 0.25_f64.powf(f64::from(i) / 119.0)).collect();
     let mut power = vec![0.0; waves.len()];
     for line in -24..=24 {
         let samples: Vec<f64> = (0..SAMPLES)
@@ -47,7 +49,10 @@ pub fn strongest_wave_px(shot: &Inked, across: DVec2) -> f64 {
         }
     }
     let strongest = (0..waves.len()).max_by(|a, b| power[*a].total_cmp(&power[*b])).unwrap();
-    waves[strongest]
+    // In steps of even ratios the mean is that of logarithms.
+    let whole: f64 = power.iter().zip(&waves).map(|(power, wave)| power / wave).sum();
+    let mean: f64 = power.iter().zip(&waves).map(|(power, wave)| power / wave * wave.ln()).sum();
+    ((mean / whole).exp(), waves[strongest])
 }
 
 /// Marks crossed along `across`, and the ink in them.
@@ -73,7 +78,13 @@ fn counted(shot: &Inked, across: DVec2) -> (f64, f64) {
     (ink / crossed, length / crossed)
 }
 
-pub fn measure(plane: &mut Plane, style: &Style, distance_m: f64, from_normal_deg: f64, around_deg: f64) -> Measured {
+pub fn measure(
+    plane: &mut Plane,
+    style: &Style,
+    distance_m: f64,
+    [from_normal_deg, around_deg]: [f64; 2],
+    about_px: f64,
+) -> Measured {
     let pose = plane.eye(3.0, distance_m, from_normal_deg, around_deg, 20.0);
     let shot = plane.shoot(pose, [256, 256], style);
     // Marks point north in plan: rows are what changes toward the east.
@@ -85,7 +96,8 @@ pub fn measure(plane: &mut Plane, style: &Style, distance_m: f64, from_normal_de
     )
     .normalize();
     let (width_px, counted_spacing_px) = counted(&shot, across);
-    Measured { spacing_px: strongest_wave_px(&shot, across), width_px, counted_spacing_px }
+    let (spacing_px, strongest_px) = waves_px(&shot, across, about_px);
+    Measured { spacing_px, strongest_px, width_px, counted_spacing_px }
 }
 
 fn holds(value: f64, wanted: f64) -> bool {
@@ -94,11 +106,11 @@ fn holds(value: f64, wanted: f64) -> bool {
 
 /// What each picture of the plane says, in the order of the distances, from above and at a grazing angle both along
 /// and across the marks.
-fn everywhere(plane: &mut Plane, style: &Style) -> Vec<(String, Measured)> {
+fn everywhere(plane: &mut Plane, style: &Style, about_px: f64) -> Vec<(String, Measured)> {
     let mut all = Vec::new();
     for distance_m in DISTANCES_M {
         for (from_normal_deg, around_deg) in [(0.0, 0.0), (50.0, 40.0), (80.0, 0.0), (80.0, 90.0)] {
-            let measured = measure(plane, style, distance_m, from_normal_deg, around_deg);
+            let measured = measure(plane, style, distance_m, [from_normal_deg, around_deg], about_px);
             all.push((format!("{distance_m} m, {from_normal_deg}° from the normal, turned {around_deg}°"), measured));
         }
     }
@@ -122,8 +134,9 @@ fn report(what: &str, all: &[(String, Measured)]) {
         format!("{low:.2} to {high:.2}")
     };
     println!(
-        "{what}: strongest wave {} px, spacing by count {} px, width {} px",
+        "{what}: mean wave {} px, strongest {} px, spacing by count {} px, width {} px",
         range(|m| m.spacing_px),
+        range(|m| m.strongest_px),
         range(|m| m.counted_spacing_px),
         range(|m| m.width_px)
     );
@@ -134,12 +147,16 @@ fn blended_marks_keep_their_size() {
     let Some(mut plane) = Plane::new(12.0) else { return };
     let marks = hachure::style::marks::Recipe::load("engraving", std::path::Path::new("")).unwrap();
     let darkness = 0.4;
-    let all = everywhere(&mut plane, &style("blend", darkness, &fixed("engraving", 0.0)));
+    let all = everywhere(&mut plane, &style("blend", darkness, &fixed("engraving", 0.0)), f64::from(marks.spacing_px));
     report("blend", &all);
     let spacing_px = f64::from(marks.spacing_px);
     hold_at(&all, [spacing_px, spacing_px * darkness]).unwrap();
     // An octave off by one: marks twice as large from one of the distances on.
-    let twice = everywhere(&mut plane, &style("blend", darkness, &format!("{}size = 2.0\n", fixed("engraving", 0.0))));
+    let twice = everywhere(
+        &mut plane,
+        &style("blend", darkness, &format!("{}size = 2.0\n", fixed("engraving", 0.0))),
+        spacing_px,
+    );
     let mut planted = all;
     planted.splice(20.., twice.into_iter().skip(20));
     assert!(hold_at(&planted, [spacing_px, spacing_px * darkness]).is_err());
@@ -151,7 +168,8 @@ fn added_marks_keep_their_width_and_number() {
     let marks = hachure::style::marks::Recipe::load("line", std::path::Path::new("")).unwrap();
     // Few enough for no two to touch: then spacing is width by darkness.
     let darkness = 0.25;
-    let all = everywhere(&mut plane, &style("add", darkness, &fixed("line", 0.0)));
+    let all =
+        everywhere(&mut plane, &style("add", darkness, &fixed("line", 0.0)), f64::from(marks.width_px) / darkness);
     report("add", &all);
     let width_px = f64::from(marks.width_px);
     for (place, measured) in &all {

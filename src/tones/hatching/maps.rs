@@ -96,7 +96,7 @@ pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
 }
 
 /// Width of a mark's border; `shaders/tones/hatching.wgsl` has it too.
-const BORDER_PX: f32 = 0.6;
+const BORDER_PX: f32 = 1.0;
 
 /// What soft borders add to the mean ink at a tenth of darkness, by the law that the shader takes it off again:
 /// bias (1 - 2 darkness)³. As much is missing at nine tenths.
