@@ -38,7 +38,9 @@ struct HatchLayer {
     bias: f32,
     // ENDLESS, SWELLS.
     flags: u32,
-    pad: vec2<f32>,
+    // How much of the marks is only their mean: such as are too small for pixels.
+    grey: f32,
+    pad: f32,
 }
 
 struct Hatch {

@@ -78,6 +78,8 @@ fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32) -> Asked {
 // A mark of an axis: who it is, its own level counted from the one that is looked at, and how much of it is there.
 struct Mark {
     identity: u32,
+    // Its place in an even order of its level, as a part of 2^32.
+    order: u32,
     coarser: i32,
     width_px: f32,
 }
@@ -89,13 +91,13 @@ fn mark_at(index: i32, row: Asked, seed: u32) -> Mark {
     let own_level = u32(row.level + coarser);
     let identity = mixed_bits(number ^ (own_level << 20u) ^ seed);
     // Neighbours of one level come in an even order: multiples of the golden ratio. The number is odd.
-    let order = f32(((number >> 1u) * 2654435769u + mixed_bits(own_level ^ seed)) >> 8u) / 16777216.0;
-    let rank = exp2(-f32(coarser)) * (0.5 + 0.5 * order);
+    let order = (number >> 1u) * 2654435769u + mixed_bits(own_level ^ seed);
+    let rank = exp2(-f32(coarser)) * (0.5 + 0.5 * f32(order >> 8u) / 16777216.0);
     let grown = clamp((row.density / rank - 1.0) / (2.0 * GROWTH) + 0.5, 0.0, 1.0);
     // What grows in a gap that is narrower than a mark fills just that.
     let gap_px = clamp(exp2(f32(coarser) + 1.0) * row.place_px - row.width_px, 0.0, row.width_px);
     let whole_px = mix(gap_px, row.width_px, smoothstep(0.9, 1.0, grown));
-    return Mark(identity, coarser, whole_px * grown);
+    return Mark(identity, order, coarser, whole_px * grown);
 }
 
 // Ink at a place `away_px` from the middle of a mark.
@@ -125,7 +127,7 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
         var drawn = profile(away_px, width_px);
         if !is_endless && drawn > 0.0 {
             // Each row's marks begin somewhere else: by a part, in 256ths, of what a place of the row's own level is.
-            let part = row_mark.identity >> 24u;
+            let part = (row_mark.order * 5u) >> 24u;
             let power = row_mark.coarser + row.level - dash.level + i32(round(log2(size_px.x / size_px.y))) - 8;
             let shift = select(f32(part) * exp2(f32(power)), 0.0, power >= 0);
             let whole_shift = select(0, i32(part << u32(clamp(power, 0, 31))), power >= 0);

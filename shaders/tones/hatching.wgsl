@@ -163,7 +163,8 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
                 row_weight = 1.0 - u.coarser;
             } else {
                 let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
-                paper *= 1.0 - ink_at(one, 1.0 - exp2(chart_density * weight), layer.bias);
+                let own = 1.0 - exp2(chart_density * weight);
+                paper *= 1.0 - mix(ink_at(one, own, layer.bias), own, layer.grey);
             }
             i += 1;
             if i > last_u {
@@ -178,7 +179,8 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
             }
         }
         if swells {
-            paper *= 1.0 - ink_at(all, 1.0 - exp2(chart_density), layer.bias);
+            let own = 1.0 - exp2(chart_density);
+            paper *= 1.0 - mix(ink_at(all, own, layer.bias), own, layer.grey);
         }
         k += 1;
         continuing {

@@ -17,10 +17,11 @@ pub(crate) struct HatchLayerUniform {
     marks_px: [f32; 2],
     bias: f32,
     flags: u32,
-    pad: [f32; 2],
+    grey: f32,
+    pad: f32,
 }
 
-crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px, bias, flags, pad);
+crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px, bias, flags, grey, pad);
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -75,8 +76,10 @@ impl HatchLayerUniform {
             let swells = if recipe.swell >= 0.5 || recipe.kind == Kind::Halftone { SWELLS } else { 0 };
             endless | swells
         });
+        // From three quarters of their size on down, texels are smaller than pixels and would alias.
+        let grey = ((0.75 - layer.size) / 0.4).clamp(0.0, 1.0);
         let (map, size) = (map as u32, layer.size);
-        Self { direction, map, size, turn, fixed_direction, marks_px, bias, flags, pad: [0.0; 2] }
+        Self { direction, map, size, turn, fixed_direction, marks_px, bias, flags, grey, pad: 0.0 }
     }
 }
 
