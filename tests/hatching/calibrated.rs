@@ -98,7 +98,7 @@ fn a_tone_that_is_off_is_seen() {
     for y in 0..100 {
         for x in 0..100 {
             let i = y * corner.size_px[0] + x;
-            corner.ink[i] = (corner.ink[i] + 0.08).min(1.0);
+            corner.ink[i] = (corner.ink[i] + 0.16).min(1.0);
         }
     }
     assert!(!holds(corner.worst_window(64, 0.5), 0.05));
