@@ -12,6 +12,7 @@ use crate::lines::threshold::ThresholdPass;
 use crate::style::hatching::Scale;
 use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::form::FormPass;
+use crate::surface::horizons::HorizonsPass;
 use crate::surface::motion::MotionPass;
 use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
@@ -35,6 +36,8 @@ pub struct Requirements {
     pub toon: bool,
     /// Whether tones run as water does.
     pub watercolor: bool,
+    /// Whether tones know of cast shadows and of the visible sky.
+    pub seen: bool,
     /// Whether tones are made of marks.
     pub hatching: Option<Scale>,
     /// Whether screen motion is wanted.
@@ -49,6 +52,7 @@ impl Requirements {
             antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
             strokes: style.strokes.as_ref().map(|strokes| (strokes.resolution * 64.0).round() as u32),
             toon: matches!(style.tone, Tone::Toon(_)),
+            seen: matches!(style.tone, Tone::Toon(_)) && (style.light.shadow > 0.0 || style.light.occlusion > 0.0),
             watercolor: style.watercolor.is_some(),
             hatching: style.hatching.as_ref().map(|hatching| hatching.scale),
             motion: false,
@@ -70,6 +74,7 @@ impl Requirements {
             Some("surface/resolve"),
             self.hatching.map(|_| "surface/form"),
             self.motion.then_some("surface/motion"),
+            self.seen.then_some("surface/horizons"),
             detector,
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
@@ -94,6 +99,7 @@ pub(super) struct Passes {
     pub terrain: TerrainPass,
     pub resolve: ResolvePass,
     pub motion: Option<MotionPass>,
+    pub horizons: Option<HorizonsPass>,
     pub lsa: Option<LsaPass>,
     pub sobel: Option<SobelPass>,
     pub roystan: Option<RoystanPass>,
@@ -125,6 +131,7 @@ impl Passes {
             terrain: TerrainPass::new(gpu),
             resolve: ResolvePass::new(gpu),
             motion: None,
+            horizons: None,
             lsa: None,
             sobel: None,
             roystan: None,
@@ -146,6 +153,7 @@ impl Passes {
     pub fn adapt(&mut self, gpu: &Gpu, requirements: &Requirements) -> Result<(), GpuError> {
         let detector = requirements.detector;
         keep(&mut self.motion, requirements.motion, || MotionPass::new(gpu));
+        keep(&mut self.horizons, requirements.seen, || HorizonsPass::new(gpu));
         keep(&mut self.lsa, detector == Some(Detector::Lsa), || LsaPass::new(gpu));
         keep(&mut self.sobel, detector == Some(Detector::Sobel), || SobelPass::new(gpu));
         keep(&mut self.roystan, detector == Some(Detector::Roystan), || RoystanPass::new(gpu));
@@ -156,7 +164,10 @@ impl Passes {
             (None, Some(_)) => self.strokes = None,
             _ => {}
         }
-        keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
+        if self.toon.as_ref().is_some_and(|toon| toon.sees() != requirements.seen) {
+            self.toon = None;
+        }
+        keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu, requirements.seen));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
         keep(&mut self.watercolor, requirements.watercolor, || WatercolorPass::new(gpu));
         keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));
