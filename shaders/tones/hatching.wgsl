@@ -14,9 +14,10 @@
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, uniform_again}
 
 // Part of the way between two scales in which both are seen: across, and along.
-const ACROSS_ZONE: f32 = 0.7;
-const ALONG_ZONE: f32 = 0.4;
-const AZIMUTH_ZONE: f32 = 0.4;
+const ACROSS_ZONE: f32 = 0.5;
+const ALONG_ZONE: f32 = 0.3;
+const AZIMUTH_ZONE: f32 = 0.3;
+const HALF_OCTAVE: f32 = 0.70710678;
 
 struct Axis {
     direction: vec3<f32>,
@@ -60,61 +61,54 @@ fn sampled(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>) 
     return Threshold(mix(upper, lower, f.y), by_along * d_along + (lower - upper) * d_across);
 }
 
-// A coordinate: its change per pixel in metres, the ladder's finer level, and how much of the coarser one.
+// A coordinate at a place: its change per pixel in metres, the ladder's finer level with its texels in a metre, how much
+// of the coarser level, and the coordinate itself.
 struct Scale {
     change: vec2<f32>,
-    level: i32,
+    texels_per_m: f32,
     coarser: f32,
+    // In `phases`, of the finer level.
+    phase: i32,
+    place_m: f32,
 }
 
-fn scale_of(axis: i32, foot: Footprint, size: f32, zone: f32) -> Scale {
-    let d = change_along(axes[axis].direction, foot);
-    let step = 2.0 * log2(max(length(d) * size, 1e-12)) - f32(hatch.first_level);
+fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> Scale {
+    let direction = axes[axis].direction;
+    let d = change_along(direction, foot);
+    let step = log2(max(dot(d, d) * size * size, 1e-24)) - f32(hatch.first_level);
     let bounded = clamp(step, 0.0, f32(hatch.level_count) - 1.001);
     let whole = floor(bounded);
-    return Scale(d, i32(whole), clamp((bounded - whole - 0.5) / zone + 0.5, 0.0, 1.0));
-}
-
-fn texels_per_m(level: i32) -> f32 {
-    return exp2(-0.5 * f32(level + hatch.first_level));
+    return Scale(d, exp2(-0.5 * (whole + f32(hatch.first_level))), clamp((bounded - whole - 0.5) / zone + 0.5, 0.0, 1.0),
+        axis * hatch.level_count + i32(whole), dot(direction, at));
 }
 
 fn chart_threshold(layer: HatchLayer, offset: f32, across: i32, along: i32, at: vec3<f32>, foot: Footprint) -> Threshold {
-    let u = scale_of(across, foot, layer.size, ACROSS_ZONE);
-    let v = scale_of(along, foot, layer.size, ALONG_ZONE);
-    let u_m = dot(axes[across].direction, at);
-    let v_m = dot(axes[along].direction, at);
+    let u = scale_of(across, at, foot, layer.size, ACROSS_ZONE);
+    let v = scale_of(along, at, foot, layer.size, ALONG_ZONE);
     // The finer and the coarser scale of each; one that has no weight is not looked at. A single loop: its end is
     // tested, while both sides of a branch are run by software drivers.
-    let first_u = i32(u.coarser >= 1.0);
-    let last_u = i32(u.coarser > 0.0);
-    let first_v = i32(v.coarser >= 1.0);
-    let last_v = i32(v.coarser > 0.0);
+    let first_u = select(0, 1, u.coarser >= 1.0);
+    let last_u = select(0, 1, u.coarser > 0.0);
+    let last_v = select(0, 1, v.coarser > 0.0);
     var i = first_u;
-    var j = first_v;
+    var j = select(0, 1, v.coarser >= 1.0);
+    var row_weight = 0.0;
+    var all_weight = 0.0;
     var row: Threshold;
     var all: Threshold;
     loop {
-        let level_u = u.level + i;
-        let level_v = v.level + j;
-        let scale_u = texels_per_m(level_u);
-        let scale_v = texels_per_m(level_v);
-        let place = vec2<f32>(
-            phases[along * hatch.level_count + level_v] + v_m * scale_v,
-            phases[across * hatch.level_count + level_u] + u_m * scale_u) + offset;
-        let one = sampled(layer.map, place, v.change * scale_v, u.change * scale_u);
-        if i == first_u {
-            row = one;
-        } else {
-            row = mixed(row, one, u.coarser);
-        }
+        let scale_u = select(u.texels_per_m, u.texels_per_m * HALF_OCTAVE, i == 1);
+        let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, j == 1);
+        let place = vec2<f32>(phases[v.phase + j] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
+        let one = sampled(layer.map, place + offset, v.change * scale_v, u.change * scale_u);
+        // What comes first is mixed with nothing.
+        row = mixed(one, row, row_weight);
+        row_weight = 1.0 - u.coarser;
         i += 1;
         if i > last_u {
-            if j == first_v {
-                all = row;
-            } else {
-                all = mixed(all, row, v.coarser);
-            }
+            all = mixed(row, all, all_weight);
+            all_weight = 1.0 - v.coarser;
+            row_weight = 0.0;
             i = first_u;
             j += 1;
         }

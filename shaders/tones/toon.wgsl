@@ -25,7 +25,7 @@ struct Toon {
     row_first: f32,
     row_scale: f32,
     // HEIGHT, SLOPE, or the distance.
-    attribute: u32,
+    by: u32,
     camera_z_m: f32,
     // The land's heights.
     low_m: f32,
@@ -54,19 +54,19 @@ fn stepped(lit: f32) -> f32 {
 }
 
 fn attribute_at(at: vec3<f32>, n: vec3<f32>) -> f32 {
-    if toon.attribute == HEIGHT {
+    if toon.by == HEIGHT {
         // The earth bends away; heights above the sea do not sink with it.
         return (unbend(at).flat_m.z + toon.camera_z_m - toon.low_m) / (toon.high_m - toon.low_m);
     }
-    if toon.attribute == SLOPE {
+    if toon.by == SLOPE {
         return degrees(acos(clamp(n.z, -1.0, 1.0)));
     }
     return length(at);
 }
 
-fn ramp_color(value: f32, attribute: f32) -> vec3<f32> {
+fn ramp_color(value: f32, kind: f32) -> vec3<f32> {
     let last = vec2<i32>(textureDimensions(ramp)) - 1;
-    let place = vec2<f32>(value * f32(last.x), toon.row_first + attribute * toon.row_scale);
+    let place = vec2<f32>(value * f32(last.x), toon.row_first + kind * toon.row_scale);
     let p = clamp(place, vec2<f32>(0.0), vec2<f32>(last));
     let cell = vec2<i32>(p);
     let next = min(cell + 1, last);

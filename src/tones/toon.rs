@@ -23,14 +23,14 @@ pub(crate) struct ToonUniform {
     wash: f32,
     row_first: f32,
     row_scale: f32,
-    attribute: u32,
+    by: u32,
     camera_z_m: f32,
     low_m: f32,
     high_m: f32,
     pad: f32,
 }
 
-crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": steps, darkest, lightest, softness, wash, row_first, row_scale, attribute, camera_z_m, low_m, high_m, pad);
+crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": steps, darkest, lightest, softness, wash, row_first, row_scale, by, camera_z_m, low_m, high_m, pad);
 
 /// What colours need to know of the land.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +108,7 @@ impl ToonPass {
             wash: toon.wash,
             row_first,
             row_scale,
-            attribute: self.ramp.attribute,
+            by: self.ramp.by,
             camera_z_m: land.camera_z_m,
             low_m,
             high_m: high_m.max(low_m + 1.0),

@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::axes;
 use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
+use crate::style::marks::{Kind, Recipe};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -40,6 +41,16 @@ pub(crate) struct HatchUniform {
 
 crate::gpu::shared::describe!(HatchUniform as "Hatch" in "tones/hatching": layers, begins, spans, comes_from, comes_full, goes_from, goes_full, count, level_count, first_level, softness, side, pad_a, pad_b, pad_c);
 
+/// Length and width of a mark by the zoom rule: a line has no end, a dot is as long as wide.
+fn marks_px(recipe: &Recipe) -> [f32; 2] {
+    let length_px = match recipe.kind {
+        Kind::Line => 0.0,
+        Kind::Stipple | Kind::Halftone | Kind::Stack => recipe.width_px,
+        Kind::Dash | Kind::Cross | Kind::Scribble | Kind::Dab => recipe.length_px.max(recipe.width_px),
+    };
+    [length_px, recipe.width_px]
+}
+
 impl HatchLayerUniform {
     fn new(layer: &Layer, map: usize) -> Self {
         let direction = match layer.direction {
@@ -50,7 +61,7 @@ impl HatchLayerUniform {
         };
         let turn = if layer.direction == Direction::Fixed { 0.0 } else { layer.angle_deg * 32.0 / 360.0 };
         let fixed_direction = axes::to_azimuth(axes::fixed_rad(layer)).as_vec2().to_array();
-        let marks_px = layer.recipe.as_ref().map_or([0.0, 1.0], |recipe| [recipe.length_px, recipe.width_px]);
+        let marks_px = layer.recipe.as_ref().map_or([0.0, 1.0], marks_px);
         Self { direction, map: map as u32, size: layer.size, turn, fixed_direction, marks_px }
     }
 }

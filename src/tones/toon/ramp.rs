@@ -16,7 +16,7 @@ pub struct RampTable {
     /// Row of an attribute: the first number and what is multiplied with it.
     pub row_px: [f32; 2],
     /// As the shader counts them.
-    pub attribute: u32,
+    pub by: u32,
 }
 
 /// The colour of a list at `place` of 0 to 1, between its neighbours.
@@ -76,12 +76,12 @@ impl RampTable {
             size,
         );
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let attribute = match ramp.map(|ramp| ramp.by) {
+        let by = match ramp.map(|ramp| ramp.by) {
             Some(Attribute::Height) => 0,
             Some(Attribute::Slope) => 1,
             Some(Attribute::Distance) | None => 2,
         };
-        Self { ramp: ramp.cloned(), view, row_px: [-first * scale, scale], attribute }
+        Self { ramp: ramp.cloned(), view, row_px: [-first * scale, scale], by }
     }
 
     /// Whether this is the table of `ramp`.
