@@ -214,7 +214,14 @@ impl Frame {
             Tone::Toon(steps) => {
                 let pass = passes.toon.as_mut().expect("the frame was made for this style");
                 let land = toon::Land { camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
-                let inputs = toon::Inputs { view: view_resource(), terrain: terrain.uniform(), seen: terrain.seen_resources(), position, normal, tone };
+                let inputs = toon::Inputs {
+                    view: view_resource(),
+                    terrain: terrain.uniform(),
+                    seen: terrain.seen_resources(),
+                    position,
+                    normal,
+                    tone,
+                };
                 pass.run(gpu, recorder, size_px, steps, LightUniform::new(style, light), land, inputs);
             }
         }

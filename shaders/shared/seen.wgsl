@@ -15,6 +15,7 @@ const SEEN_SPACING: i32 = 2;
 const PENUMBRA_RAD: f32 = 0.008;
 
 @group(0) @binding(15) var seen_tiles: texture_2d_array<u32>;
+@group(0) @binding(16) var seen_sampler: sampler;
 
 // The sine of the horizon toward the sun, and the visible sky, on a level or on the coarser one that stands in.
 fn horizon_on(first: LevelPlace, g: vec2<f32>) -> vec2<f32> {
@@ -37,11 +38,12 @@ fn horizon_on(first: LevelPlace, g: vec2<f32>) -> vec2<f32> {
     let texel = min(vec2<i32>(u), vec2<i32>(SEEN_SIDE - 2));
     let f = u - vec2<f32>(texel);
     let layer = max(slot, 0);
-    let nw = unpack2x16unorm(textureLoad(seen_tiles, texel, layer, 0).r);
-    let ne = unpack2x16unorm(textureLoad(seen_tiles, texel + vec2<i32>(1, 0), layer, 0).r);
-    let sw = unpack2x16unorm(textureLoad(seen_tiles, texel + vec2<i32>(0, 1), layer, 0).r);
-    let se = unpack2x16unorm(textureLoad(seen_tiles, texel + vec2<i32>(1, 1), layer, 0).r);
-    let found = mix(mix(nw, ne, f.x), mix(sw, se, f.x), f.y) * vec2<f32>(2.0, 1.0) - vec2<f32>(1.0, 0.0);
+    // The four texels around the corner that they share: south-west, south-east, north-east, north-west.
+    let corner = vec2<f32>(texel + 1) / f32(SEEN_SIDE);
+    let four = textureGather(0, seen_tiles, seen_sampler, corner, layer);
+    let north = mix(unpack2x16unorm(four.w), unpack2x16unorm(four.z), f.x);
+    let south = mix(unpack2x16unorm(four.x), unpack2x16unorm(four.y), f.x);
+    let found = mix(north, south, f.y) * vec2<f32>(2.0, 1.0) - vec2<f32>(1.0, 0.0);
     // Before the first tile is made, everything is seen.
     return select(vec2<f32>(-1.0, 1.0), found, slot >= 0);
 }

@@ -155,7 +155,8 @@ fn compose_defined(name: &str, source: &str, definitions: &[&str]) -> Result<nag
             })
             .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
     }
-    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, shader_defs, ..Default::default() }) {
+    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, shader_defs, ..Default::default() })
+    {
         Ok(module) => Ok(module),
         Err(error) => Err(ShaderError { name: name.to_owned(), cause: error.emit_to_string(&composer) }),
     }

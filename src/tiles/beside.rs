@@ -59,7 +59,8 @@ mod tests {
 
     #[test]
     fn each_tile_around_has_a_bit_of_its_own() {
-        let levels: Vec<LevelSize> = (0..17).map(|level| LevelSize { width: 1 << (24 - level), height: 3 << (20 - level.min(16)) }).collect();
+        let levels: Vec<LevelSize> =
+            (0..17).map(|level| LevelSize { width: 1 << (24 - level), height: 3 << (20 - level.min(16)) }).collect();
         for (x, y) in [(0, 0), (1, 1), (40_000, 700), (65_535, 12_287), (333, 2)] {
             let tile = TileAddress { level: 0, x, y };
             let found: Vec<_> = around(&levels, tile).collect();
@@ -68,7 +69,8 @@ mod tests {
             assert!(bits.iter().all(|bit| *bit < Around::BITS));
             assert!(found.iter().any(|(_, address)| *address == tile));
             // Its parents, all of them.
-            let is_parent = |level: u32| found.iter().any(|(_, at)| *at == TileAddress { level, x: x >> level, y: y >> level });
+            let is_parent =
+                |level: u32| found.iter().any(|(_, at)| *at == TileAddress { level, x: x >> level, y: y >> level });
             assert!((0..17).all(is_parent), "{tile:?}");
         }
     }

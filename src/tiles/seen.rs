@@ -49,6 +49,7 @@ struct Made {
 /// The tiles of horizons.
 pub struct SeenTiles {
     view: wgpu::TextureView,
+    sampler: wgpu::Sampler,
     slots: u32,
     to_sun: Vec2,
     made: FxHashMap<TileAddress, Made>,
@@ -74,12 +75,18 @@ impl SeenTiles {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
-        Self { view, slots: atlas.slots(), to_sun: Vec2::Y, made: FxHashMap::default(), jobs: Vec::new() }
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
+        Self { view, sampler, slots: atlas.slots(), to_sun: Vec2::Y, made: FxHashMap::default(), jobs: Vec::new() }
     }
 
     /// For bindings.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
+    }
+
+    /// Gathers texels; it filters nothing.
+    pub fn sampler(&self) -> &wgpu::Sampler {
+        &self.sampler
     }
 
     /// Bytes on the GPU.

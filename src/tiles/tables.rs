@@ -84,8 +84,7 @@ impl Tables {
     pub fn new(store: &dyn TileStore, residency: &Residency, seen: Option<&SeenTiles>, anchor: DVec2) -> Self {
         let (atlas, blocked) = (&residency.atlas, &residency.blocked);
         let is_there = |address: &TileAddress| atlas.get(*address).is_some();
-        let mut there: Vec<TileAddress> =
-            residency.needed.iter().map(|tile| tile.address).filter(is_there).collect();
+        let mut there: Vec<TileAddress> = residency.needed.iter().map(|tile| tile.address).filter(is_there).collect();
         there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
         there.dedup();
         let corner_errors = (!store.is_measured()).then(|| shared_corners(atlas, &there));

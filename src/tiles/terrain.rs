@@ -19,7 +19,7 @@ use super::tables::Tables;
 use super::terrain_buffers::{TerrainBuffers, TerrainUniform};
 use super::warp::Warp;
 use crate::gpu::Gpu;
-use crate::gpu::pass::Named;
+use crate::gpu::pass::{Named, texture};
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
@@ -283,7 +283,8 @@ impl Terrain {
             // While nothing fades, what has come stands at once.
             let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
             let asked = std::mem::take(&mut self.asked);
-            let movement = Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, sees };
+            let movement =
+                Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, sees };
             let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
@@ -308,8 +309,7 @@ impl Terrain {
             if let Some(seen) = &mut self.seen {
                 let most = if streams { TILES_PER_FRAME } else { usize::MAX };
                 let residency = &self.residency;
-                tiles.late |=
-                    seen.plan(&residency.atlas, self.store.levels(), &residency.needed, most, self.frame) > 0;
+                tiles.late |= seen.plan(&residency.atlas, self.store.levels(), &residency.needed, most, self.frame) > 0;
             }
             self.tell(gpu, &rule);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
@@ -373,9 +373,16 @@ impl Terrain {
     }
 
     /// What `shaders/shared/seen.wgsl` needs beside the uniform; none if nobody has asked for what the land sees.
-    pub fn seen_resources(&self) -> Option<[Named<'_>; 4]> {
-        let seen = wgpu::BindingResource::TextureView(self.seen.as_ref()?.view());
+    pub fn seen_resources(&self) -> Option<[Named<'_>; 5]> {
+        let seen = self.seen.as_ref()?;
+        let (view, sampler) = (seen.view(), seen.sampler());
         let [_, levels, rows, tiles, _] = self.resources();
-        Some([levels, rows, tiles, ("seen_tiles", seen)])
+        Some([
+            levels,
+            rows,
+            tiles,
+            ("seen_tiles", texture(view)),
+            ("seen_sampler", wgpu::BindingResource::Sampler(sampler)),
+        ])
     }
 }

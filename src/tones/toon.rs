@@ -57,7 +57,7 @@ pub struct Inputs<'a> {
     /// `Terrain`, for the earth's curvature.
     pub terrain: Named<'a>,
     /// What the land sees, for a pass that asks.
-    pub seen: Option<[Named<'a>; 4]>,
+    pub seen: Option<[Named<'a>; 5]>,
     /// Of the surface.
     pub position: &'a Target,
     /// Of the surface.
