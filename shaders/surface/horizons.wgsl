@@ -10,8 +10,9 @@
 // long as the samples that it reads, each with its average already, and a horizon at 50 km takes some 70 steps. The
 // ladder of distances is the same for all tiles: a tile of a finer level has more steps near by, and no others. The
 // horizons of two levels of detail, and of two tiles side by side, are therefore those of one function of the place.
-#import hachure::terrain::{terrain, levels, place_on_level, world_from_grid, grid_from_world, TILE_SAMPLES}
-#import hachure::surface::{heights, cell_at, camera_relative_m}
+#import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
+#import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT}
+#import hachure::surface::{heights, camera_relative_m}
 #import hachure::seen::{SEEN_BORDER, SEEN_SPACING, SEEN_SIDE}
 
 // Steps in each octave of the distance: toward the sun, and for the sky.
@@ -45,13 +46,26 @@ struct SeenJob {
 @group(0) @binding(2) var seen_tiles: texture_storage_2d_array<r32uint, write>;
 
 // Bilinear: neighbouring texels ask the same samples, and averages of coarse levels need no more.
-fn height_m(level: i32, g: vec2<f32>) -> f32 {
-    let cell = cell_at(place_on_level(level, g), g);
-    let nw = textureLoad(heights, cell.texel, cell.slot, 0).r;
-    let ne = textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r - nw;
-    let sw = textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r - nw;
-    let se = textureLoad(heights, cell.texel + vec2<i32>(1, 1), cell.slot, 0).r - nw;
-    return camera_relative_m(nw) + mix(ne * cell.f.x, mix(sw, se, cell.f.x), cell.f.y);
+fn height_m(wanted: i32, g: vec2<f32>) -> f32 {
+    var level = wanted;
+    var place: LevelPlace;
+    var slot = NO_SLOT;
+    // Where a tile is not there a coarser one stands in. The loop is tested at its end: most turn once.
+    loop {
+        place = place_on_level(level, g);
+        slot = select(NO_SLOT, tiles[max(place.tile, 0)].slot, place.tile >= 0);
+        level += 1;
+        continuing {
+            break if slot != NO_SLOT || level >= terrain.level_count;
+        }
+    }
+    let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
+    let layer = select(i32(slot), 0, slot == NO_SLOT);
+    let nw = textureLoad(heights, texel, layer, 0).r;
+    let ne = textureLoad(heights, texel + vec2<i32>(1, 0), layer, 0).r - nw;
+    let sw = textureLoad(heights, texel + vec2<i32>(0, 1), layer, 0).r - nw;
+    let se = textureLoad(heights, texel + vec2<i32>(1, 1), layer, 0).r - nw;
+    return camera_relative_m(nw) + mix(ne * place.f.x, mix(sw, se, place.f.x), place.f.y);
 }
 
 // A place from which horizons are sought.
