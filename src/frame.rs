@@ -18,8 +18,8 @@ use crate::lines::strokes::history::Step;
 use crate::lines::strokes::{StrokePasses, contour_edges};
 pub use crate::scene::Light;
 use crate::style::{Lines, Style, Tone};
-use crate::surface::terrain as draw;
 use crate::surface::view::View;
+use crate::surface::{form, mesh_resolve, meshes, terrain as draw};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
 use crate::tones::hatching::uniform::{HatchLayerUniform, HatchUniform};
@@ -39,6 +39,8 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::tiles::selection::PatchInstance::shared(),
         crate::surface::horizons::HorizonsUniform::shared(),
         crate::tiles::seen::SeenJob::shared(),
+        crate::surface::mesh_vertices::MeshInstance::shared(),
+        crate::surface::mesh_vertices::MeshTriangle::shared(),
         crate::lines::lsa::LsaUniform::shared(),
         crate::lines::threshold::ThresholdUniform::shared(),
         crate::lines::strokes::StrokesUniform::shared(),
@@ -131,10 +133,12 @@ impl Frame {
         let view_resource = || self.view.binding();
         let targets = &self.targets;
         let passes = &mut self.passes;
+        let camera_m = view.pose.position_m;
 
         let mut finds_edges = false;
         if let (Some(strokes), Some(pass)) = (&style.strokes, &mut passes.strokes) {
-            let step = Step { step_s: self.step_s, nearest_m: terrain.nearest_m(view.pose.position_m) };
+            let mesh_m = terrain.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
+            let step = Step { step_s: self.step_s, nearest_m: terrain.nearest_m(camera_m).min(mesh_m) };
             finds_edges = pass.begin(gpu, strokes, view, light.haze_m, step);
         }
 
@@ -163,9 +167,35 @@ impl Frame {
             }
         }
         let (position, normal) = (&targets.position, &targets.normal);
+        let (depth, surface_id) = (&targets.depth, &targets.surface_id);
+        // What stands on the land: the same once more.
+        if let (Some(vertices), Some(draw), Some(placed)) =
+            (&mut passes.mesh_vertices, &passes.meshes, terrain.meshes())
+        {
+            vertices.upload(gpu, placed, view, &terrain.bending(camera_m.z));
+            vertices.run(gpu, recorder, terrain.uniform());
+            let inputs = meshes::Inputs { view: view_resource(), meshes: vertices, depth, surface_id };
+            draw.run(gpu, recorder, &inputs);
+            if let (true, Some(pass)) = (finds_edges, &mut passes.strokes) {
+                pass.find_on_meshes(gpu, recorder, view_resource(), vertices);
+            }
+        }
         passes.resolve.run(gpu, recorder, size_px, view_resource(), &world, &targets.depth, position, normal);
+        if let (Some(pass), Some(vertices)) = (&passes.mesh_resolve, &passes.mesh_vertices) {
+            let view = view_resource();
+            let inputs = mesh_resolve::Inputs { view, meshes: vertices, surface_id, depth, position, normal };
+            pass.run(gpu, recorder, size_px, &inputs);
+        }
         if let (Some(pass), Some(drawn)) = (&passes.form, &targets.hatching) {
-            pass.run(gpu, recorder, view_resource(), &world, position, &drawn.form);
+            let inputs = form::Inputs {
+                view: view_resource(),
+                terrain: &world,
+                surface_id,
+                position,
+                normal,
+                form: &drawn.form,
+            };
+            pass.run(gpu, recorder, inputs);
         }
         if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
             pass.run(gpu, recorder, size_px, view_resource(), position, motion);
@@ -272,6 +302,14 @@ impl Frame {
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
         self.passes.vertices.read(gpu, drawn.selection.leaves.len())
+    }
+
+    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does.
+    ///
+    /// # Errors
+    /// As [`Frame::drawn_vertices`].
+    pub fn drawn_mesh_vertices(&self, gpu: &Gpu) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        self.passes.mesh_vertices.as_ref().map(|pass| pass.read(gpu)).transpose()
     }
 
     /// The times of the oldest finished frame that has not been asked for.

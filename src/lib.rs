@@ -13,6 +13,7 @@ pub mod gpu;
 pub mod remote;
 pub mod source;
 pub mod pyramid;
+pub mod mesh;
 pub mod scene;
 pub mod style;
 pub mod tiles;

@@ -7,10 +7,12 @@ use glam::DVec2;
 
 use crate::frame::Light;
 use crate::gpu::Gpu;
+use crate::mesh::placed::{Placed, Stance};
+use crate::mesh::{Mesh, MeshError, obj};
 use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
-use crate::scene::{Scene, World};
+use crate::scene::{MeshPlacement, Scene, World};
 use crate::source::{self, Kind, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
@@ -36,6 +38,9 @@ pub enum WorldError {
         /// Why.
         source: TerrainError,
     },
+    /// A mesh of the scene cannot be read, or there are too many.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// Not on this machine.
     #[error("{url}: hachure reads files of this machine; worlds over the network come later")]
     Remote {
@@ -146,7 +151,34 @@ impl OpenWorld {
         let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
         let options = TerrainOptions { inverse_radius, ..options };
         let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
-        Ok(Self { scene, terrain })
+        let mut world = Self { scene, terrain };
+        let placed = world.place_meshes()?;
+        world.terrain.set_meshes(placed);
+        Ok(world)
+    }
+
+    /// Reads the meshes of the scene, each file once, and puts them where they stand.
+    fn place_meshes(&self) -> Result<Placed, MeshError> {
+        let mut placed = Placed::default();
+        let mut known: Vec<(&Path, Arc<Mesh>)> = Vec::new();
+        for placement in &self.scene.meshes {
+            let found = known.iter().find(|(file, _)| *file == placement.file).map(|(_, mesh)| Arc::clone(mesh));
+            let mesh = match found {
+                Some(mesh) => mesh,
+                None => {
+                    let mesh = Arc::new(obj::read(&placement.file)?);
+                    known.push((&placement.file, Arc::clone(&mesh)));
+                    mesh
+                }
+            };
+            let mut origin_m = placement.at_m;
+            if placement.height_above_ground {
+                origin_m.z += self.ground_m(origin_m.x, origin_m.y);
+            }
+            let MeshPlacement { yaw_deg, scale, z_up, .. } = *placement;
+            placed.add(&mesh, &Stance { origin_m, yaw_deg, scale, z_up })?;
+        }
+        Ok(placed)
     }
 
     /// East and north extent in metres.

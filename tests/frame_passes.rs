@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use hachure::frame::Requirements;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::style::Detector;
+use hachure::style::hatching::Scale;
 use hachure::{composite, lines, surface, tiles, tones};
 use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
 
@@ -16,17 +17,24 @@ const FRAME: &str = include_str!("../src/frame.rs");
 const PASSES: &str = include_str!("../src/frame/passes.rs");
 const TARGETS: &str = include_str!("../src/frame/targets.rs");
 const TERRAIN: &str = include_str!("../src/surface/terrain.rs");
+const MESHES: &str = include_str!("../src/surface/meshes.rs");
 const ID_IMAGE: &str = include_str!("../src/lines/strokes/id_image.rs");
 const STROKE: &str = include_str!("../src/lines/strokes/stroke.rs");
 
 /// The conditions of `Passes::adapt`, in words.
 const CONDITIONS: &[(&str, &str)] = &[
+    ("requirements.meshes", "the scene has meshes"),
     ("requirements.motion", "motion is wanted"),
     ("detector == Some(Detector::Lsa)", "lines by LSA"),
     ("detector == Some(Detector::Sobel)", "lines by Sobel"),
     ("detector == Some(Detector::Roystan)", "lines by Roystan"),
     ("detector.is_some()", "lines"),
     ("requirements.antialias", "lines are anti-aliased"),
+    ("requirements.seen", "shadows or occlusion"),
+    ("requirements.watercolor", "watercolour"),
+    ("requirements.hatching.is_some()", "hatching"),
+    ("hatching == Some(Scale::Blend)", "hatching that blends"),
+    ("hatching == Some(Scale::Add)", "hatching that adds"),
     ("requirements.toon", "the tone is toon"),
     ("!requirements.toon", "the tone is not toon"),
 ];
@@ -55,6 +63,8 @@ fn format(constant: &str) -> String {
         "ERRORS_FORMAT" => lines::detector::ERRORS_FORMAT,
         "INK_FORMAT" => lines::strokes::stroke::INK_FORMAT,
         "LINE_FORMAT" => lines::threshold::LINE_FORMAT,
+        "FORM_FORMAT" => surface::form::FORM_FORMAT,
+        "MARKS_FORMAT" => tones::hatching::MARKS_FORMAT,
         "TONE_FORMAT" => tones::TONE_FORMAT,
         "PICTURE_FORMAT" => composite::PICTURE_FORMAT,
         _ => panic!("targets.rs has a picture of {constant}, which this test does not know"),
@@ -64,7 +74,12 @@ fn format(constant: &str) -> String {
 
 /// The pictures by the names of their fields, with their formats.
 fn target_formats() -> BTreeMap<String, String> {
-    let made = [("heights", tiles::atlas::HEIGHTS_FORMAT), ("brush_tile", lines::strokes::texture::TILE_FORMAT)];
+    let made = [
+        ("heights", tiles::atlas::HEIGHTS_FORMAT),
+        ("seen_tiles", tiles::seen::SEEN_FORMAT),
+        ("ramp", tones::TONE_FORMAT),
+        ("brush_tile", lines::strokes::texture::TILE_FORMAT),
+    ];
     let mut formats: BTreeMap<String, String> =
         made.into_iter().map(|(name, format)| (name.to_owned(), format!("{format:?}"))).collect();
     for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()) {
@@ -176,9 +191,10 @@ fn code() -> Vec<Row> {
             let shader = shader.unwrap_or_else(|| panic!("the pass {name} has no shader of its name"));
             let exists = conditions.get(&name).map_or("always", String::as_str);
             let mut row = row_of_shader(shader, exists, &formats);
-            if shader == "surface/terrain" {
-                // Rasterised: it writes its attachments.
-                for target in mentions(TERRAIN, "&inputs.").into_iter().filter(|name| formats.contains_key(name)) {
+            let rasterised = [("surface/terrain", TERRAIN), ("surface/meshes", MESHES)];
+            for (_, text) in rasterised.into_iter().filter(|(name, _)| *name == shader) {
+                // It writes its attachments.
+                for target in mentions(text, "&inputs.").into_iter().filter(|name| formats.contains_key(name)) {
                     row.writes.insert(target.clone(), formats[&target].clone());
                 }
             }
@@ -304,18 +320,31 @@ fn the_list_says_what_the_code_does() {
 fn the_passes_of_a_style_are_those_of_the_list() {
     let code = code();
     for detector in [None, Some(Detector::Lsa), Some(Detector::Sobel), Some(Detector::Roystan)] {
-        for switches in 0..16 {
-            let [antialias, toon, motion, has_strokes] = [1, 2, 4, 8].map(|bit| switches & bit != 0);
+        for switches in 0..512 {
+            let [antialias, toon, motion, has_strokes, meshes] = [1, 2, 4, 8, 16].map(|bit| switches & bit != 0);
+            let [seen, watercolor, blends, adds] = [32, 64, 128, 256].map(|bit| switches & bit != 0);
+            let hatching = match (blends, adds) {
+                (false, false) => None,
+                (true, false) => Some(Scale::Blend),
+                (false, true) => Some(Scale::Add),
+                (true, true) => continue,
+            };
             let strokes = has_strokes.then_some(64);
-            let requirements = Requirements { detector, antialias, strokes, toon, motion };
+            let requirements = Requirements { detector, antialias, strokes, toon, seen, watercolor, hatching, motion, meshes };
             let exists = |row: &Row| match row.exists.as_str() {
                 "always" => true,
                 "motion is wanted" => motion,
+                "the scene has meshes" => meshes,
                 "lines by LSA" => detector == Some(Detector::Lsa),
                 "lines by Sobel" => detector == Some(Detector::Sobel),
                 "lines by Roystan" => detector == Some(Detector::Roystan),
                 "lines" => detector.is_some(),
                 "lines are anti-aliased" => antialias,
+                "shadows or occlusion" => seen,
+                "watercolour" => watercolor,
+                "hatching" => hatching.is_some(),
+                "hatching that blends" => blends,
+                "hatching that adds" => adds,
                 "the tone is toon" => toon,
                 "the tone is not toon" => !toon,
                 other => panic!("{other} is no condition that this test knows"),
@@ -326,8 +355,10 @@ fn the_passes_of_a_style_are_those_of_the_list() {
                     let at = listed.iter().position(|pass| pass.starts_with(before)).unwrap();
                     listed.splice(at..at, passes.iter().map(|pass| (*pass).to_owned()));
                 };
-                put("tones/", &lines::strokes::PASSES[1..]);
-                put("surface/resolve", &lines::strokes::PASSES[..1]);
+                let (finding, others) = lines::strokes::PASSES.split_at(lines::strokes::FINDING);
+                put("tones/", others);
+                put("surface/resolve", if meshes { &finding[1..] } else { &[] });
+                put(if meshes { "surface/mesh_vertices" } else { "surface/resolve" }, &finding[..1]);
             }
             assert_eq!(requirements.passes(), listed, "{requirements:?}");
         }
@@ -361,7 +392,7 @@ fn a_planted_error_is_found() {
         ("a buffer that is written", changed("surface/vertices", "`positions` buffer", "")),
         ("a picture that is not written", changed("lines/smooth", "`smoothed`", "`line`")),
         ("a wrong condition", changed("tones/plain", "not toon", "toon")),
-        ("a wrong number", changed("lines/lsa", "| 5 |", "| 4 |")),
+        ("a wrong number", changed("lines/lsa", "| 8 |", "| 7 |")),
         ("a shader after the frame", changed("composite/present", "`picture`", "`tone`")),
         ("a row less", without.join("\n")),
         ("a row twice", twice.join("\n")),

@@ -156,21 +156,3 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
         vec2<i32>(azimuth_axis(0, a + 8), azimuth_axis(0, a + 9)),
         vec2<i32>(azimuth_axis(FIRST_FALLING, a), azimuth_axis(FIRST_FALLING, a + 1)), second);
 }
-
-// Which of two thresholds, mixed by weight w, is uniform again: the distribution function of (1 - w) A + w B for
-// independent uniform A and B, and its derivative.
-fn uniform_again(w: f32, x: f32) -> vec2<f32> {
-    let b = min(w, 1.0 - w);
-    let a = 1.0 - b;
-    if b < 1e-4 {
-        return vec2<f32>(clamp(x, 0.0, 1.0), 1.0);
-    }
-    if x < b {
-        return vec2<f32>(x * x / (2.0 * a * b), x / (a * b));
-    }
-    if x <= a {
-        return vec2<f32>((x - 0.5 * b) / a, 1.0 / a);
-    }
-    let rest = max(1.0 - x, 0.0);
-    return vec2<f32>(1.0 - rest * rest / (2.0 * a * b), rest / (a * b));
-}

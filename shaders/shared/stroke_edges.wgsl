@@ -65,6 +65,14 @@ struct EdgeOnPicture {
     is_there: bool,
 }
 
+// Whether an edge lies beside the picture or behind the eye.
+fn is_outside(a_m: vec3<f32>, b_m: vec3<f32>, clip_from_camera: mat4x4<f32>, near_m: f32) -> bool {
+    let a = clip_from_camera * vec4<f32>(a_m, 1.0);
+    let b = clip_from_camera * vec4<f32>(b_m, 1.0);
+    return (a.x < -a.w && b.x < -b.w) || (a.x > a.w && b.x > b.w) || (a.y < -a.w && b.y < -b.w)
+        || (a.y > a.w && b.y > b.w) || max(a.w, b.w) <= near_m;
+}
+
 fn on_picture(clip: vec4<f32>, size_px: vec2<f32>) -> OnPicture {
     let ndc = clip.xy / clip.w;
     return OnPicture((ndc * vec2<f32>(0.5, -0.5) + 0.5) * size_px, clip.w);

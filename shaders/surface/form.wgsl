@@ -8,14 +8,17 @@
 #import hachure::surface::{surface_near, surface_at}
 #import hachure::earth::{unbend, bend_normal}
 #import hachure::form::{BLOCK_PX, pixel_of_block}
+#import hachure::meshes::IS_MESH
 
 // Size of a sample of the level that is asked, in pixels.
 const FORM_PX: f32 = 12.0;
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(1) var surface_id: texture_2d<u32>;
+@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<f32>;
 // xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky.
-@group(0) @binding(2) var form: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(4) var form: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -23,9 +26,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(form)) {
         return;
     }
-    let at = textureLoad(position, pixel_of_block(view, block), 0);
+    let pixel = pixel_of_block(view, block);
+    let at = textureLoad(position, pixel, 0);
     if at.w <= 0.0 {
         textureStore(form, block, vec4<f32>(0.0));
+        return;
+    }
+    if (textureLoad(surface_id, pixel, 0).r & IS_MESH) != 0u {
+        textureStore(form, block, vec4<f32>(textureLoad(normal, pixel, 0).xyz, at.w));
         return;
     }
     let flat_place = unbend(at.xyz);

@@ -18,7 +18,9 @@ struct Vertex {
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let at_m = positions[instance * VERTICES + index].xyz;
-    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), patches[instance].id, at_m);
+    // The highest bit is for meshes.
+    let id = max(patches[instance].id & 0x7fffffffu, 1u);
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), id, at_m);
 }
 
 @fragment

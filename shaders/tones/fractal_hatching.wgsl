@@ -17,8 +17,6 @@
 const AZIMUTH_ZONE: f32 = 0.5;
 // How gradually a mark comes: it is whole at a density this much above its rank, and begins as much below.
 const GROWTH: f32 = 0.12;
-// Coarser levels, at most: a mark of the last is in the lightest tone.
-const MOST_COARSER: u32 = 10u;
 const IDENTITY_BITS: u32 = 0xfffffu;
 
 struct Axis {
@@ -54,12 +52,12 @@ fn mixed_bits(value: u32) -> u32 {
 struct Asked {
     level: i32,
     place_m: f32,
-    // Pixels in a metre of this coordinate, and in a place.
-    px_per_m: f32,
     place_px: f32,
     // Ranks below this are there.
     density: f32,
     width_px: f32,
+    // Of gaps, if every second place has a mark.
+    gap_px: f32,
 }
 
 // Marks of width `width_px` on darkness d of this axis alone.
@@ -75,27 +73,33 @@ fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32) -> Asked {
     // paper is the part 1 - d, all in the gaps.
     let unfilled = 2.0 * (1.0 - density);
     let wide_px = 2.0 * place_px * (1.0 - (1.0 - d) / max(unfilled, 1e-4));
-    return Asked(i32(level), place_m, 1.0 / per_px, place_px, density, select(width_px, max(wide_px, width_px), density > 0.5));
+    let drawn_px = select(width_px, max(wide_px, width_px), density > 0.5);
+    return Asked(i32(level), place_m, place_px, density, drawn_px, max(2.0 * place_px - drawn_px, 0.0));
 }
 
-// A mark of an axis: who it is, and how much of it is there.
+// A mark of an axis: who it is, its own level counted from the one that is looked at, and how much of it is there.
 struct Mark {
     identity: u32,
-    // Its own level, counted from the one that is looked at.
-    coarser: u32,
-    grown: f32,
+    coarser: i32,
+    width_px: f32,
 }
 
-fn mark_at(index: i32, density: f32, seed: u32, level: i32) -> Mark {
+fn mark_at(index: i32, row: Asked, seed: u32) -> Mark {
     let bits = bitcast<u32>(index);
-    let coarser = min(select(countTrailingZeros(bits), MOST_COARSER, bits == 0u), MOST_COARSER);
-    let number = (bits >> coarser) & IDENTITY_BITS;
-    let own_level = u32(level) + coarser;
+    let coarser = min(i32(select(countTrailingZeros(bits), 31u, bits == 0u)), hatch.level_count - 1 - row.level);
+    let number = (bits >> u32(coarser)) & IDENTITY_BITS;
+    let own_level = u32(row.level + coarser);
     let identity = mixed_bits(number ^ (own_level << 20u) ^ seed);
     // Neighbours of one level come in an even order: multiples of the golden ratio. The number is odd.
     let order = f32(((number >> 1u) * 2654435769u + mixed_bits(own_level ^ seed)) >> 8u) / 16777216.0;
     let rank = exp2(-f32(coarser)) * (0.5 + 0.5 * order);
-    return Mark(identity, coarser, clamp((density / rank - 1.0) / (2.0 * GROWTH) + 0.5, 0.0, 1.0));
+    // No mark has a rank above 1, so those near it come more suddenly.
+    let growth = GROWTH * clamp((1.0 - row.density) * 5.0, 0.02, 1.0);
+    let grown = clamp((row.density / rank - 1.0) / (2.0 * growth) + 0.5, 0.0, 1.0);
+    // What grows in a gap that is narrower than a mark fills just that.
+    let into_gap = coarser == 0 && row.density > 0.5;
+    let whole_px = select(row.width_px, mix(min(row.gap_px, row.width_px), row.width_px, smoothstep(0.9, 1.0, grown)), into_gap);
+    return Mark(identity, coarser, whole_px * grown);
 }
 
 // Ink at a place `away_px` from the middle of a mark.
@@ -119,23 +123,26 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
     let roundness = clamp((0.8 - darkness) * 4.0, 0.0, 1.0);
     var ink = 0.0;
     for (var i = -1; i <= 1; i++) {
-        let row_mark = mark_at(base_u.index + i32(nearest_u) + i, row.density, seed, row.level);
+        let row_mark = mark_at(base_u.index + i32(nearest_u) + i, row, seed);
         let away_px = (u - nearest_u - f32(i)) * row.place_px;
-        let width_px = row.width_px * row_mark.grown;
+        let width_px = row_mark.width_px;
         var drawn = profile(away_px, width_px);
         if !is_endless && drawn > 0.0 {
-            // Each row's marks begin somewhere else: by a part of the places of the row's own level.
-            let own = exp2(f32(i32(row_mark.coarser) + row.level - dash.level) + round(log2(size_px.x / size_px.y)));
-            let shift = f32(row_mark.identity >> 24u) / 256.0 * own;
+            // Each row's marks begin somewhere else: by a part, in 256ths, of what a place of the row's own level is.
+            let part = row_mark.identity >> 24u;
+            let power = row_mark.coarser + row.level - dash.level + i32(round(log2(size_px.x / size_px.y))) - 8;
+            let shift = select(f32(part) * exp2(f32(power)), 0.0, power >= 0);
+            let whole_shift = select(0, i32(part << u32(clamp(power, 0, 31))), power >= 0);
             let place = v + shift;
             let nearest_v = round(place);
+            let first_v = base_v.index + whole_shift + i32(nearest_v);
             let end_px = roundness * 0.5 * width_px * (1.0 - sqrt(max(1.0 - 4.0 * away_px * away_px / max(width_px * width_px, 1e-6), 0.0)));
-            let longer_px = roundness * 0.215 * width_px;
+            let longer_px = roundness * 0.215 * width_px - 2.0 * end_px;
             var on_row = 0.0;
             for (var j = -1; j <= 1; j++) {
-                let mark = mark_at(base_v.index + i32(nearest_v) + j, dash.density, row_mark.identity, dash.level);
+                let mark = mark_at(first_v + j, dash, row_mark.identity);
                 let along_px = (place - nearest_v - f32(j)) * dash.place_px;
-                on_row = max(on_row, profile(along_px, max(dash.width_px * mark.grown + (longer_px - 2.0 * end_px) * f32(mark.grown > 0.0), 0.0)));
+                on_row = max(on_row, profile(along_px, max(mark.width_px + select(0.0, longer_px, mark.width_px > 0.0), 0.0)));
             }
             drawn *= on_row;
         }

@@ -6,12 +6,13 @@
 //
 // - Scales go in half octaves, and across and along the marks they are chosen apart, each by how its coordinate runs on
 //   the picture. Marks keep spacing and length at grazing angles too.
-// - Not the inks of two scales are blended but their thresholds, and the mixture is made uniform again by its exact
-//   distribution. Marks stay sharp while they hand over, and the mean is the darkness that was asked for at any weight.
+// - Inks of two scales are not blended. Their marks lie on each other, and share the darkness as optical density: by the
+//   one scale's weight w they have 1 - (1 - darkness)^w of it. Marks stay sharp, those of one scale become fewer while
+//   those of the other become more, and the mean is the darkness that was asked for at any weight.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::form::form_at
-#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, uniform_again}
+#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
 
 // Part of the way between two scales in which both are seen: across, and along.
 const ACROSS_ZONE: f32 = 0.5;
@@ -38,19 +39,8 @@ struct Axis {
 // Ink, 0 to 1.
 @group(0) @binding(11) var marks: texture_storage_2d<r32float, write>;
 
-// A threshold and its change from pixel to pixel.
-struct Threshold {
-    value: f32,
-    slope: vec2<f32>,
-}
-
-fn mixed(a: Threshold, b: Threshold, w: f32) -> Threshold {
-    let again = uniform_again(w, mix(a.value, b.value, w));
-    return Threshold(again.x, mix(a.slope, b.slope, w) * again.y);
-}
-
-// A map's tile at a place, in texels; dx and dy are texels per pixel of the two coordinates.
-fn sampled(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>) -> Threshold {
+// Ink of a map's tile at a place, in texels. d_along and d_across are texels per pixel of the two coordinates.
+fn tile_ink(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>, darkness: f32) -> f32 {
     let whole = floor(place);
     let f = place - whole;
     let cell = vec2<u32>(vec2<i32>(whole)) & vec2<u32>(hatch.side - 1u);
@@ -58,7 +48,10 @@ fn sampled(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>) 
     let upper = mix(quad.x, quad.y, f.x);
     let lower = mix(quad.z, quad.w, f.x);
     let by_along = mix(quad.y - quad.x, quad.w - quad.z, f.y);
-    return Threshold(mix(upper, lower, f.y), by_along * d_along + (lower - upper) * d_across);
+    // The border of a mark is a pixel wide: half of it on each side, but nothing on white paper and no gap in black.
+    let border = max(max(length(by_along * d_along + (lower - upper) * d_across), hatch.softness), 1e-4);
+    let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
+    return clamp((darkness - edge - mix(upper, lower, f.y)) / border + 0.5, 0.0, 1.0);
 }
 
 // A coordinate at a place: its change per pixel in metres, the ladder's finer level with its texels in a metre, how much
@@ -82,67 +75,48 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
         axis * hatch.level_count + i32(whole), dot(direction, at));
 }
 
-fn chart_threshold(layer: HatchLayer, offset: f32, across: i32, along: i32, at: vec3<f32>, foot: Footprint) -> Threshold {
-    let u = scale_of(across, at, foot, layer.size, ACROSS_ZONE);
-    let v = scale_of(along, at, foot, layer.size, ALONG_ZONE);
-    // The finer and the coarser scale of each; one that has no weight is not looked at. A single loop: its end is
-    // tested, while both sides of a branch are run by software drivers.
-    let first_u = select(0, 1, u.coarser >= 1.0);
-    let last_u = select(0, 1, u.coarser > 0.0);
-    let last_v = select(0, 1, v.coarser > 0.0);
-    var i = first_u;
-    var j = select(0, 1, v.coarser >= 1.0);
-    var row_weight = 0.0;
-    var all_weight = 0.0;
-    var row: Threshold;
-    var all: Threshold;
-    loop {
-        let scale_u = select(u.texels_per_m, u.texels_per_m * HALF_OCTAVE, i == 1);
-        let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, j == 1);
-        let place = vec2<f32>(phases[v.phase + j] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-        let one = sampled(layer.map, place + offset, v.change * scale_v, u.change * scale_u);
-        // What comes first is mixed with nothing.
-        row = mixed(one, row, row_weight);
-        row_weight = 1.0 - u.coarser;
-        i += 1;
-        if i > last_u {
-            all = mixed(row, all, all_weight);
-            all_weight = 1.0 - v.coarser;
-            row_weight = 0.0;
-            i = first_u;
-            j += 1;
-        }
-        continuing {
-            break if j > last_v;
-        }
-    }
-    return all;
-}
-
-fn layer_ink(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
+// The paper that a layer leaves.
+fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
     let offset = f32(index) * 0.381966 * f32(hatch.side);
-    var k = i32(charts.second >= 1.0);
-    let last = i32(charts.second > 0.0);
-    let first = k;
-    var found: Threshold;
+    let density = log2(max(1.0 - darkness, 1e-5));
+    // Two charts, each with the finer and the coarser scale of its two coordinates; what has no weight is not looked
+    // at. Loops are tested at their end: software drivers run both sides of a branch.
+    var paper = 1.0;
+    var k = select(0, 1, charts.second >= 1.0);
+    let last = select(0, 1, charts.second > 0.0);
     loop {
-        let one = chart_threshold(layer, offset, charts.across[k], charts.along[k], at, foot);
-        if k == first {
-            found = one;
-        } else {
-            found = mixed(found, one, charts.second);
+        let u = scale_of(charts.across[k], at, foot, layer.size, ACROSS_ZONE);
+        let v = scale_of(charts.along[k], at, foot, layer.size, ALONG_ZONE);
+        let chart_density = density * select(1.0 - charts.second, charts.second, k == 1);
+        let first_u = select(0, 1, u.coarser >= 1.0);
+        let last_u = select(0, 1, u.coarser > 0.0);
+        let last_v = select(0, 1, v.coarser > 0.0);
+        var i = first_u;
+        var j = select(0, 1, v.coarser >= 1.0);
+        loop {
+            let scale_u = select(u.texels_per_m, u.texels_per_m * HALF_OCTAVE, i == 1);
+            let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, j == 1);
+            let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
+            let place = vec2<f32>(phases[v.phase + j] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
+            let own = 1.0 - exp2(chart_density * weight);
+            paper *= 1.0 - tile_ink(layer.map, place + offset, v.change * scale_v, u.change * scale_u, own);
+            i += 1;
+            if i > last_u {
+                i = first_u;
+                j += 1;
+            }
+            continuing {
+                break if j > last_v;
+            }
         }
         k += 1;
         continuing {
             break if k > last;
         }
     }
-    // Half of the border on each side, but nothing on white paper and no gap in black.
-    let border = max(max(length(found.slope), hatch.softness), 1e-4);
-    let edge = 0.5 * border * (max(1.0 - darkness / 0.06, 0.0) - max(1.0 - (1.0 - darkness) / 0.06, 0.0));
-    return clamp((darkness - edge - found.value) / border + 0.5, 0.0, 1.0);
+    return paper;
 }
 
 @compute @workgroup_size(8, 8)
@@ -163,10 +137,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var paper = 1.0;
     for (var i = 0u; i < hatch.count; i++) {
         if shares[i] > 0.0 {
-            paper *= 1.0 - layer_ink(i32(i), shares[i], at.xyz, n, foot);
+            paper *= layer_paper(i32(i), shares[i], at.xyz, n, foot);
         }
     }
-    // Four layers' worth of density is dark, but not black.
+    // Much density is dark, but not black.
     let ink = select(1.0 - paper, 1.0, darkness > 0.998);
     textureStore(marks, pixel, vec4<f32>(ink));
 }

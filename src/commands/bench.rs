@@ -257,9 +257,10 @@ impl Flight {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let requirements = Requirements::of(&style);
+        let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
+        let requirements = Requirements::of(&style).over(&world.terrain);
         Ok(Self {
-            world: OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?,
+            world,
             frame: Frame::new(gpu, requirements, args.size)?,
             style,
             requirements,

@@ -5,15 +5,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
+use glam::DVec3;
 use serde::Serialize;
 
 use super::describe::{Heights, Levels};
 use super::progress::Bar;
 use super::{styles, tell, tell_json};
 use crate::frame::Requirements;
+use crate::mesh::placed::Stance;
+use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
 use crate::scene::path::CameraPath;
-use crate::scene::{Scene, World};
+use crate::scene::{MeshPlacement, Scene, World};
 use crate::source;
 
 /// Arguments of `info`.
@@ -68,6 +71,25 @@ struct SceneInfo {
     haze_distance_m: Option<f64>,
     start: Option<String>,
     vertical_exaggeration: f64,
+    meshes: Vec<MeshInfo>,
+}
+
+/// A mesh of a scene, as its file is.
+#[derive(Serialize)]
+struct MeshInfo {
+    file: PathBuf,
+    /// In the scene's notation.
+    at: String,
+    yaw_deg: f64,
+    scale: f64,
+    up: &'static str,
+    triangles: u64,
+    vertices: u64,
+    /// Metres, turned up and scaled: east, north, up before the yaw.
+    size_m: [f64; 3],
+    dropped_triangles: u64,
+    border_edges: u64,
+    crowded_edges: u64,
 }
 
 #[derive(Serialize)]
@@ -216,7 +238,32 @@ fn scene(file: &Path) -> anyhow::Result<Info> {
         haze_distance_m: scene.haze.distance_m,
         start: scene.start.map(|camera| camera.to_string()),
         vertical_exaggeration: scene.vertical_exaggeration,
+        meshes: scene.meshes.iter().map(mesh).collect::<Result<_, _>>()?,
     }))
+}
+
+fn mesh(placement: &MeshPlacement) -> Result<MeshInfo, MeshError> {
+    let mesh = obj::read(&placement.file)?;
+    let stance = Stance { origin_m: DVec3::ZERO, yaw_deg: 0.0, scale: placement.scale, z_up: placement.z_up };
+    let turn = stance.world_from_mesh();
+    let places = || mesh.vertices_m.iter().map(|place| turn * DVec3::from_array(place.map(f64::from)));
+    let low = places().fold(DVec3::INFINITY, DVec3::min);
+    let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let DVec3 { x, y, z } = placement.at_m;
+    let plus = if placement.height_above_ground { "+" } else { "" };
+    Ok(MeshInfo {
+        file: placement.file.clone(),
+        at: format!("{x},{y},{plus}{z}"),
+        yaw_deg: placement.yaw_deg,
+        scale: placement.scale,
+        up: if placement.z_up { "z" } else { "y" },
+        triangles: mesh.triangles.len() as u64,
+        vertices: mesh.vertices_m.len() as u64,
+        size_m: (high - low).to_array(),
+        dropped_triangles: mesh.flaws.dropped,
+        border_edges: mesh.flaws.borders,
+        crowded_edges: mesh.flaws.crowded,
+    })
 }
 
 impl Answer {
@@ -250,6 +297,26 @@ impl Answer {
     }
 }
 
+impl MeshInfo {
+    fn line(&self) -> String {
+        let [east_m, north_m, up_m] = self.size_m;
+        let flaws = [
+            (self.dropped_triangles, "triangles dropped"),
+            (self.border_edges, "open edges"),
+            (self.crowded_edges, "edges of three triangles or more"),
+        ];
+        let flaws: String =
+            flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
+        format!(
+            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m, at {}, yaw {}°{flaws}\n",
+            self.file.display(),
+            self.triangles,
+            self.at,
+            self.yaw_deg
+        )
+    }
+}
+
 impl SceneInfo {
     fn text(&self, file: &str) -> String {
         let world = match (&self.dem, self.procedural_seed) {
@@ -261,9 +328,10 @@ impl SceneInfo {
             Some(distance_m) => format!("{distance_m} m"),
             None => "over the diagonal of the extent".to_owned(),
         };
+        let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n",
+             start     {}\nheights   × {}\n{meshes}",
             self.sun_azimuth_deg,
             self.sun_elevation_deg,
             self.start.as_deref().unwrap_or("a view that the extent suggests"),

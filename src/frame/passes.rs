@@ -13,10 +13,14 @@ use crate::style::hatching::Scale;
 use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::form::FormPass;
 use crate::surface::horizons::HorizonsPass;
+use crate::surface::mesh_resolve::MeshResolvePass;
+use crate::surface::mesh_vertices::MeshVerticesPass;
+use crate::surface::meshes::MeshesPass;
 use crate::surface::motion::MotionPass;
 use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
 use crate::surface::vertices::VerticesPass;
+use crate::tiles::Terrain;
 use crate::tones::fractal_hatching::FractalHatchingPass;
 use crate::tones::hatching::HatchingPass;
 use crate::tones::plain::PlainPass;
@@ -42,10 +46,12 @@ pub struct Requirements {
     pub hatching: Option<Scale>,
     /// Whether screen motion is wanted.
     pub motion: bool,
+    /// Whether meshes stand in the scene.
+    pub meshes: bool,
 }
 
 impl Requirements {
-    /// What `style` needs.
+    /// What `style` needs over bare land; [`Requirements::over`] adds what stands on it.
     pub fn of(style: &Style) -> Self {
         Self {
             detector: style.lines.as_ref().map(|lines| lines.detector),
@@ -56,7 +62,13 @@ impl Requirements {
             watercolor: style.watercolor.is_some(),
             hatching: style.hatching.as_ref().map(|hatching| hatching.scale),
             motion: false,
+            meshes: false,
         }
+    }
+
+    /// The same over a terrain, with what stands on it.
+    pub fn over(self, terrain: &Terrain) -> Self {
+        Self { meshes: terrain.meshes().is_some(), ..self }
     }
 
     /// The names of the passes that run, in drawing order, as the timer has them.
@@ -67,11 +79,15 @@ impl Requirements {
             Detector::Roystan => "lines/roystan",
         });
         // Edges are found while the vertices of their batch are there, the rest is drawn with the lines.
-        let (edges, strokes) = strokes::PASSES.split_at(if self.strokes.is_some() { 1 } else { 0 });
-        let strokes = if self.strokes.is_some() { strokes } else { &[] };
-        let surface = ["surface/vertices", "surface/terrain"];
+        let (edges, strokes) =
+            if self.strokes.is_some() { strokes::PASSES.split_at(strokes::FINDING) } else { Default::default() };
+        let (of_land, of_meshes) = edges.split_at(edges.len().min(1));
+        let meshes = if self.meshes { &["surface/mesh_vertices", "surface/meshes"] } else { [].as_slice() };
+        let of_meshes = if self.meshes { of_meshes } else { &[] };
+        let surface = [&["surface/vertices", "surface/terrain"], of_land, meshes, of_meshes].concat();
         let lines = [
             Some("surface/resolve"),
+            self.meshes.then_some("surface/mesh_resolve"),
             self.hatching.map(|_| "surface/form"),
             self.motion.then_some("surface/motion"),
             self.seen.then_some("surface/horizons"),
@@ -88,7 +104,7 @@ impl Requirements {
             }),
             Some("composite/composite"),
         ];
-        let first = surface.into_iter().chain(edges.iter().copied()).chain(lines.into_iter().flatten());
+        let first = surface.into_iter().chain(lines.into_iter().flatten());
         first.chain(strokes.iter().copied()).chain(tones.into_iter().flatten()).collect()
     }
 }
@@ -97,7 +113,10 @@ impl Requirements {
 pub(super) struct Passes {
     pub vertices: VerticesPass,
     pub terrain: TerrainPass,
+    pub mesh_vertices: Option<MeshVerticesPass>,
+    pub meshes: Option<MeshesPass>,
     pub resolve: ResolvePass,
+    pub mesh_resolve: Option<MeshResolvePass>,
     pub motion: Option<MotionPass>,
     pub horizons: Option<HorizonsPass>,
     pub lsa: Option<LsaPass>,
@@ -129,7 +148,10 @@ impl Passes {
         let mut passes = Self {
             vertices: VerticesPass::new(gpu),
             terrain: TerrainPass::new(gpu),
+            mesh_vertices: None,
+            meshes: None,
             resolve: ResolvePass::new(gpu),
+            mesh_resolve: None,
             motion: None,
             horizons: None,
             lsa: None,
@@ -152,6 +174,9 @@ impl Passes {
 
     pub fn adapt(&mut self, gpu: &Gpu, requirements: &Requirements) -> Result<(), GpuError> {
         let detector = requirements.detector;
+        keep(&mut self.mesh_vertices, requirements.meshes, || MeshVerticesPass::new(gpu));
+        keep(&mut self.meshes, requirements.meshes, || MeshesPass::new(gpu));
+        keep(&mut self.mesh_resolve, requirements.meshes, || MeshResolvePass::new(gpu));
         keep(&mut self.motion, requirements.motion, || MotionPass::new(gpu));
         keep(&mut self.horizons, requirements.seen, || HorizonsPass::new(gpu));
         keep(&mut self.lsa, detector == Some(Detector::Lsa), || LsaPass::new(gpu));
@@ -168,6 +193,9 @@ impl Passes {
             self.toon = None;
         }
         keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu, requirements.seen));
+        if let Some(strokes) = &mut self.strokes {
+            strokes.set_meshes(gpu, requirements.meshes);
+        }
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
         keep(&mut self.watercolor, requirements.watercolor, || WatercolorPass::new(gpu));
         keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));

@@ -34,14 +34,18 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/stroke_samples"),
     shader!("shared/wobble"),
     shader!("shared/brush"),
+    shader!("shared/meshes"),
 ];
 
 /// The shaders that become pipelines: one for each pass.
 pub const SHADERS: &[(&str, &str)] = &[
     shader!("surface/vertices"),
     shader!("surface/terrain"),
+    shader!("surface/mesh_vertices"),
+    shader!("surface/meshes"),
     shader!("surface/resolve"),
     shader!("surface/form"),
+    shader!("surface/mesh_resolve"),
     shader!("surface/motion"),
     shader!("surface/horizons"),
     shader!("lines/lsa"),
@@ -50,6 +54,8 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/threshold"),
     shader!("lines/smooth"),
     shader!("lines/strokes/contour_edges"),
+    shader!("lines/strokes/mesh_sides"),
+    shader!("lines/strokes/mesh_edges"),
     shader!("lines/strokes/id_image"),
     shader!("lines/strokes/extract"),
     shader!("lines/strokes/scan_begin"),

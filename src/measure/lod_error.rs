@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::frame::Targets;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::TILE_SAMPLES;
+use crate::surface::meshes::IS_MESH;
 use crate::surface::view::View;
 use crate::tiles::Terrain;
 
@@ -14,7 +15,7 @@ const SAMPLES: u32 = 2048;
 
 /// The largest projected error among pixels on a lattice over the picture that `targets` hold: the height of the
 /// drawn position against the level-0 surface at the same place, |dz| · focal length / distance. Pixels of the sky,
-/// beyond the extent and in voids do not count; none if no pixel does. Another `turn` shifts the lattice.
+/// of meshes, beyond the extent and in voids do not count; none if no pixel does. Another `turn` shifts the lattice.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -27,6 +28,7 @@ pub fn largest_px(
 ) -> Result<Option<f64>, GpuError> {
     let [width, height] = targets.size_px();
     let texels: Vec<[f32; 4]> = readback::read_as(gpu, &targets.position, [0, 0], [width, height])?;
+    let ids: Vec<u32> = readback::read_as(gpu, &targets.surface_id, [0, 0], [width, height])?;
     let pixels = f64::from(width) * f64::from(height);
     let stride = (pixels / f64::from(SAMPLES)).sqrt().ceil().max(1.0) as u32;
     // 5 and 7 have no factor in common with most strides: the lattice visits other pixels at every turn.
@@ -37,7 +39,9 @@ pub fn largest_px(
     let camera_m = view.pose.position_m;
     let bending = terrain.bending(camera_m.z);
     let mut drawn: Vec<Drawn> = lattice
-        .map(|(y, x)| texels[y * width as usize + x])
+        .map(|(y, x)| y * width as usize + x)
+        .filter(|pixel| ids[*pixel] & IS_MESH == 0)
+        .map(|pixel| texels[pixel])
         .filter(|texel| texel[3] > 0.0)
         .map(|[x, y, z, _]| {
             let from_eye_m = glam::Vec3::new(x, y, z).as_dvec3();

@@ -154,7 +154,7 @@ pub fn render_in_parts<E>(
     let start = std::time::Instant::now();
     let [width, height] = request.size_px;
     let mut report = PictureReport::default();
-    let mut requirements = Requirements::of(request.style);
+    let mut requirements = Requirements::of(request.style).over(terrain);
     requirements.motion = request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_)));
 
     let limit_px = gpu.device.limits().max_texture_dimension_2d;

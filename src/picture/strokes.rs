@@ -56,7 +56,7 @@ pub fn render_strokes(
     if size_px[0].max(size_px[1]) > side_px || u64::from(size_px[0]) * u64::from(size_px[1]) > MOST_PX {
         return Err(StrokesError::TooLarge { size_px, side_px });
     }
-    let requirements = Requirements::of(request.style);
+    let requirements = Requirements::of(request.style).over(terrain);
     match frame {
         Some(frame) => frame.adapt(gpu, requirements, size_px)?,
         None => *frame = Some(Frame::new(gpu, requirements, size_px)?),

@@ -25,6 +25,26 @@ pub struct Scene {
     pub earth: Option<earth::Earth>,
     /// What heights are multiplied by; 1 is true to nature.
     pub vertical_exaggeration: f64,
+    /// What stands on the land.
+    pub meshes: Vec<MeshPlacement>,
+}
+
+/// A model and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshPlacement {
+    /// An OBJ file.
+    pub file: PathBuf,
+    /// East, north, up in the world's frame, in metres, of the file's origin. z is above the ground there if
+    /// [`MeshPlacement::height_above_ground`].
+    pub at_m: DVec3,
+    /// Whether z counts from the ground (it was given as `+h`).
+    pub height_above_ground: bool,
+    /// Clockwise from above, in degrees.
+    pub yaw_deg: f64,
+    /// Metres for each unit of the file.
+    pub scale: f64,
+    /// Whether the file's z points up; else its y does, and its z to the south.
+    pub z_up: bool,
 }
 
 /// Where the heights come from.
@@ -80,7 +100,15 @@ impl Default for Scene {
 impl Scene {
     /// A world with everything else at its default: what a bare DEM means on the command line.
     pub fn of_world(world: World) -> Self {
-        Self { world, sun: Sun::default(), haze: Haze::default(), start: None, earth: None, vertical_exaggeration: 1.0 }
+        Self {
+            world,
+            sun: Sun::default(),
+            haze: Haze::default(),
+            start: None,
+            earth: None,
+            vertical_exaggeration: 1.0,
+            meshes: Vec::new(),
+        }
     }
 }
 

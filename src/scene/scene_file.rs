@@ -23,16 +23,24 @@
 //!
 //! [camera]
 //! start = "0,-2000,+300,0,-10,50"   # x,y,z,yaw,pitch,fov
+//!
+//! [[meshes]]                        # as many as there are
+//! file = "hut.obj"                  # beside the scene file
+//! at = [120, -40, "+0"]             # of the file's origin: east, north, up; "+h" is above the ground
+//! yaw_deg = 30                      # clockwise from above; without it, 0
+//! scale = 1                         # metres for each unit of the file
+//! up = "y"                          # or "z": what points up in the file
 //! ```
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use serde::Deserialize;
 
-use super::camera::Camera;
+use super::camera::{Camera, LARGEST_COORDINATE_M};
 use super::earth::Earth;
-use super::{Haze, Scene, Sun, World};
+use super::{Haze, MeshPlacement, Scene, Sun, World};
 use crate::pyramid::continent_store::SMALLEST_SAMPLES;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
@@ -83,6 +91,8 @@ struct FileToml {
     earth: EarthToml,
     #[serde(default)]
     camera: CameraToml,
+    #[serde(default)]
+    meshes: Vec<MeshToml>,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -148,6 +158,38 @@ struct CameraToml {
     start: Option<String>,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshToml {
+    file: String,
+    at: (f64, f64, HeightToml),
+    #[serde(default)]
+    yaw_deg: f64,
+    #[serde(default = "same_size")]
+    scale: f64,
+    #[serde(default)]
+    up: UpToml,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "z must be a number, or \"+h\" for h metres above the ground")]
+enum HeightToml {
+    Height(f64),
+    Text(String),
+}
+
+#[derive(Deserialize, Default)]
+#[serde(rename_all = "lowercase")]
+enum UpToml {
+    #[default]
+    Y,
+    Z,
+}
+
+fn same_size() -> f64 {
+    1.0
+}
+
 impl Scene {
     /// Reads a scene file. A relative `world.dem` counts from the folder of the scene file.
     ///
@@ -203,6 +245,12 @@ impl Scene {
             }
             scene.vertical_exaggeration = factor;
         }
+        for (number, mesh) in file.meshes.into_iter().enumerate() {
+            let placement = placement(path, mesh);
+            let placement =
+                placement.map_err(|(key, cause)| wrong(key, &format!("of mesh {}: {cause}", number + 1)))?;
+            scene.meshes.push(placement);
+        }
         Ok(scene)
     }
 }
@@ -229,6 +277,36 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, String> {
             Err(format!("it has both {}, and must have one of them", given.join(" and ")))
         }
     }
+}
+
+/// A mesh's place; the error is the key and what is wrong with it.
+fn placement(scene_path: &Path, mesh: MeshToml) -> Result<MeshPlacement, (&'static str, String)> {
+    if mesh.file.is_empty() {
+        return Err(("meshes.file", "it is empty".to_owned()));
+    }
+    let (x_m, y_m, z) = mesh.at;
+    let (z_m, height_above_ground) = match z {
+        HeightToml::Height(z_m) => (z_m, false),
+        HeightToml::Text(text) => {
+            // As cameras have it: `++5` is a slip, not a number.
+            let number = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
+            let height_m = number.and_then(|number| number.parse().ok());
+            (height_m.ok_or_else(|| ("meshes.at", format!("z is {text:?}, and must be a number or \"+h\"")))?, true)
+        }
+    };
+    let at_m = DVec3::new(x_m, y_m, z_m);
+    if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
+        return Err(("meshes.at", format!("it must lie within {LARGEST_COORDINATE_M} m")));
+    }
+    if !(-360_000.0..=360_000.0).contains(&mesh.yaw_deg) {
+        return Err(("meshes.yaw_deg", "it must lie within -360000 to 360000".to_owned()));
+    }
+    if !(1e-6..=1e6).contains(&mesh.scale) {
+        return Err(("meshes.scale", "it must lie within 0.000001 to 1000000".to_owned()));
+    }
+    let file = scene_path.parent().unwrap_or(Path::new("")).join(mesh.file);
+    let z_up = matches!(mesh.up, UpToml::Z);
+    Ok(MeshPlacement { file, at_m, height_above_ground, yaw_deg: mesh.yaw_deg, scale: mesh.scale, z_up })
 }
 
 fn continent(continent: &ContinentToml) -> Result<World, String> {
@@ -264,9 +342,12 @@ fn key_at(text: &str, span: &Range<usize>) -> Option<String> {
     let before = text.get(..span.start)?;
     let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     let line = text[line_start..].lines().next()?;
-    let section = text[..line_start].lines().rev().find_map(|line| line.trim().strip_prefix('[')?.split(']').next());
+    let section = text[..line_start]
+        .lines()
+        .rev()
+        .find_map(|line| line.trim().strip_prefix('[')?.trim_start_matches('[').split(']').next());
     match (line.trim().strip_prefix('['), line.split_once('=')) {
-        (Some(header), _) => header.split(']').next().map(str::to_owned),
+        (Some(header), _) => header.trim_start_matches('[').split(']').next().map(str::to_owned),
         (None, Some((key, _))) => Some(section.map_or(key.trim().to_owned(), |name| format!("{name}.{}", key.trim()))),
         (None, None) => None,
     }

@@ -20,25 +20,39 @@ pub fn form_size(size_px: [u32; 2]) -> [u32; 2] {
 /// The pass.
 pub struct FormPass(ComputePass);
 
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: wgpu::BindingResource<'a>,
+    /// Heights and tables.
+    pub terrain: &'a [Named<'a>],
+    /// Tells meshes from the land.
+    pub surface_id: &'a Target,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface: a mesh's own normal is its form.
+    pub normal: &'a Target,
+    /// Out.
+    pub form: &'a Target,
+}
+
 impl FormPass {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu) -> Self {
         Self(ComputePass::new(gpu, "surface/form"))
     }
 
-    /// Reads `view`, `terrain`, `position`; writes `form`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        terrain: &[Named<'_>],
-        position: &Target,
-        form: &Target,
-    ) {
-        let mut resources = vec![("view", view), ("position", texture(&position.view)), ("form", texture(&form.view))];
-        resources.extend(terrain.iter().cloned());
-        let size_px = [form.texture.width(), form.texture.height()];
+    /// Finds the form of what the inputs show.
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: Inputs<'_>) {
+        let mut resources = vec![
+            ("view", inputs.view),
+            ("surface_id", texture(&inputs.surface_id.view)),
+            ("position", texture(&inputs.position.view)),
+            ("normal", texture(&inputs.normal.view)),
+            ("form", texture(&inputs.form.view)),
+        ];
+        resources.extend(inputs.terrain.iter().cloned());
+        let size_px = [inputs.form.texture.width(), inputs.form.texture.height()];
         self.0.run(gpu, recorder, size_px, &resources);
     }
 }

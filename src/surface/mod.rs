@@ -2,6 +2,9 @@
 
 pub mod form;
 pub mod horizons;
+pub mod mesh_resolve;
+pub mod mesh_vertices;
+pub mod meshes;
 pub mod motion;
 pub mod resolve;
 pub mod terrain;

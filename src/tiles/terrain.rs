@@ -20,6 +20,7 @@ use super::terrain_buffers::{TerrainBuffers, TerrainUniform};
 use super::warp::Warp;
 use crate::gpu::Gpu;
 use crate::gpu::pass::{Named, texture};
+use crate::mesh::placed::Placed;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
@@ -121,6 +122,7 @@ pub struct Terrain {
     buffers: TerrainBuffers,
     /// Of a style with shadows or occlusion.
     seen: Option<SeenTiles>,
+    meshes: Option<Arc<Placed>>,
 }
 
 /// A view as the terrain sees it.
@@ -159,7 +161,18 @@ impl Terrain {
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
             seen: None,
+            meshes: None,
         })
+    }
+
+    /// What stands on the land, if anything does.
+    pub fn meshes(&self) -> Option<&Arc<Placed>> {
+        self.meshes.as_ref()
+    }
+
+    /// Puts meshes onto the land, in place of those that stood there. Frames want other passes then.
+    pub fn set_meshes(&mut self, placed: Placed) {
+        self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
     }
 
     /// Grid ↔ world ↔ CRS, exactly.

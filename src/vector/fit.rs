@@ -11,8 +11,10 @@
 //! against the stretch of the polyline that it stands for, both ways, and taken only if it holds. A stretch without
 //! points between that has no such cubic is a line, which has no error.
 
+use std::ops::Range;
+
 use kurbo::simplify::SimplifyBezPath;
-use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArclen, Point, Vec2};
+use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArclen, ParamCurveFit, Point, Vec2};
 
 /// A sharper turn than this is a corner.
 const CORNER_COSINE: f64 = 0.5;
@@ -127,6 +129,9 @@ impl Stretch<'_> {
         let steps = (last - first) as f64;
         let try_to = |from: usize, to: usize| -> Option<CubicBez> {
             let range = (from - first) as f64 / steps..(to - first) as f64 / steps;
+            if turns_sharply(&source, &range) {
+                return None;
+            }
             let (mut cubic, _) = kurbo::fit_to_cubic(&source, range, self.tolerance)?;
             // To the bit, so that the path has no gaps.
             (cubic.p0, cubic.p3) = (self.at(from), self.at(to));
@@ -181,6 +186,23 @@ impl Stretch<'_> {
         }
         tangents
     }
+}
+
+/// Whether kurbo would measure by arc length, to 1e-9: it does where the tangent turns by more than a fifth between two
+/// of the places that it looks at. On a candidate with long arms that search does not end (kurbo 0.13), and one cubic
+/// for such a turn is rarely near enough anyway.
+fn turns_sharply(source: &impl ParamCurveFit, range: &Range<f64>) -> bool {
+    // kurbo's numbers, with some room.
+    const PLACES: usize = 21;
+    const SHARP: f64 = 0.195;
+    let tangent = |i: usize| {
+        let t = range.start + i as f64 * (range.end - range.start) / PLACES as f64;
+        source.sample_pt_tangent(t, 1.0).tangent
+    };
+    (0..PLACES).any(|i| {
+        let (a, b) = (tangent(i), tangent(i + 1));
+        b.cross(a).abs() > SHARP * b.dot(a).abs()
+    })
 }
 
 fn unit(vector: Vec2, otherwise: Vec2) -> Vec2 {

@@ -270,7 +270,7 @@ impl Flight {
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let light = self.light();
         let style = &self.styles.list()[self.settings.style];
-        let requirements = Requirements::of(style);
+        let requirements = Requirements::of(style).over(&self.world.terrain);
         if let Some(frame) = &mut self.frame {
             frame.adapt(&self.gpu, requirements, picture_px)?;
         } else {

@@ -50,7 +50,7 @@ fn everything_is_finite_at_the_extremes() {
             all_within(&shot).unwrap_or_else(|why| panic!("{scale} {camera}: {why}"));
         }
     }
-    let Some(mut world) = World::new(grid_of(1, 1, 30.0, |_, _| 5.0), 1.0) else { return };
+    let Some(mut world) = World::new(grid_of(2, 2, 30.0, |_, _| 5.0), 1.0) else { return };
     let pose = world.pose("0,0,30,0,-90,60");
     shoot(&mut world, &mut None, pose, [64, 64], &style("blend", 0.5, &layers.concat()));
 }
@@ -121,7 +121,7 @@ fn a_moire_is_seen() {
         plane.shoot(plane.eye(2.0, 500.0, 20.0, 25.0, 30.0), [192, 192], &style("blend", 0.4, &fixed("line", 31.0)));
     let before = slow_waves(&shot, 16);
     for (i, ink) in shot.ink.iter_mut().enumerate() {
-        *ink = (*ink + 0.04 * (std::f64::consts::TAU * (i % 192) as f64 / 60.0).sin()).clamp(0.0, 1.0);
+        *ink = (*ink + 0.1 * (std::f64::consts::TAU * (i % 192) as f64 / 60.0).sin()).clamp(0.0, 1.0);
     }
     assert!(slow_waves(&shot, 16) > before + 0.01);
 }

@@ -13,7 +13,7 @@
 #import hachure::terrain::{terrain, world_from_grid}
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::stroke_edges::{Edge, Strokes, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
@@ -64,12 +64,7 @@ fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
 }
 
 fn emit(a: vec3<f32>, b: vec3<f32>, kind: u32, key: u32) {
-    let clip_a = view.clip_from_camera * vec4<f32>(a, 1.0);
-    let clip_b = view.clip_from_camera * vec4<f32>(b, 1.0);
-    let is_out = (clip_a.x < -clip_a.w && clip_b.x < -clip_b.w) || (clip_a.x > clip_a.w && clip_b.x > clip_b.w)
-        || (clip_a.y < -clip_a.w && clip_b.y < -clip_b.w) || (clip_a.y > clip_a.w && clip_b.y > clip_b.w)
-        || max(clip_a.w, clip_b.w) <= view.near_m;
-    if is_out || all(a == b) {
+    if is_outside(a, b, view.clip_from_camera, view.near_m) || all(a == b) {
         return;
     }
     let index = atomicAdd(&edge_draw[0], 2u) / 2u;

@@ -6,8 +6,11 @@
 // it, and of four points around a place on a line one is on either side. So nothing is shifted and nothing fights: an
 // edge that is seen has something at its own distance or farther beside it, and one that is hidden by more than a pixel
 // has nearer surface all around. Where there is only sky around it, the data have a hole.
+//
+// A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two pixels
+// to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
 #import hachure::view::View
-#import hachure::stroke_edges::{Edge, Strokes}
+#import hachure::stroke_edges::{Edge, Strokes, KIND_CREASE}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -45,12 +48,16 @@ const SLACK: f32 = 2e-5;
 fn fragment(in: Vertex) -> @location(0) u32 {
     let pixel = vec2<i32>(floor(in.px - 0.5));
     let last = vec2<i32>(view.size_px) - 1;
+    let is_crease = edges[in.id - 1u].kind == KIND_CREASE;
     var farthest = 1.0;
     var nearest = 0.0;
     for (var y = 0; y <= 1; y++) {
         for (var x = 0; x <= 1; x++) {
             let around = textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
-            farthest = min(farthest, around);
+            // One pixel farther out, and from there through this one to the pixel opposite.
+            let out = clamp(pixel + vec2<i32>(3 * x - 1, 3 * y - 1), vec2<i32>(0), last);
+            let carried = 2.0 * around - textureLoad(depth, out, 0);
+            farthest = min(farthest, select(around, min(around, carried), is_crease));
             nearest = max(nearest, around);
         }
     }

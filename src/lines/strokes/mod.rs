@@ -14,6 +14,8 @@ pub mod extract;
 pub mod history;
 pub mod id_image;
 pub mod left_out;
+pub mod mesh_edges;
+pub mod mesh_sides;
 pub mod points;
 pub mod polylines;
 mod records;
@@ -36,11 +38,14 @@ use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError};
 use crate::style;
+use crate::surface::mesh_vertices::MeshVerticesPass;
 use crate::surface::view::View;
 
 /// The passes in the order in which they first run.
 pub const PASSES: &[&str] = &[
     "lines/strokes/contour_edges",
+    "lines/strokes/mesh_sides",
+    "lines/strokes/mesh_edges",
     "lines/strokes/id_image",
     "lines/strokes/extract",
     "lines/strokes/chain_begin",
@@ -69,6 +74,9 @@ pub const PASSES: &[&str] = &[
     "lines/strokes/advance",
 ];
 
+/// Of these, so many find edges: the first on the land, the others on the meshes of a scene that has some.
+pub const FINDING: usize = 3;
+
 /// Edges in a frame, at most.
 pub const MOST_EDGES: u32 = 1 << 20;
 /// Pieces in a frame, at most.
@@ -84,7 +92,7 @@ pub struct Edge {
     pub key: u32,
     /// Camera-relative metres.
     pub b_m: [f32; 3],
-    /// 0 a contour, 1 the border of the land, 2 a crease.
+    /// 0 a contour, 1 the border of the land or of a mesh, 2 a crease.
     pub kind: u32,
 }
 
@@ -198,6 +206,7 @@ impl Lists {
 pub struct StrokePasses {
     lists: Lists,
     contour_edges: contour_edges::ContourEdgesPass,
+    mesh_edges: Option<mesh_edges::MeshEdgesPass>,
     id_image: id_image::IdImagePass,
     extract: extract::ExtractPass,
     chain: chain::ChainPass,
@@ -219,6 +228,7 @@ impl StrokePasses {
         Ok(Self {
             lists: Lists::new(gpu),
             contour_edges: contour_edges::ContourEdgesPass::new(gpu),
+            mesh_edges: None,
             id_image: id_image::IdImagePass::new(gpu),
             extract: extract::ExtractPass::new(gpu),
             chain: chain::ChainPass::new(gpu, MOST_PIECES, ChainRules::default())?,
@@ -320,6 +330,26 @@ impl StrokePasses {
     /// Finds the edges of a batch of patches.
     pub fn find(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &contour_edges::Inputs<'_>) {
         self.contour_edges.run(gpu, recorder, inputs, &self.lists);
+    }
+
+    /// Makes what finds edges on meshes, or drops it.
+    pub fn set_meshes(&mut self, gpu: &Gpu, has_meshes: bool) {
+        if has_meshes != self.mesh_edges.is_some() {
+            self.mesh_edges = has_meshes.then(|| mesh_edges::MeshEdgesPass::new(gpu));
+        }
+    }
+
+    /// Finds the edges of the meshes.
+    pub fn find_on_meshes(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        view: wgpu::BindingResource<'_>,
+        meshes: &MeshVerticesPass,
+    ) {
+        if let Some(pass) = &mut self.mesh_edges {
+            pass.run(gpu, recorder, view, meshes, &self.lists);
+        }
     }
 
     /// Draws the reference image, makes the list of visible pieces, chains them, lets them take over from the frame

@@ -1,0 +1,94 @@
+// Meshes that stand on the land: their triangles, and those that this view sees.
+#define_import_path hachure::meshes
+
+// One that stands in view.
+struct MeshInstance {
+    // Rows of the matrix from the mesh to the flat map, camera-relative; the mesh counts from its middle.
+    east: vec4<f32>,
+    north: vec4<f32>,
+    up: vec4<f32>,
+    // Its vertices among those of all meshes, and how many of those in view come before.
+    first_vertex: u32,
+    vertices: u32,
+    vertices_before: u32,
+    // Its triangles among those of all meshes.
+    first_triangle: u32,
+    triangles: u32,
+    // How many triangles come before that are near enough for edges; its own are not unless is_near is 1.
+    near_before: u32,
+    is_near: u32,
+    // Its fronts are outside.
+    is_solid: u32,
+    // Its first vertex and triangle among those of all that stands in the world, in view or not.
+    first_place: u32,
+    first_number: u32,
+    padding_a: u32,
+    padding_b: u32,
+}
+
+struct MeshTriangle {
+    corner_a: u32,
+    corner_b: u32,
+    corner_c: u32,
+    // Across the edges ab, bc, ca: BORDER, AGAIN, or twice the number of the triangle there, plus 1 if it is turned.
+    across_ab: u32,
+    across_bc: u32,
+    across_ca: u32,
+    // Octahedral, 2 × 16 bits.
+    normal_a: u32,
+    normal_b: u32,
+    normal_c: u32,
+}
+
+const BORDER: u32 = 0xffffffffu;
+const AGAIN: u32 = 0xfffffffeu;
+
+// Of a surface id: a mesh, not the land.
+const IS_MESH: u32 = 0x80000000u;
+
+@group(0) @binding(20) var<storage, read> mesh_instances: array<MeshInstance>;
+@group(0) @binding(21) var<storage, read> mesh_triangles: array<MeshTriangle>;
+// Of all that stands in the world, as drawn: camera-relative, in metres.
+@group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
+
+// What instances are counted by: vertices in view, triangles that are near enough, all triangles of the world.
+const BY_VERTEX: u32 = 0u;
+const BY_NEAR: u32 = 1u;
+const BY_NUMBER: u32 = 2u;
+
+// The instance that something belongs to: the last one that begins at its number or before.
+fn instance_of(number: u32, by: u32) -> u32 {
+    var low = 0u;
+    var high = arrayLength(&mesh_instances);
+    while high - low > 1u {
+        let middle = (low + high) / 2u;
+        let begins = select(
+            select(mesh_instances[middle].first_number, mesh_instances[middle].near_before, by == BY_NEAR),
+            mesh_instances[middle].vertices_before, by == BY_VERTEX);
+        if begins <= number { low = middle; } else { high = middle; }
+    }
+    return low;
+}
+
+struct Corners {
+    a_m: vec3<f32>,
+    b_m: vec3<f32>,
+    c_m: vec3<f32>,
+}
+
+// The corners of a triangle of an instance, as drawn.
+fn corners_of(first_place: u32, triangle: MeshTriangle) -> Corners {
+    return Corners(
+        mesh_places[first_place + triangle.corner_a].xyz,
+        mesh_places[first_place + triangle.corner_b].xyz,
+        mesh_places[first_place + triangle.corner_c].xyz,
+    );
+}
+
+// A unit vector from its octahedral map (Cigolle and others 2014).
+fn normal_from(packed: u32) -> vec3<f32> {
+    let xy = unpack2x16snorm(packed);
+    let z = 1.0 - abs(xy.x) - abs(xy.y);
+    let folded = (1.0 - abs(xy.yx)) * select(vec2<f32>(-1.0), vec2<f32>(1.0), xy >= vec2<f32>(0.0));
+    return normalize(vec3<f32>(select(folded, xy, z >= 0.0), z));
+}

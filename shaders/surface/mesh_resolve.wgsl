@@ -1,0 +1,64 @@
+// Position and normal where a mesh is seen: the pixel's ray cut with the plane of the triangle that the rasteriser found
+// there, and the normals of its corners, mixed by the place in the triangle.
+//
+// After surface/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what they are
+// without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth stays.
+#import hachure::view::{View, ray_of_pixel}
+#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from, IS_MESH}
+#import hachure::earth::unbend
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var surface_id: texture_2d<u32>;
+@group(0) @binding(2) var depth: texture_depth_2d;
+@group(0) @binding(3) var position: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(4) var normal: texture_storage_2d<rgba32float, write>;
+
+// The plane's answer may differ from the rasteriser's by this part.
+const LIKE: f32 = 1e-3;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let found = textureLoad(surface_id, pixel, 0).r;
+    if (found & IS_MESH) == 0u {
+        return;
+    }
+    let number = found ^ IS_MESH;
+    let standing = mesh_instances[instance_of(number, BY_NUMBER)];
+    let triangle = mesh_triangles[standing.first_triangle + number - standing.first_number];
+    let corners = corners_of(standing.first_place, triangle);
+    let u = corners.b_m - corners.a_m;
+    let v = corners.c_m - corners.a_m;
+    let face = cross(u, v);
+
+    let ray = ray_of_pixel(view, pixel);
+    let drawn_m = view.near_m / textureLoad(depth, pixel, 0);
+    let closing = dot(face, ray);
+    let cut_m = dot(face, corners.a_m) / select(closing, 1.0, closing == 0.0);
+    let is_like = closing != 0.0 && abs(cut_m - drawn_m) <= LIKE * drawn_m;
+    let along_m = select(drawn_m, cut_m, is_like);
+    let at_m = ray * along_m;
+
+    // Where in the triangle; a pixel at its edge may lie a little outside.
+    let from_a = at_m - corners.a_m;
+    let scale = 1.0 / max(dot(face, face), 1e-30);
+    let by_b = dot(cross(from_a, v), face) * scale;
+    let by_c = dot(cross(u, from_a), face) * scale;
+    let parts = clamp(vec3<f32>(1.0 - by_b - by_c, by_b, by_c), vec3<f32>(0.0), vec3<f32>(1.0));
+    let own = normal_from(triangle.normal_a) * parts.x + normal_from(triangle.normal_b) * parts.y
+        + normal_from(triangle.normal_c) * parts.z;
+    let turned = vec3<f32>(dot(standing.east.xyz, own), dot(standing.north.xyz, own), dot(standing.up.xyz, own));
+    // Of the side that is seen. At the rim of something round the mixed normal may look away from the eye; it may not
+    // look away from its own triangle's front.
+    let front = select(face, -face, closing > 0.0);
+    var n = turned * inverseSqrt(max(dot(turned, turned), 1e-30));
+    if dot(turned, turned) < 1e-20 {
+        n = front * inverseSqrt(max(dot(front, front), 1e-30));
+    }
+    n = select(n, -n, dot(n, front) < 0.0);
+    textureStore(position, pixel, vec4<f32>(at_m, along_m));
+    textureStore(normal, pixel, vec4<f32>(n, 1.0));
+}

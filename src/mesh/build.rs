@@ -1,0 +1,172 @@
+//! Loose triangles become a mesh: welded, cleaned, joined.
+//!
+//! - Vertices are welded where they are the same to the bit, after the step to f32: what is drawn at one place is one
+//!   vertex. A tolerance would need a size, and files know none.
+//! - Triangles of which two corners are one place are dropped, and so are those that lie where another one lies: foliage
+//!   often has both sides of a sheet, which is one sheet with borders here. Flat triangles between three places of a line
+//!   stay: exporters close gaps by them, and without them there would be borders that nobody sees.
+//! - Edges are sorted by their ends. What two triangles have joins them; with one it is a border, with more it is taken
+//!   for one, since nobody can say which two belong together.
+//! - A closed mesh that is inside out is turned round.
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::{Across, Flaws, Mesh, Triangle, normals, place};
+
+/// No coordinate may be larger: what cameras may have, too.
+pub const LARGEST_COORDINATE_M: f64 = 1e8;
+
+/// Triangles as a file has them.
+#[derive(Clone, Debug, Default)]
+pub struct Soup {
+    /// Vertices.
+    pub places_m: Vec<DVec3>,
+    /// Corners of triangles, by vertex.
+    pub triangles: Vec<[u32; 3]>,
+    /// A normal for each vertex, of any length; 0 where there is none. May be empty.
+    pub normals: Vec<DVec3>,
+}
+
+impl Soup {
+    /// Joins the triangles.
+    ///
+    /// # Errors
+    /// A cause in words: nothing to draw, numbers that are none, indices that lead nowhere.
+    pub fn into_mesh(self, name: String) -> Result<Mesh, String> {
+        self.check()?;
+        let used = || self.triangles.iter().flatten().map(|&corner| self.places_m[corner as usize]);
+        let low_m = used().fold(DVec3::INFINITY, DVec3::min);
+        let high_m = used().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let middle_m = (low_m + high_m) * 0.5;
+
+        // One vertex for each place. Adding 0 makes one zero of two.
+        let mut numbers: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+        let mut vertices_m: Vec<[f32; 3]> = Vec::new();
+        let mut vertex_of = |corner: u32| {
+            let at_m = (self.places_m[corner as usize] - middle_m).as_vec3().to_array().map(|v| v + 0.0);
+            *numbers.entry(at_m.map(f32::to_bits)).or_insert_with(|| {
+                vertices_m.push(at_m);
+                vertices_m.len() as u32 - 1
+            })
+        };
+        let mut flaws = Flaws::default();
+        let mut known: FxHashSet<[u32; 3]> = FxHashSet::default();
+        let mut corners: Vec<[u32; 3]> = Vec::new();
+        let mut given: Vec<[DVec3; 3]> = Vec::new();
+        for triangle in &self.triangles {
+            let welded = triangle.map(&mut vertex_of);
+            let mut sorted = welded;
+            sorted.sort_unstable();
+            if sorted[0] == sorted[1] || sorted[1] == sorted[2] || !known.insert(sorted) {
+                flaws.dropped += 1;
+                continue;
+            }
+            corners.push(welded);
+            given.push(triangle.map(|corner| self.normals.get(corner as usize).copied().unwrap_or_default()));
+        }
+        if corners.is_empty() {
+            return Err("all of its triangles are without area".to_owned());
+        }
+        let mut across = join(&corners, &mut flaws);
+        let is_solid =
+            across.iter().flatten().all(|across| matches!(across, Across::Triangle { is_turned: false, .. }));
+        if is_solid && is_inside_out(&vertices_m, &corners) {
+            // From corner 0 to 1 is now what was from 2 to 0, and the other way about.
+            corners.iter_mut().for_each(|corners| corners.swap(1, 2));
+            given.iter_mut().for_each(|normals| normals.swap(1, 2));
+            across.iter_mut().for_each(|across| across.swap(0, 2));
+        }
+        let normals = normals::of_corners(&vertices_m, &corners, &across, &given);
+        let (mut sum_m, mut edges) = (0.0, 0_u64);
+        for (i, [a, b]) in corners.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).enumerate() {
+            // Each edge once.
+            let is_first = match across[i / 3][i % 3] {
+                Across::Triangle { index, .. } => i / 3 < index as usize,
+                Across::Border => true,
+                Across::Again => false,
+            };
+            if is_first {
+                sum_m += place(vertices_m[*a as usize]).distance(place(vertices_m[*b as usize]));
+                edges += 1;
+            }
+        }
+        let triangles = corners.into_iter().zip(across).zip(normals);
+        Ok(Mesh {
+            name,
+            middle_m,
+            radius_m: vertices_m.iter().map(|&at_m| place(at_m).length()).fold(0.0, f64::max),
+            mean_edge_m: sum_m / edges.max(1) as f64,
+            triangles: triangles.map(|((corners, across), normals)| Triangle { corners, across, normals }).collect(),
+            vertices_m,
+            is_solid,
+            flaws,
+        })
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if self.triangles.is_empty() {
+            return Err("it has no faces".to_owned());
+        }
+        if let Some(corner) = self.triangles.iter().flatten().find(|&&corner| corner as usize >= self.places_m.len()) {
+            return Err(format!("a face has vertex {corner} of {}", self.places_m.len()));
+        }
+        // What no face has may be anything.
+        for place_m in self.triangles.iter().flatten().map(|&corner| self.places_m[corner as usize]) {
+            if !place_m.is_finite() {
+                return Err("a vertex is not finite".to_owned());
+            }
+            if place_m.abs().max_element() > LARGEST_COORDINATE_M {
+                return Err(format!("a vertex is farther than {LARGEST_COORDINATE_M:e} m from its origin"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether the volume that closed triangles enclose is below 0.
+fn is_inside_out(vertices_m: &[[f32; 3]], corners: &[[u32; 3]]) -> bool {
+    let volume: f64 = corners
+        .iter()
+        .map(|corners| {
+            let [a, b, c] = corners.map(|corner| place(vertices_m[corner as usize]));
+            a.dot(b.cross(c))
+        })
+        .sum();
+    volume < 0.0
+}
+
+/// What lies across each edge of each triangle.
+fn join(corners: &[[u32; 3]], flaws: &mut Flaws) -> Vec<[Across; 3]> {
+    // Lesser end, greater end, triangle × 3 + edge.
+    let mut edges: Vec<(u32, u32, u64)> = Vec::with_capacity(3 * corners.len());
+    for (i, [a, b, c]) in corners.iter().enumerate() {
+        for (edge, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
+            edges.push((*from.min(to), *from.max(to), 3 * i as u64 + edge as u64));
+        }
+    }
+    edges.sort_unstable();
+    let mut across = vec![[Across::Border; 3]; corners.len()];
+    let place = |number: u64| ((number / 3) as usize, (number % 3) as usize);
+    for same in edges.chunk_by(|a, b| a.0 == b.0 && a.1 == b.1) {
+        match same {
+            [_] => flaws.borders += 1,
+            [one, other] => {
+                let ((a, a_edge), (b, b_edge)) = (place(one.2), place(other.2));
+                // Neighbours that wind alike run along their edge in opposite directions.
+                let is_turned = corners[a][a_edge] == corners[b][b_edge];
+                across[a][a_edge] = Across::Triangle { index: b as u32, is_turned };
+                across[b][b_edge] = Across::Triangle { index: a as u32, is_turned };
+            }
+            [_, others @ ..] => {
+                flaws.crowded += 1;
+                for other in others {
+                    let (triangle, edge) = place(other.2);
+                    across[triangle][edge] = Across::Again;
+                }
+            }
+            [] => {}
+        }
+    }
+    across
+}

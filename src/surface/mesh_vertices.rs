@@ -1,0 +1,273 @@
+//! Which meshes a view sees, and where their vertices are. See `shaders/surface/mesh_vertices.wgsl`.
+//!
+//! A mesh is left out where its box is out of view, where the earth hides it, and where all of it is smaller than
+//! [`SMALLEST_PX`]. One whose mean edge is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked for:
+//! they would be noise.
+
+use std::num::NonZeroU64;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::pass::{ComputePass, Named};
+use crate::gpu::timer::Recorder;
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::mesh::placed::{Placed, Standing};
+use crate::mesh::{Across, Mesh};
+use crate::surface::view::View;
+use crate::tiles::bending::Bending;
+use crate::tiles::frustum::Bounds;
+
+/// What is smaller than this across is not drawn.
+pub const SMALLEST_PX: f64 = 1.0;
+/// Meshes whose mean edge is shorter on the picture, at their nearest point, have no edges.
+pub const SHORTEST_EDGE_PX: f64 = 0.5;
+/// Threads of a workgroup, and workgroups of a row: the shaders have the same.
+const WORKGROUP: u32 = 64;
+const ROW: u32 = 65_535;
+
+/// `MeshInstance` in `shaders/shared/meshes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct MeshInstance {
+    east: [f32; 4],
+    north: [f32; 4],
+    up: [f32; 4],
+    first_vertex: u32,
+    vertices: u32,
+    vertices_before: u32,
+    first_triangle: u32,
+    triangles: u32,
+    near_before: u32,
+    is_near: u32,
+    is_solid: u32,
+    first_place: u32,
+    first_number: u32,
+    padding_a: u32,
+    padding_b: u32,
+}
+
+crate::gpu::shared::describe!(MeshInstance as "MeshInstance" in "surface/mesh_resolve": east, north, up, first_vertex, vertices, vertices_before, first_triangle, triangles, near_before, is_near, is_solid, first_place, first_number, padding_a, padding_b);
+
+/// `MeshTriangle` in `shaders/shared/meshes.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct MeshTriangle {
+    corner_a: u32,
+    corner_b: u32,
+    corner_c: u32,
+    across_ab: u32,
+    across_bc: u32,
+    across_ca: u32,
+    normal_a: u32,
+    normal_b: u32,
+    normal_c: u32,
+}
+
+crate::gpu::shared::describe!(MeshTriangle as "MeshTriangle" in "surface/mesh_resolve": corner_a, corner_b, corner_c, across_ab, across_bc, across_ca, normal_a, normal_b, normal_c);
+
+/// What a view sees of what stands in a world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Which of [`Placed::standing`].
+    pub standing: usize,
+    /// Its edges are looked for.
+    pub is_near: bool,
+}
+
+/// Those in view, in the order of [`Placed::standing`].
+pub fn seen(placed: &Placed, view: &View, bending: &Bending) -> Vec<Seen> {
+    let (frustum, focal_px) = (view.frustum(), view.focal_px());
+    let of = |(number, standing): (usize, &Standing)| {
+        let mesh = placed.mesh(standing);
+        let radius_m = mesh.radius_m * standing.scale;
+        let middle_m = standing.middle_m - view.pose.position_m;
+        let flat = Bounds { low_m: middle_m - DVec3::splat(radius_m), high_m: middle_m + DVec3::splat(radius_m) };
+        let bounds = bending.bend_bounds(&flat)?;
+        let away_m = middle_m.length();
+        if !frustum.may_see(&bounds) || 2.0 * radius_m * focal_px < SMALLEST_PX * away_m {
+            return None;
+        }
+        let edge_px_m = mesh.mean_edge_m * standing.scale * focal_px;
+        Some(Seen { standing: number, is_near: edge_px_m >= SHORTEST_EDGE_PX * (away_m - radius_m) })
+    };
+    placed.standing.iter().enumerate().filter_map(of).collect()
+}
+
+/// The pass, and the meshes on the GPU.
+pub struct MeshVerticesPass {
+    pass: ComputePass,
+    /// What the buffers hold.
+    placed: Option<Arc<Placed>>,
+    /// Of each mesh: its first vertex and its first triangle.
+    firsts: Vec<[u32; 2]>,
+    vertices: GrowingBuffer,
+    triangles: GrowingBuffer,
+    instances: GrowingBuffer,
+    positions: GrowingBuffer,
+    /// Triangles of each instance in view.
+    seen: Vec<u32>,
+    vertex_count: u32,
+    near_count: u32,
+}
+
+impl MeshVerticesPass {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        Self {
+            pass: ComputePass::new(gpu, "surface/mesh_vertices"),
+            placed: None,
+            firsts: Vec::new(),
+            vertices: GrowingBuffer::new(gpu, "mesh vertices", Usage::STORAGE),
+            triangles: GrowingBuffer::new(gpu, "mesh triangles", Usage::STORAGE),
+            instances: GrowingBuffer::new(gpu, "mesh instances", Usage::STORAGE),
+            // Measurements read it back.
+            positions: GrowingBuffer::new(gpu, "mesh positions", Usage::STORAGE | Usage::COPY_SRC),
+            seen: Vec::new(),
+            vertex_count: 0,
+            near_count: 0,
+        }
+    }
+
+    /// Uploads what a view sees of a world, and the meshes themselves if they are others than before.
+    pub fn upload(&mut self, gpu: &Gpu, placed: &Arc<Placed>, view: &View, bending: &Bending) {
+        if !self.placed.as_ref().is_some_and(|known| Arc::ptr_eq(known, placed)) {
+            self.upload_meshes(gpu, placed);
+            self.placed = Some(Arc::clone(placed));
+        }
+        let mut instances = Vec::new();
+        let (mut vertex_count, mut near_count) = (0, 0);
+        for Seen { standing, is_near } in seen(placed, view, bending) {
+            let standing = &placed.standing[standing];
+            let mesh = placed.mesh(standing);
+            let [first_vertex, first_triangle] = self.firsts[standing.mesh];
+            let (vertices, triangles) = (mesh.vertices_m.len() as u32, mesh.triangles.len() as u32);
+            let middle_m = (standing.middle_m - view.pose.position_m).to_array();
+            let row = |i: usize| standing.world_from_mesh.row(i).extend(middle_m[i]).as_vec4().to_array();
+            instances.push(MeshInstance {
+                east: row(0),
+                north: row(1),
+                up: row(2),
+                first_vertex,
+                vertices,
+                vertices_before: vertex_count,
+                first_triangle,
+                triangles,
+                near_before: near_count,
+                is_near: u32::from(is_near),
+                is_solid: u32::from(mesh.is_solid),
+                first_place: standing.first_vertex,
+                first_number: standing.first_triangle,
+                padding_a: 0,
+                padding_b: 0,
+            });
+            vertex_count += vertices;
+            near_count += if is_near { triangles } else { 0 };
+        }
+        self.instances.write(gpu, &instances);
+        self.seen = instances.iter().map(|instance| instance.triangles).collect();
+        (self.vertex_count, self.near_count) = (vertex_count, near_count);
+    }
+
+    fn upload_meshes(&mut self, gpu: &Gpu, placed: &Placed) {
+        let (mut vertices, mut triangles): (Vec<[f32; 4]>, Vec<MeshTriangle>) = (Vec::new(), Vec::new());
+        self.firsts.clear();
+        for mesh in &placed.meshes {
+            self.firsts.push([vertices.len() as u32, triangles.len() as u32]);
+            vertices.extend(mesh.vertices_m.iter().map(|[x, y, z]| [*x, *y, *z, 1.0]));
+            triangles.extend(packed(mesh));
+        }
+        self.vertices.reserve_exactly(gpu, size_of_val(vertices.as_slice()) as u64);
+        self.vertices.write(gpu, &vertices);
+        self.triangles.reserve_exactly(gpu, size_of_val(triangles.as_slice()) as u64);
+        self.triangles.write(gpu, &triangles);
+        self.positions.reserve_exactly(gpu, placed.vertices() * size_of::<[f32; 4]>() as u64);
+    }
+
+    /// Places the vertices of what is in view. Reads `terrain`; writes `mesh_positions`.
+    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, terrain: Named<'_>) {
+        if self.vertex_count == 0 {
+            return;
+        }
+        let resources = [
+            ("mesh_instances", self.instances()),
+            ("mesh_vertices", self.vertices.binding()),
+            ("mesh_positions", self.positions.binding()),
+            terrain,
+        ];
+        self.pass.run_groups(gpu, recorder, groups(self.vertex_count), &resources);
+    }
+
+    /// How many triangles each instance in view has.
+    pub fn seen(&self) -> &[u32] {
+        &self.seen
+    }
+
+    /// Triangles whose edges are looked for.
+    pub fn near_triangles(&self) -> u32 {
+        self.near_count
+    }
+
+    /// What `shaders/shared/meshes.wgsl` declares, for the passes after this one.
+    pub fn resources(&self) -> [Named<'_>; 3] {
+        [
+            ("mesh_instances", self.instances()),
+            ("mesh_triangles", self.triangles.binding()),
+            ("mesh_places", self.positions.binding()),
+        ]
+    }
+
+    /// As many as are in view: the shaders ask how many there are.
+    fn instances(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: self.instances.buffer(),
+            offset: 0,
+            size: NonZeroU64::new(self.seen.len().max(1) as u64 * size_of::<MeshInstance>() as u64),
+        })
+    }
+
+    /// The vertices of all that stands in the world, as drawn last, camera-relative; those of what was not in view mean
+    /// nothing.
+    ///
+    /// # Errors
+    /// As [`readback::read_buffer`].
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
+        let count = self.placed.as_ref().map_or(0, |placed| placed.vertices());
+        readback::read_buffer(gpu, self.positions.buffer(), count as usize)
+    }
+}
+
+/// Workgroups for so many threads, in rows.
+pub(crate) fn groups(threads: u32) -> [u32; 2] {
+    let groups = threads.div_ceil(WORKGROUP).max(1);
+    [groups.min(ROW), groups.div_ceil(ROW)]
+}
+
+fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
+    mesh.triangles.iter().map(|triangle| {
+        let [corner_a, corner_b, corner_c] = triangle.corners;
+        let [across_ab, across_bc, across_ca] = triangle.across.map(|across| match across {
+            Across::Border => u32::MAX,
+            Across::Again => u32::MAX - 1,
+            Across::Triangle { index, is_turned } => index << 1 | u32::from(is_turned),
+        });
+        let [normal_a, normal_b, normal_c] = triangle.normals.map(|normal| octahedral(normal.as_vec3()));
+        MeshTriangle { corner_a, corner_b, corner_c, across_ab, across_bc, across_ca, normal_a, normal_b, normal_c }
+    })
+}
+
+/// A unit vector in 2 × 16 bits: folded onto an octahedron (Cigolle and others 2014). Off by 5e-5 rad at most.
+fn octahedral(normal: Vec3) -> u32 {
+    let on = normal / normal.abs().element_sum();
+    let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };
+    let folded = if on.z >= 0.0 {
+        on.truncate()
+    } else {
+        Vec2::new((1.0 - on.y.abs()) * sign(on.x), (1.0 - on.x.abs()) * sign(on.y))
+    };
+    let [low, high] = folded.to_array().map(|v| u32::from((v.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16));
+    low | high << 16
+}

@@ -1,0 +1,12 @@
+//! Meshes that stand on the land: their files, their edges, their strokes, their surface.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod edges;
+mod reader;
+mod scene;
+mod shapes;
+mod strokes;
+mod surface;

@@ -1,0 +1,174 @@
+//! Strokes lie along the visible contour of what stands on the land, all of it and nothing else.
+//!
+//! The truth is exact: the contour of a ball is a circle, and the hill that hides parts of it is known by a formula.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use hachure::frame::{Frame, Light, Requirements};
+use hachure::gpu::readback::read_buffer;
+use hachure::lines::strokes::StrokeCounts;
+use hachure::lines::strokes::points::Point;
+use hachure::style::Style;
+use hachure::surface::view::{Part, View};
+
+use crate::common::World;
+use crate::common::hill::Hill;
+use crate::shapes;
+
+const SIZE_PX: [u32; 2] = [960, 540];
+/// A stroke covers the contour, and the contour bears a stroke, within this.
+const NEAR_PX: f64 = 2.0;
+/// Shorter strokes are not drawn: the style's.
+const SHORTEST_PX: f64 = 4.0;
+const HALF_M: DVec2 = DVec2::splat(1600.0);
+
+fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
+    let mut style = Style::load("strokes").unwrap();
+    style.strokes.as_mut().unwrap().borders = false;
+    strokes_of(world, camera, &style)
+}
+
+fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Point>) {
+    let pose = world.pose(camera);
+    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let requirements = Requirements::of(style).over(&world.terrain);
+    let gpu = &world.gpu;
+    let mut frame = Frame::new(gpu, requirements, SIZE_PX).unwrap();
+    frame.render(gpu, &mut world.terrain, &view, style, &light);
+    gpu.wait();
+    let strokes = frame.strokes().unwrap();
+    let counts: StrokeCounts = read_buffer(gpu, strokes.lists().counts.buffer(), 1).unwrap()[0];
+    (view, read_buffer(gpu, strokes.points().list().buffer(), counts.points as usize).unwrap())
+}
+
+fn is_inside(px: &DVec2) -> bool {
+    px.cmpge(DVec2::ZERO).all() && px.x < f64::from(SIZE_PX[0]) && px.y < f64::from(SIZE_PX[1])
+}
+
+/// Places along the strokes, a quarter of a pixel apart, in the picture.
+fn along(points: &[Point]) -> Vec<DVec2> {
+    let px = |point: &Point| DVec2::new(point.px[0].into(), point.px[1].into());
+    let pairs = || points.windows(2).filter(|pair| pair[0].chain == pair[1].chain);
+    let mut lengths_px: HashMap<u32, f64> = HashMap::new();
+    for pair in pairs() {
+        *lengths_px.entry(pair[0].chain).or_default() += px(&pair[0]).distance(px(&pair[1]));
+    }
+    let mut along = Vec::new();
+    for pair in pairs().filter(|pair| lengths_px[&pair[0].chain] >= SHORTEST_PX) {
+        let (a, b) = (px(&pair[0]), px(&pair[1]));
+        let steps = ((b - a).length() * 4.0).ceil().max(1.0) as usize;
+        along.extend((0..=steps).map(|step| a.lerp(b, step as f64 / steps as f64)));
+    }
+    along.retain(is_inside);
+    along
+}
+
+/// The visible contour of a ball: evenly in angle, some five to the pixel.
+fn contour(hill: &Hill, view: &View, middle_m: DVec3, radius_m: f64) -> Vec<DVec2> {
+    let eye_m = view.pose.position_m;
+    let to_middle = middle_m - eye_m;
+    let away_m = to_middle.length();
+    let axis = to_middle / away_m;
+    // The circle at which rays touch the ball.
+    let sine = radius_m / away_m;
+    let ring_m = eye_m + axis * (away_m * (1.0 - sine * sine));
+    let ring_radius_m = radius_m * (1.0 - sine * sine).sqrt();
+    let (right, up) = axis.any_orthonormal_pair();
+    (0..20_000)
+        .filter_map(|i| {
+            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 20_000.0).sin_cos();
+            let way = ring_m + (right * cos + up * sin) * ring_radius_m - eye_m;
+            let hit = hill.hit(eye_m, way, HALF_M);
+            view.place_px(way).filter(|px| is_inside(px) && hit.is_none_or(|hit| hit > 1.0))
+        })
+        .collect()
+}
+
+fn covered(places: &[DVec2], others: &[DVec2]) -> f64 {
+    let cell = |px: DVec2| ((px.x / NEAR_PX).floor() as i64, (px.y / NEAR_PX).floor() as i64);
+    let mut cells: HashMap<(i64, i64), Vec<DVec2>> = HashMap::new();
+    for other in others {
+        cells.entry(cell(*other)).or_default().push(*other);
+    }
+    let is_near = |px: &&DVec2| {
+        let (x, y) = cell(**px);
+        (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy))).any(|cell| {
+            cells.get(&cell).is_some_and(|others| others.iter().any(|other| other.distance(**px) <= NEAR_PX))
+        })
+    };
+    places.iter().filter(is_near).count() as f64 / places.len().max(1) as f64
+}
+
+/// A ball on the hill, a third of it in the ground, seen from above, from beside, from afar and from behind the hill.
+const EYES: [(&str, f64); 4] = [
+    ("-500,-900,+150,28,-22,50", 40.0),
+    ("-330,-720,+4,0,3,40", 25.0),
+    ("-1400,-1300,+500,42,-22,30", 60.0),
+    ("250,-900,+30,320,4,45", 60.0),
+];
+
+fn ball(hill: &Hill, radius_m: f64) -> DVec3 {
+    let (x_m, y_m) = (-300.0, -500.0);
+    DVec3::new(x_m, y_m, hill.height_m(x_m, y_m) + 0.33 * radius_m)
+}
+
+#[test]
+fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
+    let Some((hill, mut world)) = shapes::hill() else { return };
+    let mesh = Arc::new(shapes::mesh(shapes::sphere(5)));
+    let mut all = Vec::new();
+    for (camera, radius_m) in EYES {
+        let middle_m = ball(&hill, radius_m);
+        world.terrain.set_meshes(Default::default());
+        let land = along(&strokes(&mut world, camera).1);
+        shapes::place(&mut world, &mesh, &shapes::stance(middle_m, 0.0, radius_m));
+        let (view, points) = strokes(&mut world, camera);
+        let truth = contour(&hill, &view, middle_m, radius_m);
+        let drawn = along(&points);
+        // What the land draws by itself is no matter here.
+        let own: Vec<DVec2> = drawn.iter().copied().filter(|px| covered(&[*px], &land) == 0.0).collect();
+        let (recall, precision) = (covered(&truth, &drawn), covered(&own, &truth));
+        println!(
+            "{camera}: recall {recall:.4}, precision {precision:.4}, {} places, {} of strokes",
+            truth.len(),
+            own.len()
+        );
+        assert!(truth.len() > 2000 && own.len() > 500);
+        all.push((recall, precision));
+        // Planted: strokes that are elsewhere, and half of them gone.
+        let astray: Vec<DVec2> = own.iter().map(|px| *px + DVec2::new(0.0, 5.0)).collect();
+        assert!(covered(&truth, &astray) < 0.9 && covered(&astray, &truth) < 0.9);
+        assert!(covered(&truth, &own[..own.len() / 2]) < 0.9);
+        // And a truth without the hill, or a ball a little larger: both are noticed.
+        let larger = contour(&hill, &view, middle_m, 1.05 * radius_m);
+        assert!(covered(&larger, &drawn) < 0.98);
+    }
+    assert!(all.iter().all(|(recall, precision)| *recall >= 0.98 && *precision >= 0.98), "{all:?}");
+}
+
+#[test]
+fn a_crease_in_a_corner_is_drawn_where_a_style_wants_it() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    // Two walls of 20 m that meet in a corner, high above the land; the eye looks into it, from aside.
+    let text = "v -20 -20 0\nv 0 0 0\nv 20 -20 0\nv -20 -20 20\nv 0 0 20\nv 20 -20 20\nf 1 2 5 4\nf 2 3 6 5\n";
+    let mesh = Arc::new(hachure::mesh::obj::parse("corner.obj".to_owned(), text.as_bytes()).unwrap());
+    let pose = world.pose("0,0,3000,20,40,40");
+    let foot_m = pose.position_m + pose.forward * 80.0;
+    shapes::place(&mut world, &mesh, &shapes::stance(foot_m, 30.0, 1.0));
+    let crease = |world: &mut World, crease_deg: Option<f32>| {
+        let mut style = Style::load("strokes").unwrap();
+        style.strokes.as_mut().unwrap().crease_deg = crease_deg;
+        let (view, points) = strokes_of(world, "0,0,3000,20,40,40", &style);
+        let ends = [0.0, 20.0].map(|z| view.place_px(foot_m + DVec3::Z * z - pose.position_m).unwrap());
+        let truth: Vec<DVec2> = (0..=400).map(|i| ends[0].lerp(ends[1], f64::from(i) / 400.0)).collect();
+        covered(&truth, &along(&points))
+    };
+    let drawn = crease(&mut world, Some(60.0));
+    println!("{drawn:.3} of the crease");
+    assert!(drawn >= 0.98, "{drawn}");
+    // Planted: a style that wants sharper creases, and one that wants none.
+    assert!(crease(&mut world, Some(100.0)) < 0.2 && crease(&mut world, None) < 0.2);
+}
