@@ -126,7 +126,7 @@ impl Frame {
         let size_px = view.part.size_px;
         let terrain_view =
             TerrainView { camera_m: view.pose.position_m, frusta: vec![view.frustum()], focal_px: view.focal_px() };
-        terrain.see(gpu, self.passes.horizons.is_some().then_some(light.to_sun));
+        terrain.see(gpu, Requirements::of(style).seen.then_some(light.to_sun));
         let prepared = terrain.prepare(gpu, &terrain_view);
         let world = terrain.resources();
         self.view.write(gpu, &[view.uniform()]);

@@ -330,7 +330,8 @@ fn the_passes_of_a_style_are_those_of_the_list() {
                 (true, true) => continue,
             };
             let strokes = has_strokes.then_some(64);
-            let requirements = Requirements { detector, antialias, strokes, toon, seen, watercolor, hatching, motion, meshes };
+            let requirements =
+                Requirements { detector, antialias, strokes, toon, seen, watercolor, hatching, motion, meshes };
             let exists = |row: &Row| match row.exists.as_str() {
                 "always" => true,
                 "motion is wanted" => motion,
@@ -392,7 +393,7 @@ fn a_planted_error_is_found() {
         ("a buffer that is written", changed("surface/vertices", "`positions` buffer", "")),
         ("a picture that is not written", changed("lines/smooth", "`smoothed`", "`line`")),
         ("a wrong condition", changed("tones/plain", "not toon", "toon")),
-        ("a wrong number", changed("lines/lsa", "| 8 |", "| 7 |")),
+        ("a wrong number", changed("lines/lsa", "| 10 |", "| 9 |")),
         ("a shader after the frame", changed("composite/present", "`picture`", "`tone`")),
         ("a row less", without.join("\n")),
         ("a row twice", twice.join("\n")),
