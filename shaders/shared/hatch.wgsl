@@ -34,6 +34,11 @@ struct HatchLayer {
     fixed_direction: vec2<f32>,
     // Length and width of a mark in pixels, for the zoom rule; a length of 0 is endless.
     marks_px: vec2<f32>,
+    // What borders add to the mean in light tones.
+    bias: f32,
+    // ENDLESS, SWELLS.
+    flags: u32,
+    pad: vec2<f32>,
 }
 
 struct Hatch {

@@ -6,9 +6,12 @@
 //
 // - Scales go in half octaves, and across and along the marks they are chosen apart, each by how its coordinate runs on
 //   the picture. Marks keep spacing and length at grazing angles too.
-// - Inks of two scales are not blended. Their marks lie on each other, and share the darkness as optical density: by the
-//   one scale's weight w they have 1 - (1 - darkness)^w of it. Marks stay sharp, those of one scale become fewer while
-//   those of the other become more, and the mean is the darkness that was asked for at any weight.
+// - Inks of two scales are not blended. Marks that come in number lie on those of the other scale, and both share the
+//   darkness as optical density: by its weight w a scale has 1 - (1 - darkness)^w of it. So marks stay sharp, those of
+//   one scale become fewer while those of the other become more. Marks that swell would be thin twice; there the
+//   thresholds are mixed, and made uniform again by the mixture's exact distribution.
+// - Scales of one axis lie elsewhere on the other for each level, so that two never show the same marks: shares of
+//   darkness hold for marks that know nothing of each other.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::form::form_at
@@ -19,6 +22,12 @@ const ACROSS_ZONE: f32 = 0.5;
 const ALONG_ZONE: f32 = 0.3;
 const AZIMUTH_ZONE: f32 = 0.3;
 const HALF_OCTAVE: f32 = 0.70710678;
+const GOLDEN: f32 = 0.38196601;
+// Width of a mark's border.
+const BORDER_PX: f32 = 0.6;
+// Of a layer: marks that have no ends, and such that darken by growing wider.
+const ENDLESS: u32 = 1u;
+const SWELLS: u32 = 2u;
 
 struct Axis {
     direction: vec3<f32>,
@@ -39,8 +48,14 @@ struct Axis {
 // Ink, 0 to 1.
 @group(0) @binding(11) var marks: texture_storage_2d<r32float, write>;
 
-// Ink of a map's tile at a place, in texels. d_along and d_across are texels per pixel of the two coordinates.
-fn tile_ink(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>, darkness: f32) -> f32 {
+// A threshold and its change from pixel to pixel.
+struct Threshold {
+    value: f32,
+    slope: vec2<f32>,
+}
+
+// A map's tile at a place, in texels. d_along and d_across are texels per pixel of the two coordinates.
+fn tile_threshold(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>) -> Threshold {
     let whole = floor(place);
     let f = place - whole;
     let cell = vec2<u32>(vec2<i32>(whole)) & vec2<u32>(hatch.side - 1u);
@@ -48,10 +63,33 @@ fn tile_ink(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>,
     let upper = mix(quad.x, quad.y, f.x);
     let lower = mix(quad.z, quad.w, f.x);
     let by_along = mix(quad.y - quad.x, quad.w - quad.z, f.y);
-    // The border of a mark is a pixel wide: half of it on each side, but nothing on white paper and no gap in black.
-    let border = max(max(length(by_along * d_along + (lower - upper) * d_across), hatch.softness), 1e-4);
+    return Threshold(mix(upper, lower, f.y), by_along * d_along + (lower - upper) * d_across);
+}
+
+// Two thresholds, mixed by weight w, as one that is uniform again: through the distribution function of
+// (1 - w) A + w B for independent uniform A and B.
+fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
+    let x = mix(first.value, second.value, w);
+    let b = min(w, 1.0 - w);
+    let a = 1.0 - b;
+    let near = min(x, 1.0 - x);
+    let corner = max(a * b, 1e-6);
+    let inner = near >= b;
+    let below = select(0.5 * near * near / corner, (near - 0.5 * b) / a, inner);
+    let rise = select(near / corner, 1.0 / a, inner);
+    return Threshold(select(below, 1.0 - below, x > 0.5), mix(first.slope, second.slope, w) * rise);
+}
+
+// Ink where `darkness` meets a threshold.
+fn ink_at(found: Threshold, darkness: f32, bias: f32) -> f32 {
+    // A mark's border is half a pixel wide. In thin marks, and thin gaps, that adds to the mean: `bias` is how much.
+    let border = max(max(BORDER_PX * length(found.slope), hatch.softness), 1e-4);
+    let off = 1.0 - 2.0 * darkness;
+    let near_end = min(darkness, 1.0 - darkness);
+    let less = bias * off * off * off * clamp(near_end * 60.0 - 0.8, 0.0, 1.0);
+    // Nothing on white paper and no gap in black.
     let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
-    return clamp((darkness - edge - mix(upper, lower, f.y)) / border + 0.5, 0.0, 1.0);
+    return clamp((darkness - less - edge - found.value) / border + 0.5, 0.0, 1.0);
 }
 
 // A coordinate at a place: its change per pixel in metres, the ladder's finer level with its texels in a metre, how much
@@ -60,7 +98,8 @@ struct Scale {
     change: vec2<f32>,
     texels_per_m: f32,
     coarser: f32,
-    // In `phases`, of the finer level.
+    // The finer level, and its place in `phases`.
+    level: i32,
     phase: i32,
     place_m: f32,
 }
@@ -72,15 +111,20 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
     let bounded = clamp(step, 0.0, f32(hatch.level_count) - 1.001);
     let whole = floor(bounded);
     return Scale(d, exp2(-0.5 * (whole + f32(hatch.first_level))), clamp((bounded - whole - 0.5) / zone + 0.5, 0.0, 1.0),
-        axis * hatch.level_count + i32(whole), dot(direction, at));
+        i32(whole), axis * hatch.level_count + i32(whole), dot(direction, at));
 }
 
 // The paper that a layer leaves.
-fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
+fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
-    let offset = f32(index) * 0.381966 * f32(hatch.side);
+    let side = f32(hatch.side);
+    let offset = f32(index) * GOLDEN * side;
+    let is_dark = asked > 0.5;
+    let darkness = min(asked, 1.0 - asked);
     let density = log2(max(1.0 - darkness, 1e-5));
+    let is_endless = (layer.flags & ENDLESS) != 0u;
+    let swells = (layer.flags & SWELLS) != 0u;
     // Two charts, each with the finer and the coarser scale of its two coordinates; what has no weight is not looked
     // at. Loops are tested at their end: software drivers run both sides of a branch.
     var paper = 1.0;
@@ -88,22 +132,43 @@ fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foo
     let last = select(0, 1, charts.second > 0.0);
     loop {
         let u = scale_of(charts.across[k], at, foot, layer.size, ACROSS_ZONE);
-        let v = scale_of(charts.along[k], at, foot, layer.size, ALONG_ZONE);
+        var v = scale_of(charts.along[k], at, foot, layer.size, ALONG_ZONE);
+        if is_endless {
+            // Nothing ends along a line, so there is nothing to keep in size: as across.
+            v.phase = v.phase + u.level - v.level;
+            v.texels_per_m = u.texels_per_m;
+            v.coarser = 0.0;
+        }
         let chart_density = density * select(1.0 - charts.second, charts.second, k == 1);
         let first_u = select(0, 1, u.coarser >= 1.0);
         let last_u = select(0, 1, u.coarser > 0.0);
         let last_v = select(0, 1, v.coarser > 0.0);
         var i = first_u;
         var j = select(0, 1, v.coarser >= 1.0);
+        var row_weight = 0.0;
+        var all_weight = 0.0;
+        var row: Threshold;
+        var all: Threshold;
         loop {
             let scale_u = select(u.texels_per_m, u.texels_per_m * HALF_OCTAVE, i == 1);
             let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, j == 1);
-            let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
+            let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
             let place = vec2<f32>(phases[v.phase + j] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-            let own = 1.0 - exp2(chart_density * weight);
-            paper *= 1.0 - tile_ink(layer.map, place + offset, v.change * scale_v, u.change * scale_u, own);
+            let found = tile_threshold(layer.map, place + elsewhere + offset, v.change * scale_v, u.change * scale_u);
+            let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.slope);
+            if swells {
+                // What comes first is mixed with nothing.
+                row = mixed(one, row, row_weight);
+                row_weight = 1.0 - u.coarser;
+            } else {
+                let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
+                paper *= 1.0 - ink_at(one, 1.0 - exp2(chart_density * weight), layer.bias);
+            }
             i += 1;
             if i > last_u {
+                all = mixed(row, all, all_weight);
+                all_weight = 1.0 - v.coarser;
+                row_weight = 0.0;
                 i = first_u;
                 j += 1;
             }
@@ -111,12 +176,15 @@ fn layer_paper(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foo
                 break if j > last_v;
             }
         }
+        if swells {
+            paper *= 1.0 - ink_at(all, 1.0 - exp2(chart_density), layer.bias);
+        }
         k += 1;
         continuing {
             break if k > last;
         }
     }
-    return paper;
+    return select(paper, 1.0 - paper, is_dark);
 }
 
 @compute @workgroup_size(8, 8)

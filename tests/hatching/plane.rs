@@ -19,6 +19,13 @@ pub struct Plane {
     tilt_rad: f64,
 }
 
+/// How far the means of windows are from a tone.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Off {
+    pub hard: f64,
+    pub soft: f64,
+}
+
 /// Ink of a picture, row by row, with what it shows.
 pub struct Inked {
     pub size_px: [usize; 2],
@@ -117,18 +124,36 @@ impl Inked {
     }
 
     /// The largest difference between the mean ink of a square of `side` pixels and `darkness`, over squares that
-    /// overlap by half.
-    pub fn worst_window(&self, side: usize, darkness: f64) -> f64 {
+    /// overlap by half: with the hard border of a square, which cuts marks, and with a soft one of the same spread.
+    pub fn worst_window(&self, side: usize, darkness: f64) -> Off {
         let [width, height] = self.size_px;
-        let mut worst: f64 = 0.0;
-        for y in (0..=height - side).step_by(side / 2) {
-            for x in (0..=width - side).step_by(side / 2) {
-                let sum: f64 =
-                    (y..y + side).flat_map(|y| (x..x + side).map(move |x| (x, y))).map(|(x, y)| self.at(x, y)).sum();
-                worst = worst.max((sum / (side * side) as f64 - darkness).abs());
+        let sigma = side as f64 / 12.0_f64.sqrt();
+        let reach = (2.4 * sigma).ceil() as i64;
+        let bell: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
+        let whole: f64 = bell.iter().sum();
+        // The bell's sum along rows, then down columns; near the border there is none.
+        let inside = |at: usize, size: usize| at as i64 >= reach && (at as i64) < size as i64 - reach;
+        let mut rows = vec![0.0; self.ink.len()];
+        for y in 0..height {
+            for x in (0..width).filter(|x| inside(*x, width)) {
+                let first = y * width + x - reach as usize;
+                rows[y * width + x] = bell.iter().zip(&self.ink[first..]).map(|(weight, ink)| weight * ink).sum();
             }
         }
-        worst
+        let mut off = Off::default();
+        for y in (0..=height - side).step_by(side / 2) {
+            for x in (0..=width - side).step_by(side / 2) {
+                let sum: f64 = (y..y + side).map(|y| self.ink[y * width + x..][..side].iter().sum::<f64>()).sum();
+                off.hard = off.hard.max((sum / (side * side) as f64 - darkness).abs());
+                let (x, y) = (x + side / 2, y + side / 2);
+                if inside(x, width) && inside(y, height) {
+                    let rows = (y - reach as usize..).step_by(1).map(|y| rows[y * width + x]);
+                    let sum: f64 = bell.iter().zip(rows).map(|(weight, row)| weight * row).sum();
+                    off.soft = off.soft.max((sum / (whole * whole) - darkness).abs());
+                }
+            }
+        }
+        off
     }
 
     pub fn mean(&self) -> f64 {

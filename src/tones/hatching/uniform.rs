@@ -15,9 +15,12 @@ pub(crate) struct HatchLayerUniform {
     turn: f32,
     fixed_direction: [f32; 2],
     marks_px: [f32; 2],
+    bias: f32,
+    flags: u32,
+    pad: [f32; 2],
 }
 
-crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px);
+crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px, bias, flags, pad);
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -41,6 +44,11 @@ pub(crate) struct HatchUniform {
 
 crate::gpu::shared::describe!(HatchUniform as "Hatch" in "tones/hatching": layers, begins, spans, comes_from, comes_full, goes_from, goes_full, count, level_count, first_level, softness, side, pad_a, pad_b, pad_c);
 
+/// Marks have no ends; as in the shader.
+const ENDLESS: u32 = 1;
+/// Marks darken by growing wider.
+const SWELLS: u32 = 2;
+
 /// Length and width of a mark by the zoom rule: a line has no end, a dot is as long as wide.
 fn marks_px(recipe: &Recipe) -> [f32; 2] {
     let length_px = match recipe.kind {
@@ -52,7 +60,7 @@ fn marks_px(recipe: &Recipe) -> [f32; 2] {
 }
 
 impl HatchLayerUniform {
-    fn new(layer: &Layer, map: usize) -> Self {
+    fn new(layer: &Layer, map: usize, bias: f32) -> Self {
         let direction = match layer.direction {
             Direction::Fixed => 0,
             Direction::Slope => 1,
@@ -62,7 +70,13 @@ impl HatchLayerUniform {
         let turn = if layer.direction == Direction::Fixed { 0.0 } else { layer.angle_deg * 32.0 / 360.0 };
         let fixed_direction = axes::to_azimuth(axes::fixed_rad(layer)).as_vec2().to_array();
         let marks_px = layer.recipe.as_ref().map_or([0.0, 1.0], marks_px);
-        Self { direction, map: map as u32, size: layer.size, turn, fixed_direction, marks_px }
+        let flags = layer.recipe.as_ref().map_or(0, |recipe| {
+            let endless = if recipe.kind == Kind::Line { ENDLESS } else { 0 };
+            let swells = if recipe.swell >= 0.5 || recipe.kind == Kind::Halftone { SWELLS } else { 0 };
+            endless | swells
+        });
+        let (map, size) = (map as u32, layer.size);
+        Self { direction, map, size, turn, fixed_direction, marks_px, bias, flags, pad: [0.0; 2] }
     }
 }
 
@@ -70,8 +84,9 @@ impl HatchLayerUniform {
 const SLOPE_BORDER_DEG: f32 = 3.0;
 
 impl HatchUniform {
-    /// `ladder` is the first level and how many there are, `side` that of the maps.
-    pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32) -> Self {
+    /// `ladder` is the first level and how many there are, `side` that of the maps, and each map
+    /// has a bias.
+    pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32, biases: &[f32]) -> Self {
         let layers = &hatching.layers;
         let mut uniform = Self {
             count: layers.len() as u32,
@@ -89,7 +104,7 @@ impl HatchUniform {
         };
         let density = |darkness: f32| -(1.0 - darkness).ln();
         for (i, layer) in layers.iter().enumerate() {
-            uniform.layers[i] = HatchLayerUniform::new(layer, i);
+            uniform.layers[i] = HatchLayerUniform::new(layer, i, biases.get(i).copied().unwrap_or(0.0));
             // Lighter tones than the first layer's are its own too.
             uniform.begins[i] = if i == 0 { 0.0 } else { density(layer.from) };
             uniform.spans[i] = layers.get(i + 1).map_or(f32::MAX, |next| density(next.from) - uniform.begins[i]);
