@@ -66,6 +66,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         watercolor::Anchor::shared(),
         HatchLayerUniform::shared(),
         HatchUniform::shared(),
+        axes::Axis::shared(),
         axes::Cell::shared(),
         composite::CompositeUniform::shared(),
         composite::present::PresentUniform::shared(),
