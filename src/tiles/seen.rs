@@ -23,7 +23,7 @@ pub const SEEN_SIDE: u32 = 130;
 /// Bytes of a tile.
 pub const SEEN_BYTES: u64 = SEEN_SIDE as u64 * SEEN_SIDE as u64 * 4;
 /// Tiles that are made in a frame that must not wait.
-pub const TILES_PER_FRAME: usize = 8;
+pub const TILES_PER_FRAME: usize = 4;
 
 /// A tile to make, as the shader reads it.
 #[repr(C)]
