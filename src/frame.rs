@@ -37,6 +37,8 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::tiles::tables::TileRow::shared(),
         crate::tiles::tables::TileRecord::shared(),
         crate::tiles::selection::PatchInstance::shared(),
+        crate::surface::horizons::HorizonsUniform::shared(),
+        crate::tiles::seen::SeenJob::shared(),
         crate::surface::mesh_vertices::MeshInstance::shared(),
         crate::surface::mesh_vertices::MeshTriangle::shared(),
         crate::lines::lsa::LsaUniform::shared(),
@@ -64,6 +66,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         watercolor::Anchor::shared(),
         HatchLayerUniform::shared(),
         HatchUniform::shared(),
+        axes::Axis::shared(),
         axes::Cell::shared(),
         composite::CompositeUniform::shared(),
         composite::present::PresentUniform::shared(),
@@ -124,6 +127,7 @@ impl Frame {
         let size_px = view.part.size_px;
         let terrain_view =
             TerrainView { camera_m: view.pose.position_m, frusta: vec![view.frustum()], focal_px: view.focal_px() };
+        terrain.see(gpu, Requirements::of(style).seen.then_some(light.to_sun));
         let prepared = terrain.prepare(gpu, &terrain_view);
         let world = terrain.resources();
         self.view.write(gpu, &[view.uniform()]);
@@ -198,6 +202,11 @@ impl Frame {
             pass.run(gpu, recorder, size_px, view_resource(), position, motion);
         }
 
+        // What the land sees of the sun and of the sky, where that is not known yet.
+        if let (Some(pass), Some(seen)) = (&mut passes.horizons, terrain.seen()) {
+            pass.run(gpu, recorder, &world, seen);
+        }
+
         // Lines: detect, threshold, smooth.
         let mut line = &targets.no_line;
         if let (Some(lines), Some(drawn)) = (&style.lines, &targets.lines) {
@@ -236,7 +245,14 @@ impl Frame {
             Tone::Toon(steps) => {
                 let pass = passes.toon.as_mut().expect("the frame was made for this style");
                 let land = toon::Land { camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
-                let inputs = toon::Inputs { view: view_resource(), terrain: terrain.uniform(), position, normal, tone };
+                let inputs = toon::Inputs {
+                    view: view_resource(),
+                    terrain: terrain.uniform(),
+                    seen: terrain.seen_resources(),
+                    position,
+                    normal,
+                    tone,
+                };
                 pass.run(gpu, recorder, size_px, steps, LightUniform::new(style, light), land, inputs);
             }
         }

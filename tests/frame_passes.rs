@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use hachure::frame::Requirements;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::style::Detector;
+use hachure::style::hatching::Scale;
 use hachure::{composite, lines, surface, tiles, tones};
 use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
 
@@ -29,6 +30,11 @@ const CONDITIONS: &[(&str, &str)] = &[
     ("detector == Some(Detector::Roystan)", "lines by Roystan"),
     ("detector.is_some()", "lines"),
     ("requirements.antialias", "lines are anti-aliased"),
+    ("requirements.seen", "shadows or occlusion"),
+    ("requirements.watercolor", "watercolour"),
+    ("requirements.hatching.is_some()", "hatching"),
+    ("hatching == Some(Scale::Blend)", "hatching that blends"),
+    ("hatching == Some(Scale::Add)", "hatching that adds"),
     ("requirements.toon", "the tone is toon"),
     ("!requirements.toon", "the tone is not toon"),
 ];
@@ -57,6 +63,8 @@ fn format(constant: &str) -> String {
         "ERRORS_FORMAT" => lines::detector::ERRORS_FORMAT,
         "INK_FORMAT" => lines::strokes::stroke::INK_FORMAT,
         "LINE_FORMAT" => lines::threshold::LINE_FORMAT,
+        "FORM_FORMAT" => surface::form::FORM_FORMAT,
+        "MARKS_FORMAT" => tones::hatching::MARKS_FORMAT,
         "TONE_FORMAT" => tones::TONE_FORMAT,
         "PICTURE_FORMAT" => composite::PICTURE_FORMAT,
         _ => panic!("targets.rs has a picture of {constant}, which this test does not know"),
@@ -66,7 +74,12 @@ fn format(constant: &str) -> String {
 
 /// The pictures by the names of their fields, with their formats.
 fn target_formats() -> BTreeMap<String, String> {
-    let made = [("heights", tiles::atlas::HEIGHTS_FORMAT), ("brush_tile", lines::strokes::texture::TILE_FORMAT)];
+    let made = [
+        ("heights", tiles::atlas::HEIGHTS_FORMAT),
+        ("seen_tiles", tiles::seen::SEEN_FORMAT),
+        ("ramp", tones::TONE_FORMAT),
+        ("brush_tile", lines::strokes::texture::TILE_FORMAT),
+    ];
     let mut formats: BTreeMap<String, String> =
         made.into_iter().map(|(name, format)| (name.to_owned(), format!("{format:?}"))).collect();
     for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()) {
@@ -307,10 +320,18 @@ fn the_list_says_what_the_code_does() {
 fn the_passes_of_a_style_are_those_of_the_list() {
     let code = code();
     for detector in [None, Some(Detector::Lsa), Some(Detector::Sobel), Some(Detector::Roystan)] {
-        for switches in 0..32 {
+        for switches in 0..512 {
             let [antialias, toon, motion, has_strokes, meshes] = [1, 2, 4, 8, 16].map(|bit| switches & bit != 0);
+            let [seen, watercolor, blends, adds] = [32, 64, 128, 256].map(|bit| switches & bit != 0);
+            let hatching = match (blends, adds) {
+                (false, false) => None,
+                (true, false) => Some(Scale::Blend),
+                (false, true) => Some(Scale::Add),
+                (true, true) => continue,
+            };
             let strokes = has_strokes.then_some(64);
-            let requirements = Requirements { detector, antialias, strokes, toon, motion, meshes };
+            let requirements =
+                Requirements { detector, antialias, strokes, toon, seen, watercolor, hatching, motion, meshes };
             let exists = |row: &Row| match row.exists.as_str() {
                 "always" => true,
                 "motion is wanted" => motion,
@@ -320,6 +341,11 @@ fn the_passes_of_a_style_are_those_of_the_list() {
                 "lines by Roystan" => detector == Some(Detector::Roystan),
                 "lines" => detector.is_some(),
                 "lines are anti-aliased" => antialias,
+                "shadows or occlusion" => seen,
+                "watercolour" => watercolor,
+                "hatching" => hatching.is_some(),
+                "hatching that blends" => blends,
+                "hatching that adds" => adds,
                 "the tone is toon" => toon,
                 "the tone is not toon" => !toon,
                 other => panic!("{other} is no condition that this test knows"),
@@ -367,7 +393,7 @@ fn a_planted_error_is_found() {
         ("a buffer that is written", changed("surface/vertices", "`positions` buffer", "")),
         ("a picture that is not written", changed("lines/smooth", "`smoothed`", "`line`")),
         ("a wrong condition", changed("tones/plain", "not toon", "toon")),
-        ("a wrong number", changed("lines/lsa", "| 8 |", "| 7 |")),
+        ("a wrong number", changed("lines/lsa", "| 10 |", "| 9 |")),
         ("a shader after the frame", changed("composite/present", "`picture`", "`tone`")),
         ("a row less", without.join("\n")),
         ("a row twice", twice.join("\n")),

@@ -1,15 +1,25 @@
 //! Every shader composes and validates without a GPU.
 
-use hachure::gpu::shader::{SHADERS, compose};
+use hachure::gpu::shader::{SHADERS, ShaderError, VARIANTS, compose, compose_variant};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 #[test]
 fn every_shader_validates() {
     for (name, _) in SHADERS {
-        let module = compose(name).unwrap_or_else(|error| panic!("{error}"));
-        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
-        validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+        validate(name, compose(name));
     }
+    for (name, definitions) in VARIANTS {
+        validate(name, compose_variant(name, definitions));
+        // The definitions change something.
+        let size = |module: Result<naga::Module, _>| module.map(|module| module.functions.len()).ok();
+        assert_ne!(size(compose(name)), size(compose_variant(name, definitions)), "{name}");
+    }
+}
+
+fn validate(name: &str, module: Result<naga::Module, ShaderError>) {
+    let module = module.unwrap_or_else(|error| panic!("{error}"));
+    let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
+    validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
 }
 
 #[test]

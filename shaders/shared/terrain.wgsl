@@ -40,7 +40,8 @@ struct TileRecord {
     slot: u32,
     // 1 where nothing finer exists.
     is_finest: u32,
-    pad: u32,
+    // 1 where what the tile sees of the sun and the sky is known: see `seen`.
+    lit: u32,
 }
 
 struct Terrain {

@@ -5,6 +5,9 @@
 #import hachure::view::View
 #import hachure::earth::unbend
 #import hachure::light::{Light, light_tone, haze_clear}
+#ifdef SEEN
+#import hachure::seen::seen_at
+#endif
 
 const HEIGHT: u32 = 0u;
 const SLOPE: u32 = 1u;
@@ -85,7 +88,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let n = textureLoad(normal, pixel, 0).xyz;
-    let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, vec2<f32>(1.0))));
+#ifdef SEEN
+    let seen = seen_at(at.xyz, light.to_sun);
+#else
+    let seen = vec2<f32>(1.0);
+#endif
+    let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, seen)));
     let asked = 1.0 - (1.0 - value) * haze_clear(light, length(at.xyz));
     let color = ramp_color(value, attribute_at(at.xyz, n));
     textureStore(tone, pixel, vec4<f32>(mix(vec3<f32>(1.0), color, toon.wash), asked));

@@ -12,6 +12,7 @@ use crate::lines::threshold::ThresholdPass;
 use crate::style::hatching::Scale;
 use crate::style::{Detector, Lines, Style, Tone};
 use crate::surface::form::FormPass;
+use crate::surface::horizons::HorizonsPass;
 use crate::surface::mesh_resolve::MeshResolvePass;
 use crate::surface::mesh_vertices::MeshVerticesPass;
 use crate::surface::meshes::MeshesPass;
@@ -39,6 +40,8 @@ pub struct Requirements {
     pub toon: bool,
     /// Whether tones run as water does.
     pub watercolor: bool,
+    /// Whether tones know of cast shadows and of the visible sky.
+    pub seen: bool,
     /// Whether tones are made of marks.
     pub hatching: Option<Scale>,
     /// Whether screen motion is wanted.
@@ -55,6 +58,7 @@ impl Requirements {
             antialias: style.lines.as_ref().is_some_and(|lines| lines.antialias),
             strokes: style.strokes.as_ref().map(|strokes| (strokes.resolution * 64.0).round() as u32),
             toon: matches!(style.tone, Tone::Toon(_)),
+            seen: matches!(style.tone, Tone::Toon(_)) && (style.light.shadow > 0.0 || style.light.occlusion > 0.0),
             watercolor: style.watercolor.is_some(),
             hatching: style.hatching.as_ref().map(|hatching| hatching.scale),
             motion: false,
@@ -86,6 +90,7 @@ impl Requirements {
             self.meshes.then_some("surface/mesh_resolve"),
             self.hatching.map(|_| "surface/form"),
             self.motion.then_some("surface/motion"),
+            self.seen.then_some("surface/horizons"),
             detector,
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
@@ -113,6 +118,7 @@ pub(super) struct Passes {
     pub resolve: ResolvePass,
     pub mesh_resolve: Option<MeshResolvePass>,
     pub motion: Option<MotionPass>,
+    pub horizons: Option<HorizonsPass>,
     pub lsa: Option<LsaPass>,
     pub sobel: Option<SobelPass>,
     pub roystan: Option<RoystanPass>,
@@ -147,6 +153,7 @@ impl Passes {
             resolve: ResolvePass::new(gpu),
             mesh_resolve: None,
             motion: None,
+            horizons: None,
             lsa: None,
             sobel: None,
             roystan: None,
@@ -171,6 +178,7 @@ impl Passes {
         keep(&mut self.meshes, requirements.meshes, || MeshesPass::new(gpu));
         keep(&mut self.mesh_resolve, requirements.meshes, || MeshResolvePass::new(gpu));
         keep(&mut self.motion, requirements.motion, || MotionPass::new(gpu));
+        keep(&mut self.horizons, requirements.seen, || HorizonsPass::new(gpu));
         keep(&mut self.lsa, detector == Some(Detector::Lsa), || LsaPass::new(gpu));
         keep(&mut self.sobel, detector == Some(Detector::Sobel), || SobelPass::new(gpu));
         keep(&mut self.roystan, detector == Some(Detector::Roystan), || RoystanPass::new(gpu));
@@ -181,10 +189,13 @@ impl Passes {
             (None, Some(_)) => self.strokes = None,
             _ => {}
         }
+        if self.toon.as_ref().is_some_and(|toon| toon.sees() != requirements.seen) {
+            self.toon = None;
+        }
+        keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu, requirements.seen));
         if let Some(strokes) = &mut self.strokes {
             strokes.set_meshes(gpu, requirements.meshes);
         }
-        keep(&mut self.toon, requirements.toon, || ToonPass::new(gpu));
         keep(&mut self.plain, !requirements.toon, || PlainPass::new(gpu));
         keep(&mut self.watercolor, requirements.watercolor, || WatercolorPass::new(gpu));
         keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));

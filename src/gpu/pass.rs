@@ -20,7 +20,12 @@ pub type Named<'a> = (&'a str, wgpu::BindingResource<'a>);
 impl ComputePass {
     /// The pass of the shader `name`, whose entry point is `main`.
     pub fn new(gpu: &Gpu, name: &'static str) -> Self {
-        let shader = Shader::new(&gpu.device, name);
+        Self::variant(gpu, name, &[])
+    }
+
+    /// As [`ComputePass::new`], of the shader's variant with `definitions` turned on.
+    pub fn variant(gpu: &Gpu, name: &'static str, definitions: &[&str]) -> Self {
+        let shader = Shader::variant(&gpu.device, name, definitions);
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
             layout: None,

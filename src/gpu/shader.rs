@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor};
+use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
 use wgpu::naga;
 
 macro_rules! shader {
@@ -27,6 +27,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/hatch"),
     shader!("shared/color"),
     shader!("shared/light"),
+    shader!("shared/seen"),
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
     shader!("shared/chain_lengths"),
@@ -46,6 +47,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("surface/form"),
     shader!("surface/mesh_resolve"),
     shader!("surface/motion"),
+    shader!("surface/horizons"),
     shader!("lines/lsa"),
     shader!("lines/sobel"),
     shader!("lines/roystan"),
@@ -89,6 +91,9 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("composite/present"),
 ];
 
+/// Shaders with a variant that definitions turn on (`#ifdef`).
+pub const VARIANTS: &[(&str, &[&str])] = &[("tones/toon", &["SEEN"])];
+
 /// A composed shader: the module, and where its named variables are bound.
 pub struct Shader {
     /// For pipelines.
@@ -119,12 +124,20 @@ fn text(name: &str, embedded: &'static str) -> Cow<'static, str> {
 /// # Errors
 /// [`ShaderError`] when the text does not parse or validate, or is not in the table.
 pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
+    compose_variant(name, &[])
+}
+
+/// As [`compose`], with definitions turned on.
+///
+/// # Errors
+/// As [`compose`].
+pub fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     let source = SHADERS
         .iter()
         .find(|(known, _)| *known == name)
         .map(|(_, source)| text(name, source))
         .ok_or_else(|| ShaderError { name: name.to_owned(), cause: "not in the table of shaders".to_owned() })?;
-    compose_text(name, &source)
+    compose_defined(name, &source, definitions)
 }
 
 /// Composes a shader that is in no table, with the imports that the others have: to run a shared function by itself.
@@ -132,6 +145,12 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
 /// # Errors
 /// [`ShaderError`] when `source` does not parse or validate; `name` is for errors.
 pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
+    compose_defined(name, source, &[])
+}
+
+fn compose_defined(name: &str, source: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
+    let shader_defs =
+        definitions.iter().map(|definition| ((*definition).to_owned(), ShaderDefValue::Bool(true))).collect();
     let mut composer = Composer::default();
     for (path, source) in MODULES {
         composer
@@ -142,7 +161,8 @@ pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderErro
             })
             .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
     }
-    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, ..Default::default() }) {
+    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, shader_defs, ..Default::default() })
+    {
         Ok(module) => Ok(module),
         Err(error) => Err(ShaderError { name: name.to_owned(), cause: error.emit_to_string(&composer) }),
     }
@@ -154,7 +174,15 @@ impl Shader {
     /// # Panics
     /// When the text is wrong: the texts are part of the program, and a test validates each of them.
     pub fn new(device: &wgpu::Device, name: &str) -> Self {
-        let module = compose(name).unwrap_or_else(|error| panic!("{error}"));
+        Self::variant(device, name, &[])
+    }
+
+    /// As [`Shader::new`], with definitions turned on.
+    ///
+    /// # Panics
+    /// As [`Shader::new`].
+    pub fn variant(device: &wgpu::Device, name: &str, definitions: &[&str]) -> Self {
+        let module = compose_variant(name, definitions).unwrap_or_else(|error| panic!("{error}"));
         let bindings = module
             .global_variables
             .iter()

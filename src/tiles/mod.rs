@@ -2,6 +2,7 @@
 
 pub mod atlas;
 pub mod bending;
+pub mod beside;
 pub mod blocked;
 pub mod cache;
 mod flight;
@@ -11,6 +12,7 @@ pub mod loader;
 pub mod needed;
 pub mod patches;
 pub mod residency;
+pub mod seen;
 pub mod selection;
 pub mod tables;
 pub mod terrain;

@@ -13,6 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
 use super::bending::Bending;
+use super::beside::beside;
 use super::blocked::Blocked;
 use super::cache::TileCache;
 use super::loader::Loader;
@@ -30,6 +31,8 @@ const FIRST_PAUSE_S: f64 = 0.2;
 const LONGEST_PAUSE_S: f64 = 30.0;
 /// After so many failures a tile counts as not readable. It is tried again nevertheless.
 const MOST_TRIES: u32 = 3;
+/// Of tiles that only horizons look at: behind all that the surface misses.
+const BESIDE_URGENCY: f32 = 1e-3;
 
 /// What became of the tiles of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,6 +62,8 @@ pub struct Movement {
     pub frame_s: f64,
     /// Tiles that the mesh wants, and how urgently.
     pub asked: FxHashMap<TileAddress, f64>,
+    /// Whether horizons are sought: they look at tiles beside the view.
+    pub sees: bool,
 }
 
 struct Failure {
@@ -79,6 +84,10 @@ pub struct Residency {
     pub blocked: Blocked,
     /// What the view of this frame needs, coarse levels first.
     pub needed: Vec<Needed>,
+    /// What only its horizons look at.
+    pub beside: Vec<TileAddress>,
+    /// The tiles of which these are beside.
+    beside_of: Vec<TileAddress>,
 }
 
 impl Residency {
@@ -93,6 +102,8 @@ impl Residency {
             atlas: Atlas::new(gpu, tiles, memory_bytes),
             blocked: Blocked::default(),
             needed: Vec::new(),
+            beside: Vec::new(),
+            beside_of: Vec::new(),
             store,
         }
     }
@@ -141,7 +152,8 @@ impl Residency {
         fade_step_s: Option<f64>,
     ) -> Loaded {
         self.take_finished(frame, now_s);
-        let land = Land { store: &*self.store, warp };
+        let store = Arc::clone(&self.store);
+        let land = Land { store: &*store, warp };
         let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
         let places = &mut self.places;
         self.needed = needed(&land, places, known, &movement.rule);
@@ -149,9 +161,12 @@ impl Residency {
         urgent.extend(
             movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
         );
+        self.look_beside(movement.sees);
+        urgent.extend(self.beside.iter().map(|address| Needed { address: *address, urgency: BESIDE_URGENCY }));
         let mut soon = Vec::new();
         if fade_step_s.is_some() {
-            let rule = &movement.rule;
+            let (rule, places) = (&movement.rule, &mut self.places);
+            let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
             let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
             for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m != DVec3::ZERO) {
                 let camera_m = rule.camera_m + movement.velocity_m * ahead_s;
@@ -182,6 +197,20 @@ impl Residency {
         let is_missing = loaded.pending + loaded.without_room + loaded.failed > 0;
         loaded.late = is_missing || !ends_in_view && !self.is_complete();
         loaded
+    }
+
+    /// Finds what the horizons of needed tiles look at, as far as there is room.
+    fn look_beside(&mut self, sees: bool) {
+        if !sees {
+            self.beside.clear();
+            self.beside_of.clear();
+            return;
+        }
+        if !self.needed.iter().map(|tile| tile.address).eq(self.beside_of.iter().copied()) {
+            self.beside_of = self.needed.iter().map(|tile| tile.address).collect();
+            self.beside = beside(&*self.store, &self.needed);
+            self.beside.truncate((self.atlas.slots() as usize).saturating_sub(self.needed.len()));
+        }
     }
 
     fn take_finished(&mut self, frame: u64, now_s: f64) {

@@ -4,11 +4,13 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
 use super::blocked::Blocked;
 use super::needed::children;
+use super::residency::Residency;
+use super::seen::SeenTiles;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
 /// A level as the shader reads it.
@@ -55,13 +57,16 @@ pub struct TileRecord {
     slot: u32,
     /// 1 where no finer tile exists: its surface is followed between the samples.
     is_finest: u32,
-    pad: u32,
+    /// 1 where what the tile sees of the sun and the sky is known.
+    lit: u32,
 }
 
-crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/resolve": errors_m, blocked, slot, is_finest, pad);
+crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/resolve": errors_m, blocked, slot, is_finest, lit);
 
 /// What a record says of a tile that is not there.
 const NO_SLOT: u32 = u32::MAX;
+/// Of a tile that the surface does not use.
+const NOTHING: TileRecord = TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, lit: 0 };
 
 /// All of it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -75,18 +80,19 @@ pub struct Tables {
 }
 
 impl Tables {
-    /// For the tiles of `needed` that are in the atlas. `anchor` is the sample that grid coordinates count from.
-    pub fn new(
-        store: &dyn TileStore,
-        atlas: &Atlas,
-        blocked: &Blocked,
-        needed: impl Iterator<Item = TileAddress>,
-        anchor: DVec2,
-    ) -> Self {
-        let mut there: Vec<TileAddress> = needed.filter(|address| atlas.get(*address).is_some()).collect();
+    /// For the tiles that are needed and in the atlas. `anchor` is the sample that grid coordinates count from.
+    pub fn new(store: &dyn TileStore, residency: &Residency, seen: Option<&SeenTiles>, anchor: DVec2) -> Self {
+        let (atlas, blocked) = (&residency.atlas, &residency.blocked);
+        let is_there = |address: &TileAddress| atlas.get(*address).is_some();
+        let mut there: Vec<TileAddress> = residency.needed.iter().map(|tile| tile.address).filter(is_there).collect();
         there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
         there.dedup();
         let corner_errors = (!store.is_measured()).then(|| shared_corners(atlas, &there));
+        let beside: FxHashSet<TileAddress> = residency.beside.iter().copied().filter(is_there).collect();
+        if !beside.is_empty() {
+            there.extend(&beside);
+            there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
+        }
         let mut tables = Self::default();
         let mut next = there.iter().copied().peekable();
         for (level, size) in store.levels().iter().enumerate() {
@@ -99,10 +105,15 @@ impl Tables {
                 tables.rows.resize(first_row + (first.y - top) as usize, TileRow::default());
                 let first_tile = tables.tiles.len();
                 while let Some(tile) = next.next_if(|tile| (tile.level, tile.y) == (first.level, first.y)) {
-                    let nothing =
-                        TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, pad: 0 };
-                    tables.tiles.resize(first_tile + (tile.x - first.x) as usize, nothing);
-                    tables.tiles.push(record(store, atlas, blocked, tile, corner_errors.as_ref()));
+                    tables.tiles.resize(first_tile + (tile.x - first.x) as usize, NOTHING);
+                    let mut record = if beside.contains(&tile) {
+                        // The surface goes by what the view needs; only horizons look at this one.
+                        TileRecord { slot: atlas.get(tile).map_or(NO_SLOT, |resident| resident.slot), ..NOTHING }
+                    } else {
+                        record(store, atlas, blocked, tile, corner_errors.as_ref())
+                    };
+                    record.lit = u32::from(seen.is_some_and(|seen| seen.is_lit(atlas, tile)));
+                    tables.tiles.push(record);
                 }
                 tables.rows.push(TileRow {
                     left: first.x as i32,
@@ -171,7 +182,7 @@ fn record(
         blocked: u32::from_le_bytes(bytes),
         slot,
         is_finest: u32::from(is_finest(store, tile)),
-        pad: 0,
+        lit: 0,
     }
 }
 

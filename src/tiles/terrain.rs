@@ -13,12 +13,13 @@ use super::frustum::Frustum;
 use super::needed::LevelRule;
 use super::patches::ResidentPatches;
 use super::residency::{Loaded, Movement, Residency};
+use super::seen::{SeenTiles, TILES_PER_FRAME};
 use super::selection::{self, Selection, Viewpoint};
 use super::tables::Tables;
 use super::terrain_buffers::{TerrainBuffers, TerrainUniform};
 use super::warp::Warp;
 use crate::gpu::Gpu;
-use crate::gpu::pass::Named;
+use crate::gpu::pass::{Named, texture};
 use crate::mesh::placed::Placed;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{TileAddress, TileStore};
@@ -119,6 +120,8 @@ pub struct Terrain {
     start: Instant,
     frame: u64,
     buffers: TerrainBuffers,
+    /// Of a style with shadows or occlusion.
+    seen: Option<SeenTiles>,
     meshes: Option<Arc<Placed>>,
 }
 
@@ -157,6 +160,7 @@ impl Terrain {
             start: Instant::now(),
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
+            seen: None,
             meshes: None,
         })
     }
@@ -249,7 +253,24 @@ impl Terrain {
 
     /// Bytes that the terrain holds on the GPU.
     pub fn gpu_bytes(&self) -> u64 {
-        self.residency.atlas.bytes() + self.buffers.bytes()
+        let seen = self.seen.as_ref().map_or(0, SeenTiles::bytes);
+        self.residency.atlas.bytes() + self.buffers.bytes() + seen
+    }
+
+    /// From the next frame on it is known what the land sees of the sky and of a sun in that direction; none forgets it.
+    pub fn see(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
+        match to_sun {
+            Some(to_sun) => {
+                let seen = self.seen.get_or_insert_with(|| SeenTiles::new(gpu, &self.residency.atlas));
+                seen.set_sun(to_sun.truncate());
+            }
+            None => self.seen = None,
+        }
+    }
+
+    /// What the land sees, where a frame has asked for it.
+    pub fn seen(&self) -> Option<&SeenTiles> {
+        self.seen.as_ref()
     }
 
     /// Sees to the tiles that a view needs, chooses its patches, and tells the shaders. Waits for the tiles only where
@@ -270,11 +291,13 @@ impl Terrain {
         let fades = streams && step.fades();
         let mut tiles = Loaded::default();
         let mut idle = 0;
+        let sees = self.seen.is_some();
         loop {
             // While nothing fades, what has come stands at once.
             let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
             let asked = std::mem::take(&mut self.asked);
-            let movement = Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked };
+            let movement =
+                Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, sees };
             let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
@@ -296,6 +319,11 @@ impl Terrain {
             }
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
             tiles.late |= !self.asked.is_empty();
+            if let Some(seen) = &mut self.seen {
+                let most = if streams { TILES_PER_FRAME } else { usize::MAX };
+                let residency = &self.residency;
+                tiles.late |= seen.plan(&residency.atlas, self.store.levels(), &residency.needed, most, self.frame) > 0;
+            }
             self.tell(gpu, &rule);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
             return Prepared { selection, tiles, prepare_ms, jumped: step.has_jumped() };
@@ -342,9 +370,7 @@ impl Terrain {
     /// Writes what the shaders read.
     fn tell(&mut self, gpu: &Gpu, rule: &LevelRule) {
         let anchor = self.warp.anchor(rule.camera_m.truncate());
-        let residency = &self.residency;
-        let needed = residency.needed.iter().map(|tile| tile.address);
-        let tables = Tables::new(&*self.store, &residency.atlas, &residency.blocked, needed, anchor);
+        let tables = Tables::new(&*self.store, &self.residency, self.seen.as_ref(), anchor);
         let uniform = TerrainUniform::new(&*self.store, &self.warp, anchor, rule);
         self.buffers.write(gpu, tables, uniform);
     }
@@ -357,5 +383,19 @@ impl Terrain {
     /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
     pub fn resources(&self) -> [Named<'_>; 5] {
         self.buffers.resources(&self.residency.atlas)
+    }
+
+    /// What `shaders/shared/seen.wgsl` needs beside the uniform; none if nobody has asked for what the land sees.
+    pub fn seen_resources(&self) -> Option<[Named<'_>; 5]> {
+        let seen = self.seen.as_ref()?;
+        let (view, sampler) = (seen.view(), seen.sampler());
+        let [_, levels, rows, tiles, _] = self.resources();
+        Some([
+            levels,
+            rows,
+            tiles,
+            ("seen_tiles", texture(view)),
+            ("seen_sampler", wgpu::BindingResource::Sampler(sampler)),
+        ])
     }
 }

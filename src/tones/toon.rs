@@ -44,6 +44,7 @@ pub struct Land {
 /// The pass.
 pub struct ToonPass {
     pass: ComputePass,
+    sees: bool,
     light: GrowingBuffer,
     uniform: GrowingBuffer,
     ramp: RampTable,
@@ -55,6 +56,8 @@ pub struct Inputs<'a> {
     pub view: wgpu::BindingResource<'a>,
     /// `Terrain`, for the earth's curvature.
     pub terrain: Named<'a>,
+    /// What the land sees, for a pass that asks.
+    pub seen: Option<[Named<'a>; 5]>,
     /// Of the surface.
     pub position: &'a Target,
     /// Of the surface.
@@ -64,14 +67,20 @@ pub struct Inputs<'a> {
 }
 
 impl ToonPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
+    /// Builds the pipeline: the one that asks what the land sees of the sun and the sky, or the cheaper one.
+    pub fn new(gpu: &Gpu, sees: bool) -> Self {
         Self {
-            pass: ComputePass::new(gpu, "tones/toon"),
+            pass: ComputePass::variant(gpu, "tones/toon", if sees { &["SEEN"] } else { &[] }),
+            sees,
             light: GrowingBuffer::new(gpu, "light", wgpu::BufferUsages::UNIFORM),
             uniform: GrowingBuffer::new(gpu, "toon", wgpu::BufferUsages::UNIFORM),
             ramp: RampTable::new(gpu, None),
         }
+    }
+
+    /// Whether it asks what the land sees.
+    pub fn sees(&self) -> bool {
+        self.sees
     }
 
     /// Tones what the inputs show.
@@ -107,7 +116,7 @@ impl ToonPass {
         };
         self.uniform.write(gpu, &[uniform]);
         self.light.write(gpu, &[light]);
-        let resources = [
+        let mut resources = vec![
             ("view", inputs.view),
             ("light", self.light.binding()),
             ("toon", self.uniform.binding()),
@@ -117,6 +126,9 @@ impl ToonPass {
             ("normal", texture(&inputs.normal.view)),
             ("tone", texture(&inputs.tone.view)),
         ];
+        if self.sees {
+            resources.extend(inputs.seen.into_iter().flatten());
+        }
         self.pass.run(gpu, recorder, size_px, &resources);
     }
 }

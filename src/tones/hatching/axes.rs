@@ -54,9 +54,19 @@ pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
     phases
 }
 
+/// An axis as the shaders read it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Axis {
+    direction: [f32; 3],
+    pad: f32,
+}
+
+crate::gpu::shared::describe!(Axis as "Axis" in "tones/hatching": direction, pad);
+
 /// The axes as the shaders read them.
-pub fn directions(axes: &[DVec3]) -> Vec<[f32; 4]> {
-    axes.iter().map(|axis| axis.as_vec3().extend(0.0).to_array()).collect()
+pub fn directions(axes: &[DVec3]) -> Vec<Axis> {
+    axes.iter().map(|axis| Axis { direction: axis.as_vec3().to_array(), pad: 0.0 }).collect()
 }
 
 /// The first level of the zoom rule's ladder: a place of it is 2^first metres.

@@ -1,0 +1,139 @@
+// What a place sees of the sky and toward the sun: a tile of texels for each tile of heights.
+//
+// Horizon mapping (Max 1988): for each texel the elevation of the horizon toward the sun is stored and not whether it
+// lies in shadow, so the sun may rise and set over the same tiles, and borders of shadows may be as soft as the sun is
+// wide. The visible sky is the mean over eight azimuths of 1 - sin(horizon), the sky-view factor (Zaksek et al. 2011),
+// which is horizon-based ambient occlusion (Bavoil and Sainz 2008) of a field of heights.
+//
+// What is ours: steps double with the level of the pyramid. At level L, whose samples are s apart, the horizon is
+// sought at n s, (n + 1) s, ... (2 n - 1) s, and then the next level takes over at n times twice s. So a step is as
+// long as the samples that it reads, each with its average already, and a horizon at 50 km takes some 70 steps. The
+// ladder of distances is the same for all tiles: a tile of a finer level has more steps near by, and no others. The
+// horizons of two levels of detail, and of two tiles side by side, are therefore those of one function of the place.
+#import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
+#import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT}
+#import hachure::surface::{heights, camera_relative_m}
+#import hachure::seen::{SEEN_BORDER, SEEN_SPACING, SEEN_SIDE}
+
+// Steps in each octave of the distance: toward the sun, and for the sky.
+const SUN_STEPS: i32 = 8;
+const SKY_STEPS: i32 = 2;
+const SKY_AZIMUTHS: i32 = 8;
+// What a horizon may still rise where the march for the sky ends, as a tangent.
+const SKY_GAIN: f32 = 0.02;
+const FARTHEST_M: f32 = 2e5;
+// Workgroups of 8 x 8 texels along a side of a tile.
+const GROUPS: u32 = 17u;
+
+struct Horizons {
+    // Unit, east and north.
+    to_sun: vec2<f32>,
+    pad_a: f32,
+    pad_b: f32,
+}
+
+// A tile that is made.
+struct SeenJob {
+    slot: i32,
+    level: i32,
+    // The tile's place in its level.
+    tile: vec2<i32>,
+}
+
+@group(0) @binding(0) var<uniform> horizons: Horizons;
+@group(0) @binding(1) var<storage, read> jobs: array<SeenJob>;
+// In 16 bits each: the sine of the horizon's elevation toward the sun, -1 to 1, and the visible part of the sky.
+@group(0) @binding(2) var seen_tiles: texture_storage_2d_array<r32uint, write>;
+
+// Bilinear: neighbouring texels ask the same samples, and averages of coarse levels need no more.
+fn height_m(wanted: i32, g: vec2<f32>) -> f32 {
+    var level = wanted;
+    var place: LevelPlace;
+    var slot = NO_SLOT;
+    // Where a tile is not there a coarser one stands in. The loop is tested at its end: most turn once.
+    loop {
+        place = place_on_level(level, g);
+        slot = select(NO_SLOT, tiles[max(place.tile, 0)].slot, place.tile >= 0);
+        level += 1;
+        continuing {
+            break if slot != NO_SLOT || level >= terrain.level_count;
+        }
+    }
+    let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
+    let layer = select(i32(slot), 0, slot == NO_SLOT);
+    let nw = textureLoad(heights, texel, layer, 0).r;
+    let ne = textureLoad(heights, texel + vec2<i32>(1, 0), layer, 0).r - nw;
+    let sw = textureLoad(heights, texel + vec2<i32>(0, 1), layer, 0).r - nw;
+    let se = textureLoad(heights, texel + vec2<i32>(1, 1), layer, 0).r - nw;
+    return camera_relative_m(nw) + mix(ne * place.f.x, mix(sw, se, place.f.x), place.f.y);
+}
+
+// A place from which horizons are sought.
+struct Eye {
+    g: vec2<f32>,
+    z_m: f32,
+    level: i32,
+}
+
+// The tangent of the horizon's elevation, at least `least`. `way` is grid coordinates per metre; over the length of a
+// sample at that distance the map is straight.
+fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
+    let first = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
+    let last = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
+    let coarsest = terrain.level_count - 1;
+    let room_m = terrain.max_z_m - eye.z_m;
+    var tangent = least;
+    var level = eye.level;
+    var size_m = terrain.spacing_m * exp2(f32(level));
+    var i = 1;
+    loop {
+        let d_m = size_m * f32(i);
+        let g = eye.g + way * d_m;
+        // How far the earth has bent away.
+        let drop = 0.5 * d_m * terrain.inverse_radius;
+        // Beyond the land's edge nothing stands.
+        let is_land = all(g >= first) && all(g <= last);
+        let rise = (height_m(min(level, coarsest), g) - eye.z_m) / d_m - drop;
+        tangent = select(tangent, max(tangent, rise), is_land);
+        let is_last = !is_land || d_m > FARTHEST_M || room_m / d_m - drop <= tangent + gain;
+        i += 1;
+        if i == 2 * steps {
+            i = steps;
+            level += 1;
+            size_m *= 2.0;
+        }
+        continuing {
+            break if is_last;
+        }
+    }
+    return tangent;
+}
+
+fn sine(tangent: f32) -> f32 {
+    return tangent * inverseSqrt(1.0 + tangent * tangent);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
+    let job = jobs[group.y / GROUPS];
+    let texel = vec2<i32>(vec2<u32>(id.x, id.y - group.y / GROUPS * GROUPS * 8u));
+    if any(texel >= vec2<i32>(SEEN_SIDE)) {
+        return;
+    }
+    let info = levels[job.level];
+    let sample = clamp(job.tile * TILE_SAMPLES + (texel - SEEN_BORDER) * SEEN_SPACING, vec2<i32>(0), info.size - 1);
+    let g = (vec2<f32>(sample - info.cell) - info.fraction) / info.scale;
+    let point = grid_from_world(world_from_grid(g));
+    let eye = Eye(g, height_m(job.level, g), job.level);
+
+    let way = point.dg_dx * horizons.to_sun.x + point.dg_dy * horizons.to_sun.y;
+    let toward_sun = sine(horizon(eye, way, SUN_STEPS, -1.0, 0.0));
+    var hidden = 0.0;
+    for (var i = 0; i < SKY_AZIMUTHS; i++) {
+        let azimuth = (f32(i) + 0.5) * radians(360.0) / f32(SKY_AZIMUTHS);
+        let way = point.dg_dx * sin(azimuth) + point.dg_dy * cos(azimuth);
+        hidden += sine(horizon(eye, way, SKY_STEPS, 0.0, SKY_GAIN));
+    }
+    let seen = vec2<f32>(0.5 + 0.5 * toward_sun, 1.0 - hidden / f32(SKY_AZIMUTHS));
+    textureStore(seen_tiles, texel, job.slot, vec4<u32>(pack2x16unorm(seen), 0u, 0u, 0u));
+}

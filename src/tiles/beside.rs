@@ -1,0 +1,77 @@
+//! What a tile's horizons look at: tiles of its own level and of all coarser ones, near enough for the march of
+//! `shaders/surface/horizons.wgsl` to read them.
+//!
+//! The march reads a level at most sixteen samples away, so a tile touches nine tiles of its own level and four of each
+//! coarser one at most. They have fixed places in a list, so a set of them is a number.
+
+use rustc_hash::FxHashSet;
+
+use super::needed::Needed;
+use crate::pyramid::{LevelSize, TILE_SAMPLES, TileAddress, TileStore};
+
+/// How far a level is read, in its samples: sixteen, and more where the samples of a geographic grid are narrow.
+const REACH: i64 = 40;
+
+/// Which of the tiles around one are there: a bit for each.
+pub type Around = u128;
+
+/// The tiles around `tile`, itself included, with the number of each.
+pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (u32, TileAddress)> + use<'_> {
+    let side = i64::from(TILE_SAMPLES);
+    (tile.level..levels.len() as u32).flat_map(move |level| {
+        let up = level - tile.level;
+        let size = levels[level as usize];
+        let range = |at: u32, count: u32| {
+            let (first, end) = ((i64::from(at) * side) >> up, ((i64::from(at) + 1) * side) >> up);
+            (first - REACH).div_euclid(side)..=(end - 1 + REACH).div_euclid(side).min(i64::from(count) - 1)
+        };
+        let (columns, rows) = (range(tile.x, size.tiles_x()), range(tile.y, size.tiles_y()));
+        // Three in a row on the own level, two on coarser ones.
+        let (first_bit, width) = if up == 0 { (0, 3) } else { (9 + 4 * (up - 1), 2) };
+        let (left, top) = (*columns.start(), *rows.start());
+        rows.filter(|y| *y >= 0).flat_map(move |y| {
+            columns.clone().filter(|x| *x >= 0).map(move |x| {
+                let bit = first_bit + (y - top) as u32 * width + (x - left) as u32;
+                (bit, TileAddress { level, x: x as u32, y: y as u32 })
+            })
+        })
+    })
+}
+
+/// The tiles that horizons of `needed` tiles look at and that the view does not need itself, coarser ones first.
+pub fn beside(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
+    let mut met: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).collect();
+    let mut found = Vec::new();
+    for tile in needed {
+        for (_, address) in around(store.levels(), tile.address) {
+            if met.insert(address) && store.has_tile(address) {
+                found.push(address);
+            }
+        }
+    }
+    found.sort_unstable_by_key(|tile| (std::cmp::Reverse(tile.level), tile.y, tile.x));
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_tile_around_has_a_bit_of_its_own() {
+        let levels: Vec<LevelSize> =
+            (0..17).map(|level| LevelSize { width: 1 << (24 - level), height: 3 << (20 - level.min(16)) }).collect();
+        for (x, y) in [(0, 0), (1, 1), (40_000, 700), (65_535, 12_287), (333, 2)] {
+            let tile = TileAddress { level: 0, x, y };
+            let found: Vec<_> = around(&levels, tile).collect();
+            let bits: FxHashSet<u32> = found.iter().map(|(bit, _)| *bit).collect();
+            assert_eq!(bits.len(), found.len(), "{tile:?}");
+            assert!(bits.iter().all(|bit| *bit < Around::BITS));
+            assert!(found.iter().any(|(_, address)| *address == tile));
+            // Its parents, all of them.
+            let is_parent =
+                |level: u32| found.iter().any(|(_, at)| *at == TileAddress { level, x: x >> level, y: y >> level });
+            assert!((0..17).all(is_parent), "{tile:?}");
+        }
+    }
+}

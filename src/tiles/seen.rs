@@ -1,0 +1,154 @@
+//! What the land sees of the sun and of the sky: for each slot of the atlas a tile of horizons, and which of them have
+//! to be made.
+//!
+//! A tile is made when it has come, and again when the sun has another azimuth or when more of the tiles that its
+//! horizons look at have come ([`beside`](super::beside)). That some of them have gone is no reason: what was made with
+//! them is the better. So many tiles are made in a frame at most; those that were never made first, coarse ones before
+//! fine ones, since a coarse one stands in, and then the oldest.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, Vec2};
+use rustc_hash::FxHashMap;
+
+use super::atlas::Atlas;
+use super::beside::{Around, around};
+use super::needed::Needed;
+use crate::gpu::Gpu;
+use crate::pyramid::{LevelSize, TileAddress};
+
+/// The horizon toward the sun and the visible sky, in 16 bits each. Storage of two channels that every backend has.
+pub const SEEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// Texels along the side of a tile; `shaders/shared/seen.wgsl` has it too.
+pub const SEEN_SIDE: u32 = 130;
+/// Bytes of a tile.
+pub const SEEN_BYTES: u64 = SEEN_SIDE as u64 * SEEN_SIDE as u64 * 4;
+/// Tiles that are made in a frame that must not wait.
+pub const TILES_PER_FRAME: usize = 4;
+
+/// A tile to make, as the shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq, Eq)]
+pub struct SeenJob {
+    slot: i32,
+    level: i32,
+    tile: [i32; 2],
+}
+
+crate::gpu::shared::describe!(SeenJob as "SeenJob" in "surface/horizons": slot, level, tile);
+
+/// How a tile was made.
+struct Made {
+    slot: u32,
+    /// Which tenant of the slot.
+    arrived_s: f64,
+    around: Around,
+    to_sun: Vec2,
+    frame: u64,
+}
+
+/// The tiles of horizons.
+pub struct SeenTiles {
+    view: wgpu::TextureView,
+    sampler: wgpu::Sampler,
+    slots: u32,
+    to_sun: Vec2,
+    made: FxHashMap<TileAddress, Made>,
+    jobs: Vec<SeenJob>,
+}
+
+impl SeenTiles {
+    /// As many as the atlas has slots; none is made yet.
+    pub fn new(gpu: &Gpu, atlas: &Atlas) -> Self {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("seen tiles"),
+            size: wgpu::Extent3d { width: SEEN_SIDE, height: SEEN_SIDE, depth_or_array_layers: atlas.slots() },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: SEEN_FORMAT,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            ..Default::default()
+        });
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
+        Self { view, sampler, slots: atlas.slots(), to_sun: Vec2::Y, made: FxHashMap::default(), jobs: Vec::new() }
+    }
+
+    /// For bindings.
+    pub fn view(&self) -> &wgpu::TextureView {
+        &self.view
+    }
+
+    /// Gathers texels; it filters nothing.
+    pub fn sampler(&self) -> &wgpu::Sampler {
+        &self.sampler
+    }
+
+    /// Bytes on the GPU.
+    pub fn bytes(&self) -> u64 {
+        u64::from(self.slots) * SEEN_BYTES
+    }
+
+    /// Toward the sun: unit, east and north.
+    pub fn to_sun(&self) -> Vec2 {
+        self.to_sun
+    }
+
+    /// From the next plan on the sun stands there. In the zenith any azimuth will do.
+    pub fn set_sun(&mut self, to_sun: DVec2) {
+        self.to_sun = to_sun.try_normalize().unwrap_or(DVec2::Y).as_vec2();
+    }
+
+    /// The tiles of this frame's plan.
+    pub fn jobs(&self) -> &[SeenJob] {
+        &self.jobs
+    }
+
+    /// Whether what a tile sees is known.
+    pub fn is_lit(&self, atlas: &Atlas, tile: TileAddress) -> bool {
+        self.made_of(atlas, tile).is_some()
+    }
+
+    fn made_of(&self, atlas: &Atlas, tile: TileAddress) -> Option<&Made> {
+        let resident = atlas.get(tile)?;
+        self.made.get(&tile).filter(|made| made.slot == resident.slot && made.arrived_s == resident.arrived_s)
+    }
+
+    /// Chooses what is made in this frame, `most` tiles at most, of those that the view needs; they count as made.
+    /// Returns how many are left for later frames.
+    pub fn plan(&mut self, atlas: &Atlas, levels: &[LevelSize], needed: &[Needed], most: usize, frame: u64) -> usize {
+        let is_there = |(bit, tile)| if atlas.get(tile).is_some() { Around::from(true) << bit } else { 0 };
+        let mut stale: Vec<_> = needed
+            .iter()
+            .filter_map(|tile| {
+                let resident = atlas.get(tile.address)?;
+                let there = around(levels, tile.address).map(is_there).fold(0, |set, bit: Around| set | bit);
+                let made = self.made_of(atlas, tile.address);
+                let is_good = made.is_some_and(|made| made.to_sun == self.to_sun && there & !made.around == 0);
+                let age = made.map_or(0, |made| made.frame);
+                (!is_good).then_some((age, std::cmp::Reverse(tile.address.level), tile.address, resident, there))
+            })
+            .collect();
+        stale.sort_unstable_by_key(|(age, level, address, ..)| (*age, *level, *address));
+        stale.dedup_by_key(|(_, _, address, ..)| *address);
+        let left = stale.len().saturating_sub(most);
+        stale.truncate(most);
+        self.jobs.clear();
+        for (_, _, address, resident, around) in stale {
+            let TileAddress { level, x, y } = address;
+            let (slot, arrived_s) = (resident.slot, resident.arrived_s);
+            self.jobs.push(SeenJob { slot: slot as i32, level: level as i32, tile: [x as i32, y as i32] });
+            self.made.insert(address, Made { slot, arrived_s, around, to_sun: self.to_sun, frame });
+        }
+        // What has left the atlas is not kept for ever.
+        if self.made.len() > 2 * self.slots as usize {
+            self.made.retain(|tile, _| atlas.get(*tile).is_some());
+        }
+        left
+    }
+}
