@@ -91,7 +91,7 @@ fn a_tone_that_is_off_is_seen() {
         plane.shoot(plane.eye(7.0, 300.0, 35.0, 20.0, 30.0), [256, 256], &style("blend", 0.5, &fixed("stipple", 30.0)));
     assert!(holds(shot.worst_window(64, 0.5), GOAL));
     // Ink that bleeds by a sixth of a pixel's worth, as without the calibration between texels; and one dark corner.
-    let bled = Inked { ink: shot.ink.iter().map(|ink| (ink * 1.15).min(1.0)).collect(), darkness: Vec::new(), ..shot };
+    let bled = Inked { ink: shot.ink.iter().map(|ink| (ink * 1.15).min(1.0)).collect(), ..shot };
     assert!(!holds(bled.worst_window(64, 0.5), 0.05));
     let mut corner = bled;
     corner.ink.iter_mut().for_each(|ink| *ink /= 1.15);

@@ -68,11 +68,12 @@ fn removed(shots: &[Inked]) -> usize {
                     continue;
                 }
                 let to = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - MIDDLE_PX) * ZOOM + MIDDLE_PX;
-                // A dot of one pixel may lie on four: its ink is what counts, not how dark it is.
+                // A dot of one pixel may lie on four: its ink counts, of which
+                // samples at pixels' centres find more or less.
                 let [left, top] = [to.x - 2.0, to.y - 2.0].map(|first| first.round() as usize);
                 let is_inside = to.min_element() > 2.0 && to.max_element() < f64::from(SIDE_PX) - 2.0;
                 let near = || (top..top + 4).flat_map(|y| (left..left + 4).map(move |x| (x, y)));
-                if is_inside && near().map(|(x, y)| pair[1].at(x, y)).sum::<f64>() < 0.4 {
+                if is_inside && near().map(|(x, y)| pair[1].at(x, y)).sum::<f64>() < 0.25 {
                     count += 1;
                 }
             }

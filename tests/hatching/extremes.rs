@@ -104,7 +104,6 @@ fn no_moire_beyond_the_band_limited_reference() {
                             (0..16).map(|k| fine.at(x + k % 4, y + k / 4)).sum::<f64>() / 16.0
                         })
                         .collect(),
-                    darkness: Vec::new(),
                     view: shot.view,
                 };
                 let (own, limited) = (slow_waves(&shot, 16), slow_waves(&reference, 16));

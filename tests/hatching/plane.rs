@@ -32,8 +32,6 @@ pub struct Inked {
     pub view: View,
     /// 0 paper to 1 ink.
     pub ink: Vec<f64>,
-    /// What was asked for.
-    pub darkness: Vec<f64>,
 }
 
 impl Plane {
@@ -81,10 +79,10 @@ impl Plane {
 }
 
 pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
-    let planes = aov::planes("tone,hatch", style).unwrap();
+    let planes = aov::planes("hatch", style).unwrap();
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e12, haze_srgb: None };
     let request = PictureRequest { pose, previous: pose, size_px, style, light, planes: &planes };
-    let mut channels: Vec<Vec<f64>> = vec![Vec::new(); 2];
+    let mut channels: Vec<Vec<f64>> = vec![Vec::new()];
     let take = |band: picture::Band| {
         for (channel, samples) in channels.iter_mut().zip(band.planes) {
             let Samples::F32(values) = samples else { panic!("tones are floats") };
@@ -98,7 +96,6 @@ pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: 
         size_px: size_px.map(|side| side as usize),
         view: View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) },
         ink,
-        darkness: channels.pop().unwrap(),
     }
 }
 
