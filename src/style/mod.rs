@@ -34,6 +34,7 @@ const PRESETS: &[(&str, &str)] = &[
     ("stipple", include_str!("presets/stipple.toml")),
     ("pencil", include_str!("presets/pencil.toml")),
     ("engraving", include_str!("presets/engraving.toml")),
+    ("woodcut", include_str!("presets/woodcut.toml")),
     ("wash", include_str!("presets/wash.toml")),
 ];
 
