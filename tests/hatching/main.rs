@@ -8,5 +8,6 @@ mod calibrated;
 mod constant;
 mod continuous;
 mod extremes;
+mod fast;
 mod plane;
 mod stable;
