@@ -36,6 +36,7 @@ use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
+use crate::tones::hatching::maps;
 use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
@@ -100,6 +101,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
     let styles = args.styles.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
+    styles.iter().try_for_each(maps::check)?;
     // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
     let flight =
         std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", args.path.display()))?;

@@ -10,6 +10,7 @@ use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::tones::hatching::maps;
 use crate::window::{FlightOptions, FlightWorld, Windowing};
 use crate::world::{self, OpenWorld};
 
@@ -50,7 +51,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         bail!("--lod-error {}: it must be a number above 0", args.lod_error);
     }
     // What is wrong is told before a window opens.
-    Style::load(&args.style)?;
+    maps::check(&Style::load(&args.style)?)?;
     let windowing = Windowing::new()?;
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };

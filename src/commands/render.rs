@@ -25,6 +25,7 @@ use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::tones::hatching::maps;
 use crate::vector::DrawingReport;
 use crate::world::{self, OpenWorld};
 
@@ -128,6 +129,7 @@ struct PassReport {
 pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output)?;
     let style = Style::load(&args.style)?;
+    maps::check(&style)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
     let planes = aov::planes(&args.aov, &style)?;
     if !planes.is_empty()

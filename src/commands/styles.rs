@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{tell, tell_json};
 use crate::style::{self, Style, StyleError};
+use crate::tones::hatching::maps;
 
 /// Arguments of `styles`.
 #[derive(Debug, Args)]
@@ -90,5 +91,7 @@ fn list(json: bool) -> anyhow::Result<()> {
 /// A style from a file, whatever its name ends with.
 pub(super) fn read(file: &Path) -> anyhow::Result<Style> {
     let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the style", file.display()))?;
-    Ok(Style::parse(&file.display().to_string(), &text)?)
+    let style = Style::parse(&file.display().to_string(), &text)?;
+    maps::check(&style)?;
+    Ok(style)
 }

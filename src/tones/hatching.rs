@@ -82,6 +82,7 @@ impl HatchingPass {
         if self.maps.as_ref().is_none_or(|maps| !maps.are_of(hatching)) {
             match Maps::new(gpu, hatching) {
                 Ok(maps) => self.maps = Some(maps),
+                // Checked when the style was loaded: somebody has taken a picture away since.
                 Err(error) => return tracing::warn!("{error}; nothing is hatched"),
             }
         }

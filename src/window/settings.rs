@@ -2,6 +2,7 @@
 
 use crate::scene::Sun;
 use crate::style::{self, Style};
+use crate::tones::hatching::maps;
 
 /// The picture's size as parts of the window's.
 pub const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
@@ -54,7 +55,9 @@ impl Styles {
         let place = match names.iter().position(|name| *name == asked) {
             Some(place) => place,
             None => {
-                list.push(Style::load(asked)?);
+                let style = Style::load(asked)?;
+                maps::check(&style)?;
+                list.push(style);
                 list.len() - 1
             }
         };

@@ -9,9 +9,9 @@
 
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
-use crate::style::StyleError;
 use crate::style::hatching::Hatching;
 use crate::style::marks::Recipe;
+use crate::style::{Style, StyleError};
 use crate::tones::tonal_art_map::TonalArtMap;
 
 /// Places between texels, along each side, at which a calibration looks.
@@ -36,6 +36,16 @@ pub struct Maps {
 /// The recipes of the layers, in order.
 fn recipes(hatching: &Hatching) -> Vec<Recipe> {
     hatching.layers.iter().filter_map(|layer| layer.recipe.clone()).collect()
+}
+
+/// Whether the marks of a style can be made: what is wrong with somebody's pictures is told before they are drawn with.
+/// What it makes is in the cache then.
+///
+/// # Errors
+/// [`StyleError`] that names the picture.
+pub fn check(style: &Style) -> Result<(), StyleError> {
+    let recipes = style.hatching.iter().flat_map(recipes);
+    recipes.map(|recipe| TonalArtMap::cached(&recipe).map(|_| ())).collect()
 }
 
 impl Maps {
