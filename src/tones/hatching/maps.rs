@@ -44,8 +44,7 @@ fn recipes(hatching: &Hatching) -> Vec<Recipe> {
 /// # Errors
 /// [`StyleError`] that names the picture.
 pub fn check(style: &Style) -> Result<(), StyleError> {
-    let recipes = style.hatching.iter().flat_map(recipes);
-    recipes.map(|recipe| TonalArtMap::cached(&recipe).map(|_| ())).collect()
+    style.hatching.iter().flat_map(recipes).try_for_each(|recipe| TonalArtMap::cached(&recipe).map(|_| ()))
 }
 
 impl Maps {
