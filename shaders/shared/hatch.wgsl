@@ -20,6 +20,9 @@ const FIXED: u32 = 0u;
 const SLOPE: u32 = 1u;
 const CONTOUR: u32 = 2u;
 const SIGHT: u32 = 3u;
+// Of a layer: marks that have no ends, and such that darken by growing wider.
+const ENDLESS: u32 = 1u;
+const SWELLS: u32 = 2u;
 
 struct HatchLayer {
     // FIXED, SLOPE, CONTOUR or SIGHT.
@@ -138,6 +141,10 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
     let steep = length(n.xy);
     if layer.direction == CONTOUR {
         let level = 1.0 - smoothstep(0.02, 0.05, steep);
+        if (layer.flags & ENDLESS) != 0u {
+            // What runs along a line without ends is its wobble: one axis for all, or lines would break where it changes.
+            return Charts(vec2<i32>(HEIGHT_AXIS, own_across), vec2<i32>(own_along), level);
+        }
         let step = atan2(n.x, n.y) / STEP_RAD + 8.0;
         let whole = floor(step);
         let second = clamp((step - whole - 0.5) / zone + 0.5, 0.0, 1.0);
@@ -150,15 +157,13 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
     }
     // Level land has no slope: there the fixed direction wins, without a border.
     var ahead = n.xy + layer.fixed_direction * (0.03 * max(1.0 - steep * 8.0, 0.0));
-    var turned = 0;
     if layer.direction == SIGHT {
         ahead = -ray.xy;
-        turned = 0;
     }
     let step = atan2(ahead.x, ahead.y) / STEP_RAD + layer.turn + f32(AZIMUTHS);
     let whole = floor(step);
     let second = clamp((step - whole - 0.5) / zone + 0.5, 0.0, 1.0);
-    let a = i32(whole) + turned;
+    let a = i32(whole);
     return Charts(
         vec2<i32>(azimuth_axis(0, a + 8), azimuth_axis(0, a + 9)),
         vec2<i32>(azimuth_axis(FIRST_FALLING, a), azimuth_axis(FIRST_FALLING, a + 1)), second);

@@ -154,13 +154,14 @@ fn layer_ink(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footp
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
     var paper = 1.0;
+    let is_endless = layer.marks_px.x <= 0.0;
     var k = i32(charts.second >= 1.0);
     let last = i32(charts.second > 0.0);
     loop {
         // Two charts share the density, so that their marks together make the darkness.
         let share = select(1.0 - charts.second, charts.second, k == 1);
         let own = 1.0 - pow(1.0 - darkness, share);
-        paper *= 1.0 - chart_ink(layer, u32(index) * 7919u, charts.across[k], charts.along[k], own, at, foot);
+        paper *= 1.0 - chart_ink(layer, u32(index * 7919) + select(u32(charts.along[k] * 131), 0u, is_endless), charts.across[k], charts.along[k], own, at, foot);
         k += 1;
         continuing {
             break if k > last;

@@ -15,7 +15,7 @@
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::form::form_at
-#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
+#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
 
 // Part of the way between two scales in which both are seen: across, and along.
 const ACROSS_ZONE: f32 = 1.0;
@@ -25,9 +25,6 @@ const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
 // Width of a mark's border.
 const BORDER_PX: f32 = 1.0;
-// Of a layer: marks that have no ends, and such that darken by growing wider.
-const ENDLESS: u32 = 1u;
-const SWELLS: u32 = 2u;
 
 struct Axis {
     direction: vec3<f32>,
@@ -140,6 +137,8 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
             v.coarser = 0.0;
         }
         let chart_density = density * select(1.0 - charts.second, charts.second, k == 1);
+        // Rows lie elsewhere for each axis along them, as they do for each level.
+        let row_offset = fract(f32(charts.along[k]) * GOLDEN) * side;
         let first_u = select(0, 1, u.coarser >= 1.0);
         let last_u = select(0, 1, u.coarser > 0.0);
         let last_v = select(0, 1, v.coarser > 0.0);
@@ -155,7 +154,7 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
             let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, own_v == 1);
             let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
             let place = vec2<f32>(phases[v.phase + own_v] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-            let found = tile_threshold(layer.map, place + elsewhere + offset, v.change * scale_v, u.change * scale_u);
+            let found = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), v.change * scale_v, u.change * scale_u);
             let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.slope);
             if swells {
                 // What comes first is mixed with nothing.
