@@ -11,7 +11,7 @@ use common::tones::{are_nested, mean_error, tone};
 use hachure::file::atomic;
 use hachure::style::StyleError;
 use hachure::style::marks::{Kind, Recipe, names};
-use hachure::tones::tonal_art_map::{MARK_FORMAT, MarkTexture, TonalArtMap, read_or_make};
+use hachure::tones::tonal_art_map::{TonalArtMap, read_or_make};
 
 /// Of `SMALL`, whatever the machine.
 const HERE: u32 = 820_939_493;
@@ -384,15 +384,4 @@ fn no_recipe_breaks_the_generator() {
         assert_eq!(map.thresholds.len(), 64 * 64);
         assert!(mean_error(&map) < 0.005, "{recipe:?}");
     }
-}
-
-#[test]
-fn a_texture_has_one_level() {
-    let Some(gpu) = common::gpu() else { return };
-    let map = TonalArtMap::make(&Recipe::parse("test", SMALL).unwrap()).unwrap();
-    let marks = MarkTexture::new(&gpu, &map);
-    let texture = marks.texture();
-    assert_eq!((texture.width(), texture.height(), texture.mip_level_count()), (128, 128, 1));
-    assert_eq!(texture.format(), MARK_FORMAT);
-    assert_eq!(marks.view().texture(), texture);
 }

@@ -23,11 +23,9 @@ mod ink_map;
 mod rows;
 mod stack;
 mod strokes;
-mod texture;
 mod whole;
 
 pub use cache::read_or_make;
-pub use texture::{MARK_FORMAT, MarkTexture};
 
 use self::equalise::Windows;
 use self::growth::Growth;
