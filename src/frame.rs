@@ -271,7 +271,7 @@ impl Frame {
                 normal,
                 form: &drawn.form,
                 tone,
-                marks: &drawn.marks,
+                cover: &drawn.ink.cover,
             };
             let camera_m = view.pose.position_m;
             if let Some(pass) = &mut passes.hatching {
@@ -279,7 +279,10 @@ impl Frame {
             } else if let Some(pass) = &mut passes.fractal_hatching {
                 pass.run(gpu, recorder, size_px, style, camera_m, inputs);
             }
-            marks = &drawn.marks;
+            if let Some(pass) = &passes.balance {
+                pass.run(gpu, recorder, size_px, view_resource(), position, tone, &drawn.ink);
+            }
+            marks = &drawn.ink.marks;
         }
 
         // Composite.

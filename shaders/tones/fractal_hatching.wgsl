@@ -13,6 +13,7 @@
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::form::form_at
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
+#import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
 const AZIMUTH_ZONE: f32 = 0.5;
 // How gradually a mark comes: it is whole at a density this much above its rank, and begins as much below.
@@ -39,8 +40,8 @@ struct Cell {
 @group(0) @binding(5) var normal: texture_2d<f32>;
 @group(0) @binding(6) var form: texture_2d<f32>;
 @group(0) @binding(7) var tone: texture_2d<f32>;
-// Ink, 0 to 1.
-@group(0) @binding(8) var marks: texture_storage_2d<r32float, write>;
+// See `texel_of`.
+@group(0) @binding(8) var cover: texture_storage_2d<rg32float, write>;
 
 fn mixed_bits(value: u32) -> u32 {
     var v = value * 747796405u + 2891336453u;
@@ -100,12 +101,12 @@ fn mark_at(index: i32, row: Asked, seed: u32) -> Mark {
     return Mark(identity, order, coarser, whole_px * grown);
 }
 
-// Ink at a place `away_px` from the middle of a mark.
+// Ink without bounds at a place `away_px` from the middle of a mark.
 fn profile(away_px: f32, width_px: f32) -> f32 {
-    return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) - abs(away_px) + 0.5, 0.0, 1.0);
+    return min(width_px, 1.0) * (0.5 * max(width_px, 1.0) - abs(away_px) + 0.5);
 }
 
-fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f32, at: vec3<f32>, foot: Footprint) -> f32 {
+fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f32, at: vec3<f32>, foot: Footprint) -> Cover {
     let size_px = layer.marks_px * layer.size;
     let is_endless = layer.marks_px.x <= 0.0;
     // Both axes make the darkness together: the longer the marks, the more of it is done by rows.
@@ -120,12 +121,15 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
     // Round ends take ink; in the darks ends are square.
     let roundness = clamp((0.6 - darkness) * 4.0, 0.0, 1.0);
     var ink = 0.0;
+    var reach = -1.0;
+    var reaching_px = 0.0;
     for (var i = -1; i <= 1; i++) {
         let row_mark = mark_at(base_u.index + i32(nearest_u) + i, row, seed);
         let away_px = (u - nearest_u - f32(i)) * row.place_px;
         let width_px = row_mark.width_px;
         var drawn = profile(away_px, width_px);
-        if !is_endless && drawn > 0.0 {
+        var best = drawn;
+        if !is_endless && drawn > -0.5 {
             // Each row's marks begin somewhere else: by a part, in 256ths, of what a place of the row's own level is.
             let part = (row_mark.order * 5u) >> 24u;
             let power = row_mark.coarser + row.level - dash.level + i32(round(log2(size_px.x / size_px.y))) - 8;
@@ -137,23 +141,33 @@ fn chart_ink(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f3
             let end_px = roundness * 0.5 * width_px * (1.0 - sqrt(max(1.0 - 4.0 * away_px * away_px / max(width_px * width_px, 1e-6), 0.0)));
             let longer_px = roundness * 0.215 * width_px - 2.0 * end_px;
             var on_row = 0.0;
+            best = -1.0;
             for (var j = -1; j <= 1; j++) {
                 let mark = mark_at(first_v + j, dash, row_mark.identity);
                 let along_px = (place - nearest_v - f32(j)) * dash.place_px;
-                on_row = min(on_row + profile(along_px, max(mark.width_px + select(0.0, longer_px, mark.width_px > 0.0), 0.0)), 1.0);
+                let one = profile(along_px, max(mark.width_px + select(0.0, longer_px, mark.width_px > 0.0), 0.0));
+                on_row = min(on_row + clamp(one, 0.0, 1.0), 1.0);
+                best = max(best, select(-1.0, one, mark.width_px > 0.05));
             }
-            drawn *= on_row;
+            best = min(drawn, best);
+            drawn = clamp(drawn, 0.0, 1.0) * on_row;
+        }
+        // A mark that has not come is not there to grow.
+        if width_px > 0.05 && best > reach {
+            reach = best;
+            reaching_px = min(width_px, 1.0);
         }
         // Two marks that a pixel sees lie beside each other.
-        ink = min(ink + drawn, 1.0);
+        ink = min(ink + clamp(drawn, 0.0, 1.0), 1.0);
     }
-    return ink;
+    // Both borders of a mark move: width / darkness is the distance of marks, or nearly so where they have ends.
+    return Cover(ink, reach, 0.5 * reaching_px * size_px.y / max(darkness, 0.05));
 }
 
-fn layer_ink(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
+fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> Cover {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
-    var paper = 1.0;
+    var cover = Cover(0.0, -1e3, 0.0);
     let is_endless = layer.marks_px.x <= 0.0;
     var k = i32(charts.second >= 1.0);
     let last = i32(charts.second > 0.0);
@@ -161,13 +175,13 @@ fn layer_ink(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footp
         // Two charts share the density, so that their marks together make the darkness.
         let share = select(1.0 - charts.second, charts.second, k == 1);
         let own = 1.0 - pow(1.0 - darkness, share);
-        paper *= 1.0 - chart_ink(layer, u32(index * 7919) + select(u32(charts.along[k] * 131), 0u, is_endless), charts.across[k], charts.along[k], own, at, foot);
+        cover = united(cover, chart_cover(layer, u32(index * 7919) + select(u32(charts.along[k] * 131), 0u, is_endless), charts.across[k], charts.along[k], own, at, foot));
         k += 1;
         continuing {
             break if k > last;
         }
     }
-    return 1.0 - paper;
+    return cover;
 }
 
 @compute @workgroup_size(8, 8)
@@ -178,18 +192,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     if at.w <= 0.0 {
-        textureStore(marks, pixel, vec4<f32>(0.0));
+        textureStore(cover, pixel, vec4<f32>(-1.0, 0.0, 0.0, 0.0));
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let n = form_at(view, form, pixel, at, textureLoad(normal, pixel, 0).xyz);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
     let shares = divide(hatch, darkness, length(n.xy));
-    var paper = 1.0;
+    var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares[i] > 0.0 {
-            paper *= 1.0 - layer_ink(i32(i), min(shares[i], 0.9999), at.xyz, n, foot);
+            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, foot);
+            all = united(all, Cover(one.ink, one.reach, one.rise * growth_of_share(shares[i], darkness)));
         }
     }
-    textureStore(marks, pixel, vec4<f32>(select(1.0 - paper, 1.0, darkness > 0.998)));
+    textureStore(cover, pixel, texel_of(all, darkness));
 }

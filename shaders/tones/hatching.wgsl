@@ -16,6 +16,7 @@
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::form::form_at
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
+#import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
 // Part of the way between two scales in which both are seen: across, and along.
 const ACROSS_ZONE: f32 = 1.0;
@@ -42,8 +43,8 @@ struct Axis {
 @group(0) @binding(8) var normal: texture_2d<f32>;
 @group(0) @binding(9) var form: texture_2d<f32>;
 @group(0) @binding(10) var tone: texture_2d<f32>;
-// Ink, 0 to 1.
-@group(0) @binding(11) var marks: texture_storage_2d<r32float, write>;
+// See `texel_of`.
+@group(0) @binding(11) var cover: texture_storage_2d<rg32float, write>;
 
 // A threshold and its change from pixel to pixel.
 struct Threshold {
@@ -77,16 +78,21 @@ fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
     return Threshold(select(below, 1.0 - below, x > 0.5), mix(first.slope, second.slope, w) * rise);
 }
 
-// Ink where `darkness` meets a threshold.
-fn ink_at(found: Threshold, darkness: f32, bias: f32) -> f32 {
+// Ink where `darkness` meets a threshold. `growth` is how fast this darkness grows with the one that is asked for.
+fn cover_at(found: Threshold, darkness: f32, growth: f32, layer: HatchLayer) -> Cover {
     // A mark's border is a pixel wide. In thin marks, and thin gaps, that adds to the mean: `bias` is how much.
-    let border = max(max(BORDER_PX * length(found.slope), hatch.softness), 1e-4);
+    let border = max(max(BORDER_PX * length(found.slope), hatch.softness), 0.016);
     let off = 1.0 - 2.0 * darkness;
     let near_end = min(darkness, 1.0 - darkness);
-    let less = bias * off * off * off * clamp(near_end * 60.0 - 0.8, 0.0, 1.0);
+    let less = layer.bias * off * off * off * clamp(near_end * 60.0 - 0.8, 0.0, 1.0);
     // Nothing on white paper and no gap in black.
     let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
-    return clamp((darkness - less - edge - found.value) / border + 0.5, 0.0, 1.0);
+    let reach = (darkness - less - edge - found.value) / border + 0.5;
+    if layer.grey > 0.0 {
+        let grey = mix(clamp(reach, 0.0, 1.0), darkness, layer.grey);
+        return Cover(grey, grey, growth * mix(1.0 / border, 1.0, layer.grey));
+    }
+    return Cover(clamp(reach, 0.0, 1.0), reach, growth / border);
 }
 
 // A coordinate at a place: its change per pixel in metres, the ladder's finer level with its texels in a metre, how much
@@ -111,8 +117,8 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
         i32(whole), axis * hatch.level_count + i32(whole), dot(direction, at));
 }
 
-// The paper that a layer leaves.
-fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> f32 {
+// What a layer inks.
+fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> Cover {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
     let side = f32(hatch.side);
@@ -124,7 +130,7 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
     let swells = (layer.flags & SWELLS) != 0u;
     // Two charts, each with the finer and the coarser scale of its two coordinates; what has no weight is not looked
     // at. Loops are tested at their end: software drivers run both sides of a branch.
-    var paper = 1.0;
+    var cover = Cover(0.0, -1e3, 0.0);
     var k = select(0, 1, charts.second >= 1.0);
     let last = select(0, 1, charts.second > 0.0);
     loop {
@@ -136,7 +142,8 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
             v.texels_per_m = u.texels_per_m;
             v.coarser = 0.0;
         }
-        let chart_density = density * select(1.0 - charts.second, charts.second, k == 1);
+        let chart_weight = select(1.0 - charts.second, charts.second, k == 1);
+        let chart_density = density * chart_weight;
         // Rows lie elsewhere for each axis along them, as they do for each level.
         let row_offset = fract(f32(charts.along[k]) * GOLDEN) * side;
         let first_u = select(0, 1, u.coarser >= 1.0);
@@ -163,7 +170,7 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
             } else {
                 let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
                 let own = 1.0 - exp2(chart_density * weight);
-                paper *= 1.0 - mix(ink_at(one, own, layer.bias), own, layer.grey);
+                cover = united(cover, cover_at(one, own, growth * weight * chart_weight * (1.0 - own) / (1.0 - darkness), layer));
             }
             i += 1;
             if i > last_u {
@@ -179,14 +186,17 @@ fn layer_paper(index: i32, asked: f32, at: vec3<f32>, n: vec3<f32>, foot: Footpr
         }
         if swells {
             let own = 1.0 - exp2(chart_density);
-            paper *= 1.0 - mix(ink_at(all, own, layer.bias), own, layer.grey);
+            cover = united(cover, cover_at(all, own, growth * chart_weight * (1.0 - own) / (1.0 - darkness), layer));
         }
         k += 1;
         continuing {
             break if k > last;
         }
     }
-    return select(paper, 1.0 - paper, is_dark);
+    if is_dark {
+        return turned(cover);
+    }
+    return cover;
 }
 
 @compute @workgroup_size(8, 8)
@@ -197,20 +207,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     if at.w <= 0.0 {
-        textureStore(marks, pixel, vec4<f32>(0.0));
+        textureStore(cover, pixel, vec4<f32>(-1.0, 0.0, 0.0, 0.0));
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let n = form_at(view, form, pixel, at, textureLoad(normal, pixel, 0).xyz);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
     let shares = divide(hatch, darkness, length(n.xy));
-    var paper = 1.0;
+    var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares[i] > 0.0 {
-            paper *= layer_paper(i32(i), shares[i], at.xyz, n, foot);
+            let growth = growth_of_share(shares[i], darkness);
+            all = united(all, layer_cover(i32(i), shares[i], growth, at.xyz, n, foot));
         }
     }
-    // Much density is dark, but not black.
-    let ink = select(1.0 - paper, 1.0, darkness > 0.998);
-    textureStore(marks, pixel, vec4<f32>(ink));
+    textureStore(cover, pixel, texel_of(all, darkness));
 }

@@ -21,6 +21,7 @@ use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
 use crate::surface::vertices::VerticesPass;
 use crate::tiles::Terrain;
+use crate::tones::balance::{self, BalancePasses};
 use crate::tones::fractal_hatching::FractalHatchingPass;
 use crate::tones::hatching::HatchingPass;
 use crate::tones::plain::PlainPass;
@@ -95,6 +96,7 @@ impl Requirements {
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
         ];
+        let balance = |i: usize| self.hatching.map(|_| balance::PASSES[i]);
         let tones = [
             Some(if self.toon { "tones/toon" } else { "tones/plain" }),
             self.watercolor.then_some("tones/watercolor"),
@@ -102,6 +104,9 @@ impl Requirements {
                 Scale::Blend => "tones/hatching",
                 Scale::Add => "tones/fractal_hatching",
             }),
+            balance(0),
+            balance(1),
+            balance(2),
             Some("composite/composite"),
         ];
         let first = surface.into_iter().chain(lines.into_iter().flatten());
@@ -131,6 +136,7 @@ pub(super) struct Passes {
     pub form: Option<FormPass>,
     pub hatching: Option<HatchingPass>,
     pub fractal_hatching: Option<FractalHatchingPass>,
+    pub balance: Option<BalancePasses>,
     pub composite: CompositePass,
 }
 
@@ -166,6 +172,7 @@ impl Passes {
             form: None,
             hatching: None,
             fractal_hatching: None,
+            balance: None,
             composite: CompositePass::new(gpu),
         };
         passes.adapt(gpu, requirements)?;
@@ -201,6 +208,7 @@ impl Passes {
         keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));
         let hatching = requirements.hatching;
         keep(&mut self.hatching, hatching == Some(Scale::Blend), || HatchingPass::new(gpu));
+        keep(&mut self.balance, hatching.is_some(), || BalancePasses::new(gpu));
         keep(&mut self.fractal_hatching, hatching == Some(Scale::Add), || FractalHatchingPass::new(gpu));
         Ok(())
     }

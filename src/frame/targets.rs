@@ -14,7 +14,7 @@ use crate::surface::motion::MOTION_FORMAT;
 use crate::surface::resolve::{NORMAL_FORMAT, POSITION_FORMAT};
 use crate::surface::terrain::{DEPTH_FORMAT, ID_FORMAT};
 use crate::tones::TONE_FORMAT;
-use crate::tones::hatching::MARKS_FORMAT;
+use crate::tones::balance::BalanceTargets;
 
 /// The pictures of a frame, all of one size.
 pub struct Targets {
@@ -50,8 +50,8 @@ pub struct Targets {
 pub struct HatchingTargets {
     /// The normal at the scale of marks.
     pub form: Target,
-    /// Ink.
-    pub marks: Target,
+    /// What marks ink, before and after it is balanced.
+    pub ink: BalanceTargets,
 }
 
 /// The pictures of lines.
@@ -95,7 +95,7 @@ impl Targets {
             }),
             hatching: requirements.hatching.map(|_| HatchingTargets {
                 form: Target::storage(gpu, "form", form_size(size_px), FORM_FORMAT),
-                marks: storage("marks", MARKS_FORMAT),
+                ink: BalanceTargets::new(gpu, size_px),
             }),
             no_line: Target::storage(gpu, "no line", [1, 1], LINE_FORMAT),
             tone: storage("tone", TONE_FORMAT),
@@ -123,7 +123,7 @@ impl Targets {
             .strokes
             .iter()
             .flat_map(|strokes| [&strokes.id_image.ids, &strokes.id_image.depth, &strokes.ink.ink, &strokes.ink.ids]);
-        let hatching = self.hatching.iter().flat_map(|hatching| [&hatching.form, &hatching.marks]);
+        let hatching = self.hatching.iter().flat_map(|hatching| [&hatching.form].into_iter().chain(hatching.ink.all()));
         always
             .into_iter()
             .chain(lines)

@@ -25,6 +25,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/pcg"),
     shader!("shared/form"),
     shader!("shared/hatch"),
+    shader!("shared/cover"),
     shader!("shared/color"),
     shader!("shared/light"),
     shader!("shared/seen"),
@@ -87,6 +88,9 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("tones/watercolor"),
     shader!("tones/hatching"),
     shader!("tones/fractal_hatching"),
+    shader!("tones/balance/sums"),
+    shader!("tones/balance/windows"),
+    shader!("tones/balance/ink"),
     shader!("composite/composite"),
     shader!("composite/present"),
 ];

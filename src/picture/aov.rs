@@ -169,7 +169,7 @@ fn read_floats(
             None => Ok(()),
         },
         PlaneSource::Hatch => match &targets.hatching {
-            Some(drawn) => window.scatter(gpu, &drawn.marks, |i, ink: f32| values[i] = 1.0 - ink),
+            Some(drawn) => window.scatter(gpu, &drawn.ink.marks, |i, ink: f32| values[i] = 1.0 - ink),
             None => Ok(()),
         },
         PlaneSource::Tone => window.scatter(gpu, &targets.tone, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),

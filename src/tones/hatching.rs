@@ -15,9 +15,6 @@ use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 use crate::style::hatching::Hatching;
 
-/// Ink of marks, 0 to 1.
-pub const MARKS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
-
 /// The pass.
 pub struct HatchingPass {
     pass: ComputePass,
@@ -39,8 +36,8 @@ pub struct Inputs<'a> {
     pub form: &'a Target,
     /// Its alpha is the tone that is asked for.
     pub tone: &'a Target,
-    /// Out: ink.
-    pub marks: &'a Target,
+    /// Out: what marks ink, and would if they were darker.
+    pub cover: &'a Target,
 }
 
 impl<'a> Inputs<'a> {
@@ -52,7 +49,7 @@ impl<'a> Inputs<'a> {
             ("normal", texture(&self.normal.view)),
             ("form", texture(&self.form.view)),
             ("tone", texture(&self.tone.view)),
-            ("marks", texture(&self.marks.view)),
+            ("cover", texture(&self.cover.view)),
         ]
     }
 }

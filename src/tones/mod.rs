@@ -1,6 +1,7 @@
 //! Tones from pictures of the surface: how light each place is, and its colour before lines and haze; and the marks that
 //! tones are hatched with.
 
+pub mod balance;
 pub mod fractal_hatching;
 pub mod hatching;
 pub mod light;

@@ -8,6 +8,8 @@ use std::cmp::Ordering;
 
 /// Shorter pieces and gaps go.
 const SHORTEST_PX: usize = 7;
+/// Half the width of each box by which thresholds are smoothed along a line.
+const SMOOTH_PX: usize = 4;
 
 /// Thresholds whose rows have no short pieces; rows repeat.
 pub(super) fn without_crumbs(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f32> {
@@ -16,9 +18,24 @@ pub(super) fn without_crumbs(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f3
         let reached = over_segments(row, Ordering::Greater, 0);
         let opened = over_segments(&reached, Ordering::Less, SHORTEST_PX - 1);
         let reached = over_segments(&opened, Ordering::Less, 0);
-        row.copy_from_slice(&over_segments(&reached, Ordering::Greater, SHORTEST_PX - 1));
+        let closed = over_segments(&reached, Ordering::Greater, SHORTEST_PX - 1);
+        row.copy_from_slice(&smoothed(&closed));
     }
     thresholds
+}
+
+/// Means over a bell along the row: three boxes.
+fn smoothed(row: &[f32]) -> Vec<f32> {
+    let count = row.len();
+    let mut values = row.to_vec();
+    for _ in 0..3 {
+        let mean = |place: usize| {
+            (0..2 * SMOOTH_PX + 1).map(|i| values[(place + count + i - SMOOTH_PX) % count]).sum::<f32>()
+                / (2 * SMOOTH_PX + 1) as f32
+        };
+        values = (0..count).map(mean).collect();
+    }
+    values
 }
 
 /// The greatest, or least, of each segment that begins so many texels before a place.

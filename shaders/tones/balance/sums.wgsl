@@ -1,0 +1,36 @@
+// How far the ink of marks is from the tone that was asked for, in cells of 8 × 8 pixels.
+#import hachure::view::View
+#import hachure::cover::{CELL_PX, first_cell, ink_of, rise_of}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(2) var tone: texture_2d<f32>;
+@group(0) @binding(3) var cover: texture_2d<f32>;
+// Sums over a cell's pixels that see the surface: ink that is wanting, how fast ink grows with darkness, how many.
+@group(0) @binding(4) var sums: texture_storage_2d<rgba32float, write>;
+
+var<workgroup> rows: array<vec3<f32>, 64>;
+
+// A thread for each row of a cell; eight cells to a group.
+@compute @workgroup_size(8, 8)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let cell = vec2<i32>(group.xy * vec2<u32>(8u, 1u)) + vec2<i32>(i32(local.x), 0);
+    let first = (cell + first_cell(view)) * CELL_PX - view.origin_px + vec2<i32>(0, i32(local.y));
+    var sum = vec3<f32>(0.0);
+    for (var i = 0; i < CELL_PX; i++) {
+        let pixel = first + vec2<i32>(i, 0);
+        if all(pixel >= vec2<i32>(0)) && all(pixel < vec2<i32>(view.size_px)) && textureLoad(position, pixel, 0).w > 0.0 {
+            let texel = textureLoad(cover, pixel, 0);
+            let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
+            sum += vec3<f32>(darkness - ink_of(texel, 0.0), rise_of(texel), 1.0);
+        }
+    }
+    rows[local.y * 8u + local.x] = sum;
+    workgroupBarrier();
+    if local.y == 0u && all(cell < vec2<i32>(textureDimensions(sums))) {
+        for (var i = 1u; i < 8u; i++) {
+            sum += rows[i * 8u + local.x];
+        }
+        textureStore(sums, cell, vec4<f32>(sum, 0.0));
+    }
+}
