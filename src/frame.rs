@@ -64,6 +64,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         toon::ToonUniform::shared(),
         watercolor::WatercolorUniform::shared(),
         watercolor::Anchor::shared(),
+        crate::tones::balance::BalanceUniform::shared(),
         HatchLayerUniform::shared(),
         HatchUniform::shared(),
         axes::Axis::shared(),
@@ -279,10 +280,15 @@ impl Frame {
             } else if let Some(pass) = &mut passes.fractal_hatching {
                 pass.run(gpu, recorder, size_px, style, camera_m, inputs);
             }
-            if let Some(pass) = &passes.balance {
-                pass.run(gpu, recorder, size_px, view_resource(), position, tone, &drawn.ink);
+            let balance = &drawn.ink;
+            if let (Some(sums), Some(windows)) = (&passes.ink_sums, &passes.ink_windows) {
+                sums.run(gpu, recorder, view_resource(), position, tone, balance);
+                windows.run(gpu, recorder, balance);
             }
-            marks = &drawn.ink.marks;
+            if let Some(pass) = &passes.balanced_ink {
+                pass.run(gpu, recorder, size_px, view_resource(), balance);
+            }
+            marks = &balance.marks;
         }
 
         // Composite.

@@ -19,6 +19,7 @@ const TARGETS: &str = include_str!("../src/frame/targets.rs");
 const TERRAIN: &str = include_str!("../src/surface/terrain.rs");
 const MESHES: &str = include_str!("../src/surface/meshes.rs");
 const ID_IMAGE: &str = include_str!("../src/lines/strokes/id_image.rs");
+const BALANCE: &str = include_str!("../src/tones/balance.rs");
 const STROKE: &str = include_str!("../src/lines/strokes/stroke.rs");
 
 /// The conditions of `Passes::adapt`, in words.
@@ -35,6 +36,7 @@ const CONDITIONS: &[(&str, &str)] = &[
     ("requirements.hatching.is_some()", "hatching"),
     ("hatching == Some(Scale::Blend)", "hatching that blends"),
     ("hatching == Some(Scale::Add)", "hatching that adds"),
+    ("requirements.balance_px > 0", "hatching is balanced"),
     ("requirements.toon", "the tone is toon"),
     ("!requirements.toon", "the tone is not toon"),
 ];
@@ -64,7 +66,9 @@ fn format(constant: &str) -> String {
         "INK_FORMAT" => lines::strokes::stroke::INK_FORMAT,
         "LINE_FORMAT" => lines::threshold::LINE_FORMAT,
         "FORM_FORMAT" => surface::form::FORM_FORMAT,
-        "MARKS_FORMAT" => tones::hatching::MARKS_FORMAT,
+        "COVER_FORMAT" => tones::balance::COVER_FORMAT,
+        "SUMS_FORMAT" => tones::balance::SUMS_FORMAT,
+        "MARKS_FORMAT" => tones::balance::MARKS_FORMAT,
         "TONE_FORMAT" => tones::TONE_FORMAT,
         "PICTURE_FORMAT" => composite::PICTURE_FORMAT,
         _ => panic!("targets.rs has a picture of {constant}, which this test does not know"),
@@ -82,7 +86,7 @@ fn target_formats() -> BTreeMap<String, String> {
     ];
     let mut formats: BTreeMap<String, String> =
         made.into_iter().map(|(name, format)| (name.to_owned(), format!("{format:?}"))).collect();
-    for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()) {
+    for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()).chain(BALANCE.lines()) {
         let Some((field, made)) = line.trim().split_once(": ") else { continue };
         let is_made = ["Target::storage(", "Target::attachment(", "storage("].iter().any(|how| made.contains(how));
         let constant =
@@ -320,18 +324,32 @@ fn the_list_says_what_the_code_does() {
 fn the_passes_of_a_style_are_those_of_the_list() {
     let code = code();
     for detector in [None, Some(Detector::Lsa), Some(Detector::Sobel), Some(Detector::Roystan)] {
-        for switches in 0..512 {
+        for switches in 0..1024 {
             let [antialias, toon, motion, has_strokes, meshes] = [1, 2, 4, 8, 16].map(|bit| switches & bit != 0);
-            let [seen, watercolor, blends, adds] = [32, 64, 128, 256].map(|bit| switches & bit != 0);
+            let [seen, watercolor, blends, adds, balances] = [32, 64, 128, 256, 512].map(|bit| switches & bit != 0);
             let hatching = match (blends, adds) {
                 (false, false) => None,
                 (true, false) => Some(Scale::Blend),
                 (false, true) => Some(Scale::Add),
                 (true, true) => continue,
             };
+            if balances && hatching.is_none() {
+                continue;
+            }
             let strokes = has_strokes.then_some(64);
-            let requirements =
-                Requirements { detector, antialias, strokes, toon, seen, watercolor, hatching, motion, meshes };
+            let balance_px = if balances { 8 } else { 0 };
+            let requirements = Requirements {
+                detector,
+                antialias,
+                strokes,
+                toon,
+                seen,
+                watercolor,
+                hatching,
+                balance_px,
+                motion,
+                meshes,
+            };
             let exists = |row: &Row| match row.exists.as_str() {
                 "always" => true,
                 "motion is wanted" => motion,
@@ -346,6 +364,7 @@ fn the_passes_of_a_style_are_those_of_the_list() {
                 "hatching" => hatching.is_some(),
                 "hatching that blends" => blends,
                 "hatching that adds" => adds,
+                "hatching is balanced" => balances,
                 "the tone is toon" => toon,
                 "the tone is not toon" => !toon,
                 other => panic!("{other} is no condition that this test knows"),

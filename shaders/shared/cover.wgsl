@@ -3,14 +3,21 @@
 #define_import_path hachure::cover
 #import hachure::view::View
 
-// Side of a cell in which ink is counted. Cells are counted in the whole picture, so that parts of a large one agree.
-const CELL_PX: i32 = 8;
 // Of the bell in which tones are balanced, and where it ends.
 const SIGMA_CELLS: f32 = 1.6;
 const REACH_CELLS: i32 = 4;
 
-fn first_cell(view: View) -> vec2<i32> {
-    return view.origin_px >> vec2<u32>(3u);
+struct Balance {
+    // Side of a cell in which ink is counted: a power of two.
+    cell_px: i32,
+    pad_a: i32,
+    pad_b: i32,
+    pad_c: i32,
+}
+
+// Cells are counted in the whole picture, so that parts of a large one agree.
+fn first_cell(view: View, balance: Balance) -> vec2<i32> {
+    return view.origin_px >> vec2<u32>(firstTrailingBit(u32(balance.cell_px)));
 }
 
 struct Cover {

@@ -37,13 +37,12 @@ struct HatchLayer {
     fixed_direction: vec2<f32>,
     // Length and width of a mark in pixels, for the zoom rule; a length of 0 is endless.
     marks_px: vec2<f32>,
-    // What borders add to the mean in light tones.
-    bias: f32,
     // ENDLESS, SWELLS.
     flags: u32,
     // How much of the marks is only their mean: such as are too small for pixels.
     grey: f32,
-    pad: f32,
+    pad_a: f32,
+    pad_b: f32,
 }
 
 struct Hatch {

@@ -24,8 +24,8 @@ const ALONG_ZONE: f32 = 0.7;
 const AZIMUTH_ZONE: f32 = 0.3;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
-// Width of a mark's border.
-const BORDER_PX: f32 = 1.0;
+// Of a mark's border, in thresholds: four steps of those, or a line that is just coming would be dotted.
+const LEAST_BORDER: f32 = 0.016;
 
 struct Axis {
     direction: vec3<f32>,
@@ -37,8 +37,9 @@ struct Axis {
 @group(0) @binding(2) var<storage, read> axes: array<Axis>;
 // Where the camera lies on each axis, in texels of each level: level by level for each axis.
 @group(0) @binding(3) var<storage, read> phases: array<f32>;
-// Tile by tile, row by row, for each place the four thresholds around it: this, along, across, both.
-@group(0) @binding(4) var<storage, read> maps: array<u32>;
+// Tile by tile, row by row, for each place the four thresholds around it (this, along, across, both) and how steeply
+// thresholds rise there.
+@group(0) @binding(4) var<storage, read> maps: array<vec2<u32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
 @group(0) @binding(8) var normal: texture_2d<f32>;
 @group(0) @binding(9) var form: texture_2d<f32>;
@@ -46,22 +47,21 @@ struct Axis {
 // See `texel_of`.
 @group(0) @binding(11) var cover: texture_storage_2d<rg32float, write>;
 
-// A threshold and its change from pixel to pixel.
+// A threshold, and how wide a pixel's border is in thresholds.
 struct Threshold {
     value: f32,
-    slope: vec2<f32>,
+    border: f32,
 }
 
-// A map's tile at a place, in texels. d_along and d_across are texels per pixel of the two coordinates.
-fn tile_threshold(map: u32, place: vec2<f32>, d_along: vec2<f32>, d_across: vec2<f32>) -> Threshold {
+// A map's tile at a place, in texels, of which `texels` are a pixel.
+fn tile_threshold(map: u32, place: vec2<f32>, texels: f32) -> Threshold {
     let whole = floor(place);
     let f = place - whole;
     let cell = vec2<u32>(vec2<i32>(whole)) & vec2<u32>(hatch.side - 1u);
-    let quad = unpack4x8unorm(maps[(map * hatch.side + cell.y) * hatch.side + cell.x]);
-    let upper = mix(quad.x, quad.y, f.x);
-    let lower = mix(quad.z, quad.w, f.x);
-    let by_along = mix(quad.y - quad.x, quad.w - quad.z, f.y);
-    return Threshold(mix(upper, lower, f.y), by_along * d_along + (lower - upper) * d_across);
+    let quads = maps[(map * hatch.side + cell.y) * hatch.side + cell.x];
+    let weights = vec4<f32>((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    let root = dot(unpack4x8unorm(quads.y), weights);
+    return Threshold(dot(unpack4x8unorm(quads.x), weights), root * root * texels);
 }
 
 // Two thresholds, mixed by weight w, as one that is uniform again: through the distribution function of
@@ -75,19 +75,15 @@ fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
     let inner = near >= b;
     let below = select(0.5 * near * near / corner, (near - 0.5 * b) / a, inner);
     let rise = select(near / corner, 1.0 / a, inner);
-    return Threshold(select(below, 1.0 - below, x > 0.5), mix(first.slope, second.slope, w) * rise);
+    return Threshold(select(below, 1.0 - below, x > 0.5), mix(first.border, second.border, w) * rise);
 }
 
 // Ink where `darkness` meets a threshold. `growth` is how fast this darkness grows with the one that is asked for.
 fn cover_at(found: Threshold, darkness: f32, growth: f32, layer: HatchLayer) -> Cover {
-    // A mark's border is a pixel wide. In thin marks, and thin gaps, that adds to the mean: `bias` is how much.
-    let border = max(max(BORDER_PX * length(found.slope), hatch.softness), 0.016);
-    let off = 1.0 - 2.0 * darkness;
-    let near_end = min(darkness, 1.0 - darkness);
-    let less = layer.bias * off * off * off * clamp(near_end * 60.0 - 0.8, 0.0, 1.0);
+    let border = max(max(found.border, hatch.softness), LEAST_BORDER);
     // Nothing on white paper and no gap in black.
     let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
-    let reach = (darkness - less - edge - found.value) / border + 0.5;
+    let reach = (darkness - edge - found.value) / border + 0.5;
     if layer.grey > 0.0 {
         let grey = mix(clamp(reach, 0.0, 1.0), darkness, layer.grey);
         return Cover(grey, grey, growth * mix(1.0 / border, 1.0, layer.grey));
@@ -161,8 +157,8 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
             let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, own_v == 1);
             let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
             let place = vec2<f32>(phases[v.phase + own_v] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-            let found = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), v.change * scale_v, u.change * scale_u);
-            let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.slope);
+            let found = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), length(u.change) * scale_u);
+            let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.border);
             if swells {
                 // What comes first is mixed with nothing.
                 row = mixed(one, row, row_weight);

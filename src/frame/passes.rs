@@ -21,7 +21,10 @@ use crate::surface::resolve::ResolvePass;
 use crate::surface::terrain::TerrainPass;
 use crate::surface::vertices::VerticesPass;
 use crate::tiles::Terrain;
-use crate::tones::balance::{self, BalancePasses};
+use crate::tones::balance;
+use crate::tones::balance::balanced_ink::BalancedInkPass;
+use crate::tones::balance::ink_sums::InkSumsPass;
+use crate::tones::balance::ink_windows::InkWindowsPass;
 use crate::tones::fractal_hatching::FractalHatchingPass;
 use crate::tones::hatching::HatchingPass;
 use crate::tones::plain::PlainPass;
@@ -45,6 +48,8 @@ pub struct Requirements {
     pub seen: bool,
     /// Whether tones are made of marks.
     pub hatching: Option<Scale>,
+    /// Side of the cells in which their ink is balanced, in pixels; 0 if it is not.
+    pub balance_px: u32,
     /// Whether screen motion is wanted.
     pub motion: bool,
     /// Whether meshes stand in the scene.
@@ -62,6 +67,7 @@ impl Requirements {
             seen: matches!(style.tone, Tone::Toon(_)) && (style.light.shadow > 0.0 || style.light.occlusion > 0.0),
             watercolor: style.watercolor.is_some(),
             hatching: style.hatching.as_ref().map(|hatching| hatching.scale),
+            balance_px: style.hatching.as_ref().filter(|hatching| hatching.balance).map_or(0, balance::cell_px),
             motion: false,
             meshes: false,
         }
@@ -96,7 +102,7 @@ impl Requirements {
             detector.map(|_| "lines/threshold"),
             self.antialias.then_some("lines/smooth"),
         ];
-        let balance = |i: usize| self.hatching.map(|_| balance::PASSES[i]);
+        let is_balanced = self.balance_px > 0;
         let tones = [
             Some(if self.toon { "tones/toon" } else { "tones/plain" }),
             self.watercolor.then_some("tones/watercolor"),
@@ -104,9 +110,9 @@ impl Requirements {
                 Scale::Blend => "tones/hatching",
                 Scale::Add => "tones/fractal_hatching",
             }),
-            balance(0),
-            balance(1),
-            balance(2),
+            is_balanced.then_some("tones/balance/ink_sums"),
+            is_balanced.then_some("tones/balance/ink_windows"),
+            self.hatching.map(|_| "tones/balance/balanced_ink"),
             Some("composite/composite"),
         ];
         let first = surface.into_iter().chain(lines.into_iter().flatten());
@@ -136,7 +142,9 @@ pub(super) struct Passes {
     pub form: Option<FormPass>,
     pub hatching: Option<HatchingPass>,
     pub fractal_hatching: Option<FractalHatchingPass>,
-    pub balance: Option<BalancePasses>,
+    pub ink_sums: Option<InkSumsPass>,
+    pub ink_windows: Option<InkWindowsPass>,
+    pub balanced_ink: Option<BalancedInkPass>,
     pub composite: CompositePass,
 }
 
@@ -172,7 +180,9 @@ impl Passes {
             form: None,
             hatching: None,
             fractal_hatching: None,
-            balance: None,
+            ink_sums: None,
+            ink_windows: None,
+            balanced_ink: None,
             composite: CompositePass::new(gpu),
         };
         passes.adapt(gpu, requirements)?;
@@ -208,7 +218,9 @@ impl Passes {
         keep(&mut self.form, requirements.hatching.is_some(), || FormPass::new(gpu));
         let hatching = requirements.hatching;
         keep(&mut self.hatching, hatching == Some(Scale::Blend), || HatchingPass::new(gpu));
-        keep(&mut self.balance, hatching.is_some(), || BalancePasses::new(gpu));
+        keep(&mut self.ink_sums, requirements.balance_px > 0, || InkSumsPass::new(gpu));
+        keep(&mut self.ink_windows, requirements.balance_px > 0, || InkWindowsPass::new(gpu));
+        keep(&mut self.balanced_ink, requirements.hatching.is_some(), || BalancedInkPass::new(gpu));
         keep(&mut self.fractal_hatching, hatching == Some(Scale::Add), || FractalHatchingPass::new(gpu));
         Ok(())
     }

@@ -95,7 +95,7 @@ impl Targets {
             }),
             hatching: requirements.hatching.map(|_| HatchingTargets {
                 form: Target::storage(gpu, "form", form_size(size_px), FORM_FORMAT),
-                ink: BalanceTargets::new(gpu, size_px),
+                ink: BalanceTargets::new(gpu, size_px, requirements.balance_px),
             }),
             no_line: Target::storage(gpu, "no line", [1, 1], LINE_FORMAT),
             tone: storage("tone", TONE_FORMAT),

@@ -88,9 +88,9 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("tones/watercolor"),
     shader!("tones/hatching"),
     shader!("tones/fractal_hatching"),
-    shader!("tones/balance/sums"),
-    shader!("tones/balance/windows"),
-    shader!("tones/balance/ink"),
+    shader!("tones/balance/ink_sums"),
+    shader!("tones/balance/ink_windows"),
+    shader!("tones/balance/balanced_ink"),
     shader!("composite/composite"),
     shader!("composite/present"),
 ];

@@ -25,6 +25,7 @@ use crate::style::color::srgb_from_linear;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::Prepared;
+use crate::tones::balance;
 
 /// Bytes of a band of rows in memory, at most.
 const BAND_BYTES: u64 = 512 << 20;
@@ -165,7 +166,9 @@ pub fn render_in_parts<E>(
     let band_rows =
         if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
     let part_columns = if single { width } else { part_px };
-    let margin_px = parts.margin_px.max(if request.style.strokes.is_some() { STROKE_MARGIN_PX } else { 0 });
+    let stroke_px = if request.style.strokes.is_some() { STROKE_MARGIN_PX } else { 0 };
+    let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
+    let margin_px = parts.margin_px.max(stroke_px).max(balance_px);
 
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);

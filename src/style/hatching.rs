@@ -23,6 +23,9 @@ pub struct Hatching {
     /// Width of a mark's border in tones, 0 to 0.5: 0 is a pen's, 0.1 a pencil's.
     #[serde(default)]
     pub softness: f32,
+    /// Whether marks grow and shrink a little, so that their mean ink is the tone wherever one looks.
+    #[serde(default = "yes")]
+    pub balance: bool,
     /// 1 to [`MOST_LAYERS`]; they are sorted by `from`.
     pub layers: Vec<Layer>,
 }
@@ -80,6 +83,10 @@ pub enum Direction {
     Contour,
     /// Away from the eye: dots stay round on land that is seen at a flat angle.
     Sight,
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn every_slope() -> [f32; 2] {

@@ -3,97 +3,94 @@
 //! A map of marks is even over the tile and about every place of it (`tonal_art_map`), but what a picture shows are
 //! marks of two scales, of several layers and charts, cut by the land. Rows of two scales fall on each other here and
 //! between each other there, and the mean of their ink goes up and down with that. So the ink is counted after all
-//! marks are known, in cells of 8 × 8 pixels; a step of Newton's method, for the mean in a bell about each cell, says
+//! marks are known, in small cells; a step of Newton's method, for the mean in a bell about each cell, says
 //! how much darker or lighter to draw; and the marks are drawn again so, from what the first time left at each pixel
 //! (`Cover`: how far the nearest mark reaches, and how fast it grows). It is the local histogram equalisation of
 //! `tonal_art_map::equalise`, at the one tone that is asked for, on the picture. The windows are those of the marks on
 //! the ground, so the step changes as slowly as these do.
 
+pub mod balanced_ink;
+pub mod ink_sums;
+pub mod ink_windows;
+
+use bytemuck::{Pod, Zeroable};
+
 use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
+use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use crate::style::hatching::Hatching;
 
 /// Ink without bounds, and its rise.
 pub const COVER_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
-/// Ink of marks, 0 to 1.
+/// What a cell lacks of ink, how fast it grows, its pixels.
+pub const SUMS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+/// Ink of marks, 0 to 1; what is added to the darkness.
 pub const MARKS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
-/// The names of the passes, in order.
-pub const PASSES: [&str; 3] = ["tones/balance/sums", "tones/balance/windows", "tones/balance/ink"];
-/// How far ink is balanced: a part of a large picture needs this margin.
-pub const REACH_PX: u32 = 8 * 6;
 
-/// Side of a cell; `shaders/shared/cover.wgsl` has it too.
+/// Side of a cell for marks of their recipes' size; the bell's standard deviation is 1.6 cells, two spacings of marks.
 const CELL_PX: u32 = 8;
-/// Rows of a workgroup that are cells.
-const CELLS_PER_GROUP: u32 = 8;
+/// Cells that may look at each other: the bell's reach, the cell itself, and what lies between two.
+const REACH_CELLS: u32 = 6;
+
+/// `Balance` in `shaders/shared/cover.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct BalanceUniform {
+    cell_px: i32,
+    pad_a: i32,
+    pad_b: i32,
+    pad_c: i32,
+}
+
+crate::gpu::shared::describe!(BalanceUniform as "Balance" in "tones/balance/balanced_ink": cell_px, pad_a, pad_b, pad_c);
+
+/// Side of the cells in which the ink of a style's marks is counted: it grows with the largest marks.
+pub fn cell_px(hatching: &Hatching) -> u32 {
+    let largest = hatching.layers.iter().map(|layer| layer.size).fold(1.0, f32::max);
+    CELL_PX * (largest.ceil() as u32).next_power_of_two()
+}
+
+/// How far a style's ink is balanced, in pixels: the margin of a part of a large picture.
+pub fn reach_px(hatching: &Hatching) -> u32 {
+    if hatching.balance { REACH_CELLS * cell_px(hatching) } else { 0 }
+}
 
 /// The pictures between the passes.
 pub struct BalanceTargets {
+    uniform: GrowingBuffer,
     /// What marks ink, and would if they were darker.
     pub cover: Target,
     /// Of cells.
     pub sums: Target,
-    /// Of cells: added to the darkness.
+    /// Of cells: added to the darkness. One texel, which stays 0, where nothing is balanced.
     pub more: Target,
     /// Ink.
     pub marks: Target,
 }
 
 impl BalanceTargets {
-    /// Makes them. Cells are counted in the whole picture, so a part may see one more.
-    pub fn new(gpu: &Gpu, size_px: [u32; 2]) -> Self {
-        let cells = size_px.map(|side| side.div_ceil(CELL_PX) + 1);
+    /// Makes them, with cells of side `cell_px`; 0 is without. They are counted in the whole picture, so a part may see
+    /// one more.
+    pub fn new(gpu: &Gpu, size_px: [u32; 2], cell_px: u32) -> Self {
+        let cells = if cell_px == 0 { [1, 1] } else { size_px.map(|side| side.div_ceil(cell_px) + 1) };
+        let mut uniform = GrowingBuffer::new(gpu, "balance", wgpu::BufferUsages::UNIFORM);
+        uniform.write(gpu, &[BalanceUniform { cell_px: cell_px.max(1) as i32, pad_a: 0, pad_b: 0, pad_c: 0 }]);
         Self {
+            uniform,
             cover: Target::storage(gpu, "cover", size_px, COVER_FORMAT),
-            sums: Target::storage(gpu, "ink sums", cells, wgpu::TextureFormat::Rgba32Float),
-            more: Target::storage(gpu, "more ink", cells, wgpu::TextureFormat::R32Float),
+            sums: Target::storage(gpu, "ink sums", cells, SUMS_FORMAT),
+            more: Target::storage(gpu, "more ink", cells, MARKS_FORMAT),
             marks: Target::storage(gpu, "marks", size_px, MARKS_FORMAT),
         }
+    }
+
+    /// `Balance`.
+    pub(super) fn uniform(&self) -> wgpu::BindingResource<'_> {
+        self.uniform.binding()
     }
 
     /// All of them.
     pub fn all(&self) -> [&Target; 4] {
         [&self.cover, &self.sums, &self.more, &self.marks]
-    }
-}
-
-/// The passes.
-pub struct BalancePasses {
-    sums: ComputePass,
-    windows: ComputePass,
-    ink: ComputePass,
-}
-
-impl BalancePasses {
-    /// Builds the pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
-        let [sums, windows, ink] = PASSES.map(|name| ComputePass::new(gpu, name));
-        Self { sums, windows, ink }
-    }
-
-    /// Draws the marks of `targets.cover` into `targets.marks`. `tone`'s alpha is the tone that was asked for.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        position: &Target,
-        tone: &Target,
-        targets: &BalanceTargets,
-    ) {
-        let [cover, sums, more, marks] = targets.all().map(|target| texture(&target.view));
-        let cells = [targets.sums.texture.width(), targets.sums.texture.height()];
-        let counted = [
-            ("view", view.clone()),
-            ("position", texture(&position.view)),
-            ("tone", texture(&tone.view)),
-            ("cover", cover.clone()),
-            ("sums", sums.clone()),
-        ];
-        self.sums.run_groups(gpu, recorder, [cells[0].div_ceil(CELLS_PER_GROUP), cells[1]], &counted);
-        self.windows.run(gpu, recorder, cells, &[("sums", sums), ("more", more.clone())]);
-        self.ink.run(gpu, recorder, size_px, &[("view", view), ("cover", cover), ("more", more), ("marks", marks)]);
     }
 }

@@ -39,7 +39,7 @@ impl FractalHatchingPass {
         camera_m: DVec3,
         inputs: Inputs<'_>,
     ) {
-        self.uniform.write(gpu, &[HatchUniform::new(hatching, (axes::FIRST_OCTAVE, axes::OCTAVES), 1, &[])]);
+        self.uniform.write(gpu, &[HatchUniform::new(hatching, (axes::FIRST_OCTAVE, axes::OCTAVES), 1)]);
         let directions = axes::axes(&hatching.layers);
         self.cells.write(gpu, &axes::cells(&directions, camera_m));
         self.axes.write(gpu, &axes::directions(&directions));

@@ -84,7 +84,7 @@ impl HatchingPass {
             }
         }
         let Some(maps) = &self.maps else { return };
-        let uniform = HatchUniform::new(hatching, (axes::FIRST_LEVEL, axes::LEVELS), maps.side_px, &maps.biases);
+        let uniform = HatchUniform::new(hatching, (axes::FIRST_LEVEL, axes::LEVELS), maps.side_px);
         self.uniform.write(gpu, &[uniform]);
         let directions = axes::axes(&hatching.layers);
         self.phases.write(gpu, &axes::phases(&directions, camera_m, f64::from(maps.side_px)));

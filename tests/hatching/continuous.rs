@@ -8,8 +8,8 @@ use crate::plane::{Inked, Plane, fixed, style};
 const ZOOM: f64 = 1.01;
 /// Change of a neighbourhood's mean in a frame, at most.
 const ALLOWED: f64 = 0.02;
-/// What is reached where that is not, a known shortfall: a whole row of a tile of lines comes within a few frames.
-const REACHED: [(&str, &str, f64); 2] = [("blend", "line", 0.045), ("blend", "hachure", 0.04)];
+/// Part of the marks that another frame's are not: those that blend go within the thirty-five frames of half an octave.
+const ALLOWED_CHANGE: f64 = 0.12;
 /// Side of the pictures.
 const SIDE_PX: u32 = 224;
 const MIDDLE_PX: f64 = 0.5 * SIDE_PX as f64;
@@ -58,6 +58,25 @@ fn largest_pop(shots: &[Inked]) -> f64 {
     largest
 }
 
+/// How much of the marks are others in the next frame: the mean difference of ink at places of the ground, blurred as a
+/// pen is wide, against what it is between pictures that know nothing of each other.
+fn largest_change(shots: &[Inked], darkness: f64) -> f64 {
+    let blurred = |shot: &Inked, px: DVec2| {
+        let taps = (-1..=1).flat_map(|y| (-1..=1).map(move |x| DVec2::new(f64::from(x), f64::from(y))));
+        taps.filter_map(|tap| shot.between(px + tap * 1.2)).sum::<f64>() / 9.0
+    };
+    let places: Vec<_> =
+        (-24..=24).flat_map(|y| (-24..=24).map(move |x| DVec2::new(f64::from(x), f64::from(y)))).collect();
+    let change = |pair: &[Inked]| {
+        let off = places.iter().map(|place| {
+            let from_middle = *place * 3.7;
+            (blurred(&pair[1], from_middle * ZOOM + MIDDLE_PX) - blurred(&pair[0], from_middle + MIDDLE_PX)).abs()
+        });
+        off.sum::<f64>() / places.len() as f64
+    };
+    shots.windows(2).map(change).fold(0.0, f64::max) / (2.0 * darkness * (1.0 - darkness))
+}
+
 /// Inked pixels whose place on the ground has no ink within 1.5 pixels in the next frame.
 fn removed(shots: &[Inked]) -> usize {
     let mut count = 0;
@@ -92,10 +111,10 @@ fn nothing_pops_while_zooming_through_three_octaves() {
     {
         let shots = frames(&mut plane, scale, &fixed(marks, 0.0), 0.4, count);
         let largest = largest_pop(&shots);
-        println!("{scale} {marks}: a neighbourhood's mean changes by {largest:.4} at most");
-        let known = REACHED.iter().find(|(of, name, _)| *of == scale && *name == marks);
-        if largest > known.map_or(ALLOWED, |(_, _, reached)| *reached) {
-            failed.push(format!("{scale} {marks}: {largest}"));
+        let change = largest_change(&shots, 0.4);
+        println!("{scale} {marks}: a neighbourhood's mean changes by {largest:.4} at most, {change:.3} of the marks");
+        if largest > ALLOWED || change > ALLOWED_CHANGE {
+            failed.push(format!("{scale} {marks}: {largest}, {change}"));
         }
     }
     assert!(failed.is_empty(), "{failed:?}");
@@ -105,11 +124,15 @@ fn nothing_pops_while_zooming_through_three_octaves() {
 fn a_jump_of_half_an_octave_pops() {
     let Some(mut plane) = Plane::new(15.0) else { return };
     let mut shots = frames(&mut plane, "blend", &fixed("line", 0.0), 0.4, 4);
-    assert!(largest_pop(&shots) <= ALLOWED);
+    assert!(largest_pop(&shots) <= ALLOWED && largest_change(&shots, 0.4) <= ALLOWED_CHANGE);
+    // A tone that jumps.
+    let darker = frames(&mut plane, "blend", &fixed("line", 0.0), 0.43, 1).remove(0);
+    assert!(largest_pop(&[frames(&mut plane, "blend", &fixed("line", 0.0), 0.4, 1).remove(0), darker]) > ALLOWED);
+    // Marks that do, while the mean of their ink does not.
     let other = style("blend", 0.4, &format!("{}size = 1.5\n", fixed("line", 0.0)));
     let distance_m = 900.0 / ZOOM.powi(2);
     shots[2] = plane.shoot(plane.eye(11.0, distance_m, 0.0, 0.0, 30.0), [SIDE_PX; 2], &other);
-    assert!(largest_pop(&shots) > ALLOWED);
+    assert!(largest_change(&shots, 0.4) > ALLOWED_CHANGE);
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn slips_px(plane: &Plane, shot: &Inked, next: &Inked, error_px: DVec2) -> Vec<f
                 continue;
             }
             // Along directions in which hardly anything changes, nothing is claimed.
-            let floor = 0.05 * half_trace;
+            let floor = 0.1 * half_trace;
             let damped = matrix + DMat2::from_diagonal(DVec2::splat(floor * 1e-3));
             let root = (half_trace * half_trace - damped.determinant()).max(0.0).sqrt();
             let (large, small) = (half_trace + root, half_trace - root);
@@ -74,7 +74,6 @@ fn slips_px(plane: &Plane, shot: &Inked, next: &Inked, error_px: DVec2) -> Vec<f
                 slip += across.perp() * (across.perp().dot(right) / small);
             }
             slips.push(slip.length());
-            if slip.length() > 0.3 && error_px == DVec2::ZERO { println!("slip {:.3} at {left},{top} dir {:.2},{:.2} d {}", slip.length(), slip.x, slip.y, shot.view.pose.position_m.length()); }
         }
     }
     slips
@@ -95,21 +94,6 @@ fn marks_move_with_the_ground() {
             let mut moved = pose;
             moved.position_m += (pose.right * 0.011 + pose.forward * 0.004 + DVec3::Z * 0.003) * distance_m;
             let (first, next) = (plane.shoot(pose, [192, 192], &style), plane.shoot(moved, [192, 192], &style));
-            if marks == "line" && scale == "blend" {
-                for (n, s) in [("a", &first), ("b", &next)] {
-                    let f = format!("/tmp/h/slip_{i}_{n}.pgm");
-                    let mut out = format!("P5 192 192 255\n").into_bytes();
-                    if n == "a" { out.extend(s.ink.iter().map(|v| (255.0 * (1.0 - v)) as u8)); } else {
-                        for y in 0..192 { for x in 0..192 {
-                            let px = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                            let at = plane.hit(&first.view, px);
-                            let v = next.view.place_px(at - next.view.pose.position_m).and_then(|to| next.between(to)).unwrap_or(0.5);
-                            out.push((255.0 * (1.0 - v)) as u8);
-                        } }
-                    }
-                    std::fs::write(f, out).unwrap();
-                }
-            }
             slips.extend(slips_px(&plane, &first, &next, DVec2::ZERO));
             planted.extend(slips_px(&plane, &first, &next, DVec2::new(0.8, 0.6)));
         }

@@ -5,7 +5,11 @@
 //! and gaps would in dark ones. So each threshold is replaced by the part of all places *between* texels that lie below
 //! it, again and again until those are uniform. Order stays, and with it the nesting of tones.
 //!
-//! **Quads.** A texel holds the four thresholds around a place, a byte each: a look-up is one load.
+//! **Steepness.** How wide a pixel's border is in thresholds follows from how steeply they rise about a place. Between
+//! texels that jumps wherever a mark's flat middle meets its steep flank, and marks would have steps along their sides;
+//! so it is found for each texel, as the mean of what its neighbours on both sides say, and looked up as thresholds are.
+//!
+//! **Quads.** A texel holds the four thresholds around a place and their steepness, a byte each: a look-up is one load.
 
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
@@ -29,8 +33,6 @@ pub struct Maps {
     quads: GrowingBuffer,
     /// Of a tile, in texels.
     pub side_px: u32,
-    /// Of each map: what borders add to the mean in light tones.
-    pub biases: Vec<f32>,
 }
 
 /// The recipes of the layers, in order.
@@ -57,15 +59,12 @@ impl Maps {
         let maps = recipes.iter().map(TonalArtMap::cached).collect::<Result<Vec<_>, _>>()?;
         let side_px = maps.iter().map(|map| map.side_px).max().unwrap_or(1);
         let mut content = Vec::new();
-        let mut biases = Vec::new();
         for map in &maps {
-            let thresholds = calibrated(map);
-            biases.push(bias(&thresholds, map.side_px as usize));
-            content.extend(quads(&thresholds, map.side_px, side_px));
+            content.extend(quads(&calibrated(map), map.side_px, side_px));
         }
         let mut quads = GrowingBuffer::new(gpu, "tonal art maps", wgpu::BufferUsages::STORAGE);
         quads.write(gpu, &content);
-        Ok(Self { recipes, quads, side_px, biases })
+        Ok(Self { recipes, quads, side_px })
     }
 
     /// Whether these are the maps of `hatching`.
@@ -81,13 +80,29 @@ impl Maps {
 
 /// The four thresholds around each place of a tile of side `side_px`, in which a smaller map repeats: sides are powers
 /// of two. From the lowest byte: this texel, the next along, the next across, both.
-fn quads(thresholds: &[u8], own_px: u32, side_px: u32) -> Vec<u32> {
+fn quads(thresholds: &[u8], own_px: u32, side_px: u32) -> Vec<[u32; 2]> {
     let (side, own) = (side_px as usize, own_px as usize);
-    let at = |x: usize, y: usize| thresholds[(y % own) * own + x % own];
-    (0..side * side)
-        .map(|i| (i % side, i / side))
-        .map(|(x, y)| u32::from_le_bytes([at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)]))
-        .collect()
+    let steep = steepness(thresholds, own);
+    let quad = |bytes: &[u8], x: usize, y: usize| {
+        let at = |x: usize, y: usize| bytes[(y % own) * own + x % own];
+        u32::from_le_bytes([at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)])
+    };
+    let places = (0..side * side).map(|i| (i % side, i / side));
+    places.map(|(x, y)| [quad(thresholds, x, y), quad(&steep, x, y)]).collect()
+}
+
+/// How steeply thresholds rise about each texel, per texel: the root of it, as bytes.
+fn steepness(thresholds: &[u8], side: usize) -> Vec<u8> {
+    let at = |x: usize, y: usize| f32::from(thresholds[(y % side) * side + x % side]) / 255.0;
+    let places = (0..side * side).map(|i| (i % side, i / side));
+    let root = |(x, y): (usize, usize)| {
+        let here = at(x, y);
+        let mean = |a: f32, b: f32| 0.5 * ((a - here).abs() + (b - here).abs());
+        let along = mean(at(x + 1, y), at(x + side - 1, y));
+        let across = mean(at(x, y + 1), at(x, y + side - 1));
+        (along.hypot(across).min(1.0).sqrt() * 255.0).round() as u8
+    };
+    places.map(root).collect()
 }
 
 /// Thresholds whose bilinear averages are uniform.
@@ -102,33 +117,6 @@ pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
         }
     }
     values.iter().map(|value| (value * 255.0).round() as u8).collect()
-}
-
-/// Width of a mark's border; `shaders/tones/hatching.wgsl` has it too.
-const BORDER_PX: f32 = 1.0;
-
-/// What soft borders add to the mean ink at a tenth of darkness, by the law that the shader takes it off again:
-/// bias (1 - 2 darkness)³. As much is missing at nine tenths.
-fn bias(thresholds: &[u8], side: usize) -> f32 {
-    let at = |x: usize, y: usize| f32::from(thresholds[(y % side) * side + x % side]) / 255.0;
-    let (mut more, mut count) = (0.0_f64, 0.0);
-    for darkness in [0.08_f32, 0.12, 0.88, 0.92] {
-        let sign = if darkness < 0.5 { 1.0 } else { -1.0 };
-        for y in 0..side {
-            for x in 0..side {
-                let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
-                for [s, t] in [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]] {
-                    let (upper, lower) = (a + (b - a) * s, c + (d - c) * s);
-                    let slope = [(b - a) * (1.0 - t) + (d - c) * t, lower - upper];
-                    let border = (BORDER_PX * slope[0].hypot(slope[1])).max(1e-4);
-                    let ink = ((darkness - upper - (lower - upper) * t) / border + 0.5).clamp(0.0, 1.0);
-                    more += sign * f64::from(ink - darkness);
-                    count += 1.0;
-                }
-            }
-        }
-    }
-    (more / count / 0.8_f64.powi(3)) as f32
 }
 
 /// The part of all places that lie below k / STEPS, for each k from 0 to STEPS.

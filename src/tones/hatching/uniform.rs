@@ -15,13 +15,13 @@ pub(crate) struct HatchLayerUniform {
     turn: f32,
     fixed_direction: [f32; 2],
     marks_px: [f32; 2],
-    bias: f32,
     flags: u32,
     grey: f32,
-    pad: f32,
+    pad_a: f32,
+    pad_b: f32,
 }
 
-crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px, bias, flags, grey, pad);
+crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px, flags, grey, pad_a, pad_b);
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -61,7 +61,7 @@ fn marks_px(recipe: &Recipe) -> [f32; 2] {
 }
 
 impl HatchLayerUniform {
-    fn new(layer: &Layer, map: usize, bias: f32) -> Self {
+    fn new(layer: &Layer, map: usize) -> Self {
         let direction = match layer.direction {
             Direction::Fixed => 0,
             Direction::Slope => 1,
@@ -79,7 +79,7 @@ impl HatchLayerUniform {
         // From three quarters of their size on down, texels are smaller than pixels and would alias.
         let grey = ((0.75 - layer.size) / 0.4).clamp(0.0, 1.0);
         let (map, size) = (map as u32, layer.size);
-        Self { direction, map, size, turn, fixed_direction, marks_px, bias, flags, grey, pad: 0.0 }
+        Self { direction, map, size, turn, fixed_direction, marks_px, flags, grey, pad_a: 0.0, pad_b: 0.0 }
     }
 }
 
@@ -87,9 +87,8 @@ impl HatchLayerUniform {
 const SLOPE_BORDER_DEG: f32 = 3.0;
 
 impl HatchUniform {
-    /// `ladder` is the first level and how many there are, `side` that of the maps, and each map
-    /// has a bias.
-    pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32, biases: &[f32]) -> Self {
+    /// `ladder` is the first level and how many there are, `side` that of the maps.
+    pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32) -> Self {
         let layers = &hatching.layers;
         let mut uniform = Self {
             count: layers.len() as u32,
@@ -107,7 +106,7 @@ impl HatchUniform {
         };
         let density = |darkness: f32| -(1.0 - darkness).ln();
         for (i, layer) in layers.iter().enumerate() {
-            uniform.layers[i] = HatchLayerUniform::new(layer, i, biases.get(i).copied().unwrap_or(0.0));
+            uniform.layers[i] = HatchLayerUniform::new(layer, i);
             // Lighter tones than the first layer's are its own too.
             uniform.begins[i] = if i == 0 { 0.0 } else { density(layer.from) };
             uniform.spans[i] = layers.get(i + 1).map_or(f32::MAX, |next| density(next.from) - uniform.begins[i]);

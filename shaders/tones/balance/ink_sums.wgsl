@@ -1,0 +1,39 @@
+// How far the ink of marks is from the tone that was asked for, in square cells.
+#import hachure::view::View
+#import hachure::cover::{Balance, first_cell, ink_of, rise_of}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> balance: Balance;
+@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(3) var tone: texture_2d<f32>;
+@group(0) @binding(4) var cover: texture_2d<f32>;
+// Sums over a cell's pixels that see the surface: ink that is wanting, how fast ink grows with darkness, how many.
+@group(0) @binding(5) var sums: texture_storage_2d<rgba32float, write>;
+
+var<workgroup> rows: array<vec3<f32>, 64>;
+
+// Eight cells to a group, and to each eight threads, which take its rows in turns.
+@compute @workgroup_size(8, 8)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let cell = vec2<i32>(group.xy * vec2<u32>(8u, 1u)) + vec2<i32>(i32(local.x), 0);
+    let first = (cell + first_cell(view, balance)) * balance.cell_px - view.origin_px;
+    var sum = vec3<f32>(0.0);
+    for (var y = i32(local.y); y < balance.cell_px; y += 8) {
+        for (var x = 0; x < balance.cell_px; x++) {
+            let pixel = first + vec2<i32>(x, y);
+            if all(pixel >= vec2<i32>(0)) && all(pixel < vec2<i32>(view.size_px)) && textureLoad(position, pixel, 0).w > 0.0 {
+                let texel = textureLoad(cover, pixel, 0);
+                let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
+                sum += vec3<f32>(darkness - ink_of(texel, 0.0), rise_of(texel), 1.0);
+            }
+        }
+    }
+    rows[local.y * 8u + local.x] = sum;
+    workgroupBarrier();
+    if local.y == 0u && all(cell < vec2<i32>(textureDimensions(sums))) {
+        for (var i = 1u; i < 8u; i++) {
+            sum += rows[i * 8u + local.x];
+        }
+        textureStore(sums, cell, vec4<f32>(sum, 0.0));
+    }
+}
