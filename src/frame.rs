@@ -282,7 +282,7 @@ impl Frame {
             }
             let balance = &drawn.ink;
             if let (Some(sums), Some(windows)) = (&passes.ink_sums, &passes.ink_windows) {
-                sums.run(gpu, recorder, view_resource(), position, tone, balance);
+                sums.run(gpu, recorder, view_resource(), balance);
                 windows.run(gpu, recorder, balance);
             }
             if let Some(pass) = &passes.balanced_ink {

@@ -50,14 +50,15 @@ fn growth_of_share(share: f32, darkness: f32) -> f32 {
     return own * log(own) / min(whole * log(whole), -1e-4);
 }
 
-// As a texel: ink without bounds, and its rise. White paper and black stay what they are.
+// As a texel: ink without bounds, its rise, the darkness that was asked for, and 1 for the surface; the sky is all 0.
+// White paper and black stay what they are.
 fn texel_of(cover: Cover, darkness: f32) -> vec4<f32> {
     if darkness > 0.998 {
-        return vec4<f32>(2.0, 0.0, 0.0, 0.0);
+        return vec4<f32>(2.0, 0.0, darkness, 1.0);
     }
-    let unbounded = cover.reach + cover.ink - clamp(cover.reach, 0.0, 1.0);
+    let unbounded = clamp(cover.reach, -100.0, 100.0) + cover.ink - clamp(cover.reach, 0.0, 1.0);
     let near_end = clamp(20.0 * min(darkness, 1.0 - darkness), 0.0, 1.0);
-    return vec4<f32>(unbounded, cover.rise * near_end, 0.0, 0.0);
+    return vec4<f32>(unbounded, min(cover.rise * near_end, 6e4), darkness, 1.0);
 }
 
 // The bounded ink of a texel at a darkness that is `more` than was asked for.

@@ -41,7 +41,7 @@ struct Cell {
 @group(0) @binding(6) var form: texture_2d<f32>;
 @group(0) @binding(7) var tone: texture_2d<f32>;
 // See `texel_of`.
-@group(0) @binding(8) var cover: texture_storage_2d<rg32float, write>;
+@group(0) @binding(8) var cover: texture_storage_2d<rgba16float, write>;
 
 fn mixed_bits(value: u32) -> u32 {
     var v = value * 747796405u + 2891336453u;
@@ -192,7 +192,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     if at.w <= 0.0 {
-        textureStore(cover, pixel, vec4<f32>(-1.0, 0.0, 0.0, 0.0));
+        textureStore(cover, pixel, vec4<f32>(0.0));
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);

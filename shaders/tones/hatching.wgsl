@@ -45,7 +45,7 @@ struct Axis {
 @group(0) @binding(9) var form: texture_2d<f32>;
 @group(0) @binding(10) var tone: texture_2d<f32>;
 // See `texel_of`.
-@group(0) @binding(11) var cover: texture_storage_2d<rg32float, write>;
+@group(0) @binding(11) var cover: texture_storage_2d<rgba16float, write>;
 
 // A threshold, and how wide a pixel's border is in thresholds.
 struct Threshold {
@@ -203,7 +203,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     if at.w <= 0.0 {
-        textureStore(cover, pixel, vec4<f32>(-1.0, 0.0, 0.0, 0.0));
+        textureStore(cover, pixel, vec4<f32>(0.0));
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);

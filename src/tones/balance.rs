@@ -20,8 +20,8 @@ use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::target::Target;
 use crate::style::hatching::Hatching;
 
-/// Ink without bounds, and its rise.
-pub const COVER_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+/// Ink without bounds, its rise, the darkness that was asked for, and whether there is a surface.
+pub const COVER_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// What a cell lacks of ink, how fast it grows, its pixels.
 pub const SUMS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 /// Ink of marks, 0 to 1; what is added to the darkness.

@@ -4,11 +4,9 @@
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> balance: Balance;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var tone: texture_2d<f32>;
-@group(0) @binding(4) var cover: texture_2d<f32>;
+@group(0) @binding(2) var cover: texture_2d<f32>;
 // Sums over a cell's pixels that see the surface: ink that is wanting, how fast ink grows with darkness, how many.
-@group(0) @binding(5) var sums: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(3) var sums: texture_storage_2d<rgba32float, write>;
 
 var<workgroup> rows: array<vec3<f32>, 64>;
 
@@ -18,14 +16,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) l
     let cell = vec2<i32>(group.xy * vec2<u32>(8u, 1u)) + vec2<i32>(i32(local.x), 0);
     let first = (cell + first_cell(view, balance)) * balance.cell_px - view.origin_px;
     var sum = vec3<f32>(0.0);
-    for (var y = i32(local.y); y < balance.cell_px; y += 8) {
-        for (var x = 0; x < balance.cell_px; x++) {
-            let pixel = first + vec2<i32>(x, y);
-            if all(pixel >= vec2<i32>(0)) && all(pixel < vec2<i32>(view.size_px)) && textureLoad(position, pixel, 0).w > 0.0 {
-                let texel = textureLoad(cover, pixel, 0);
-                let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-                sum += vec3<f32>(darkness - ink_of(texel, 0.0), rise_of(texel), 1.0);
-            }
+    let low = max(first, vec2<i32>(0));
+    let high = min(first + balance.cell_px, vec2<i32>(view.size_px));
+    for (var y = low.y + i32(local.y); y < high.y; y += 8) {
+        for (var x = low.x; x < high.x; x++) {
+            let texel = textureLoad(cover, vec2<i32>(x, y), 0);
+            sum += vec3<f32>(texel.z - ink_of(texel, 0.0), rise_of(texel), texel.w);
         }
     }
     rows[local.y * 8u + local.x] = sum;

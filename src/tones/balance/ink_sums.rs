@@ -3,7 +3,6 @@
 use super::BalanceTargets;
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
 
 /// Of a workgroup.
@@ -18,22 +17,18 @@ impl InkSumsPass {
         Self(ComputePass::new(gpu, "tones/balance/ink_sums"))
     }
 
-    /// Counts what `targets.cover` inks against `tone`'s alpha, into `targets.sums`.
+    /// From `targets.cover` into `targets.sums`.
     pub fn run(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         view: wgpu::BindingResource<'_>,
-        position: &Target,
-        tone: &Target,
         targets: &BalanceTargets,
     ) {
         let [columns, rows] = [targets.sums.texture.width(), targets.sums.texture.height()];
         let resources = [
             ("view", view),
             ("balance", targets.uniform()),
-            ("position", texture(&position.view)),
-            ("tone", texture(&tone.view)),
             ("cover", texture(&targets.cover.view)),
             ("sums", texture(&targets.sums.view)),
         ];
