@@ -26,17 +26,22 @@ pub fn fixed_rad(layer: &Layer) -> f64 {
     f64::from(if layer.direction == Direction::Fixed { layer.angle_deg } else { layer.level_deg }).to_radians()
 }
 
-/// All of them, unit, in the world.
+/// Part of a step that the slow axes have.
+const SLOW: f64 = 0.125;
+
+/// All of them in the world: unit, but for the slow ones, which come last.
 pub fn axes(layers: &[Layer]) -> Vec<DVec3> {
     let step_rad = std::f64::consts::TAU / AZIMUTHS as f64;
     let compass = || (0..AZIMUTHS).map(move |step| to_azimuth(step as f64 * step_rad));
     let level = compass().map(|to| to.extend(0.0));
     let falling = compass().map(|to| to.extend(-1.0).normalize());
+    let along = |i: usize| layers.get(i).map_or(DVec2::Y, |layer| to_azimuth(fixed_rad(layer)));
     let fixed = (0..MOST_LAYERS).flat_map(|i| {
-        let along = layers.get(i).map_or(DVec2::Y, |layer| to_azimuth(fixed_rad(layer)));
+        let along = along(i);
         [DVec2::new(along.y, -along.x).extend(0.0), along.extend(0.0)]
     });
-    level.chain(falling).chain([DVec3::Z]).chain(fixed).collect()
+    let slow = (0..MOST_LAYERS).map(|i| SLOW * along(i).extend(0.0));
+    level.chain(falling).chain([DVec3::Z]).chain(fixed).chain(slow).collect()
 }
 
 /// Where the camera lies on each axis at each level, in texels, 0 to `side`, after which a tile repeats: the levels of the first axis,
