@@ -202,12 +202,3 @@ impl Off {
         self.median_deg <= median_deg && self.most_deg <= most_deg && self.count > 40 && self.without * 4 < self.count
     }
 }
-pub fn keep(shot: &Inked, name: &str) {
-    let Some(folder) = std::env::var_os("HACHURE_TEST_PICTURES") else { return };
-    let file = std::fs::File::create(std::path::Path::new(&folder).join(format!("{name}.png"))).unwrap();
-    let mut encoder = png::Encoder::new(file, shot.size_px[0] as u32, shot.size_px[1] as u32);
-    encoder.set_color(png::ColorType::Grayscale);
-    encoder.set_depth(png::BitDepth::Eight);
-    let bytes: Vec<u8> = shot.ink.iter().map(|ink| ((1.0 - ink).clamp(0.0, 1.0) * 255.0) as u8).collect();
-    encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
-}

@@ -14,4 +14,5 @@ mod grain;
 mod places;
 mod plane;
 mod seams;
+mod slopes;
 mod stable;

@@ -1,11 +1,13 @@
-//! Where the land has no slope, or all of them: plains, peaks, pits, saddles.
+//! Where the land has no slope, or all of them: plains, peaks, pits, saddles. Tone holds, nothing flickers, and on level
+//! land the layer's own direction is there.
 
 use glam::{DVec2, DVec3};
 
-use crate::grain::{Land, WINDOW_PX, Window};
+use crate::common::random;
+use crate::grain::{Land, Off, SIZE_PX};
 use crate::plane::{Inked, style};
 
-/// Half of the land's side is 1600 m; what is special is in the middle.
+/// What is special lies in the middle.
 const LANDS: [(&str, fn(f64, f64) -> f64); 6] = [
     ("plain", |_, _| 120.0),
     ("cone", |x, y| 500.0 - 0.5 * x.hypot(y)),
@@ -15,44 +17,124 @@ const LANDS: [(&str, fn(f64, f64) -> f64); 6] = [
     ("saddle", |x, y| 500.0 + (x * x - y * y) / 1500.0),
 ];
 
-const DIRECTIONS: [&str; 3] = ["slope", "contour", "fixed"];
+/// Azimuth on level land.
+const LEVEL_DEG: f64 = 20.0;
+const CAMERA: &str = "0,0,+900,15,-90,40";
+/// From the middle, what is special reaches so far.
+const NEAR_M: f64 = 120.0;
 
 fn layer(marks: &str, direction: &str) -> String {
-    format!("[[hatching.layers]]\nmarks = \"{marks}\"\ndirection = \"{direction}\"\nlevel_deg = 20\n")
+    format!("[[hatching.layers]]\nmarks = \"{marks}\"\ndirection = \"{direction}\"\nlevel_deg = {LEVEL_DEG}\n")
+}
+
+fn ways() -> impl Iterator<Item = [&'static str; 3]> {
+    ["blend", "add"].into_iter().flat_map(|scale| {
+        ["slope", "contour"]
+            .into_iter()
+            .flat_map(move |direction| ["line", "hachure"].into_iter().map(move |marks| [scale, direction, marks]))
+    })
+}
+
+/// Grey that soft windows may be off: of 64 pixels, and of 32, of which none is a hole or a blob.
+const ALLOWED: [f64; 2] = [0.07, 0.21];
+/// What is reached where windows of 64 pixels are off by more, a known shortfall: where lines run together, those of
+/// neighbouring charts do not know of each other; and ends of marks meet across the borders of charts.
+const REACHED: [([&str; 3], f64); 3] =
+    [(["blend", "slope", "line"], 0.09), (["add", "contour", "hachure"], 0.09), (["blend", "contour", "line"], 0.075)];
+
+fn holds(shot: &Inked, darkness: f64, allowed: [f64; 2]) -> Result<(), String> {
+    let off = [64, 32].map(|side| shot.worst_window(side, darkness).soft);
+    let is_within = off[0] <= allowed[0] && off[1] <= allowed[1];
+    if is_within { Ok(()) } else { Err(format!("{off:.3?}")) }
 }
 
 #[test]
-fn tone_holds() {
+fn tone_holds_at_peaks_and_pits() {
     for (name, height_m) in LANDS {
-        let Some(mut land) = Land::new(321, 10.0, height_m) else { return };
-        for scale in ["blend", "add"] {
-            for direction in DIRECTIONS {
-                for marks in ["line", "hachure"] {
-                    for camera in ["0,0,+900,15,-90,40", "0,-900,+600,0,-35,40"] {
-                        let mut line = String::new();
-                        for darkness in [0.3, 0.6] {
-                            let style = style(scale, darkness, &layer(marks, direction));
-                            let pose = land.world.pose(camera);
-                            let mut moved = pose;
-                            moved.position_m += DVec3::new(3.0, 2.0, 4.0);
-                            let (shot, next) = (land.look(pose, &style), land.look(moved, &style));
-                            let changes = shot.changes(&next);
-                            let windows = shot.windows();
-                            let near = |w: &Window| w.place_m.truncate().length() < 120.0;
-                            let most = |is_near: bool| {
-                                windows.iter().filter(|w| near(w) == is_near).map(|w| (w.ink - darkness).abs()).fold(0.0, f64::max)
-                            };
-                            let change = |is_near: bool| {
-                                let all: Vec<f64> = shot.place_m.iter().zip(&changes).filter_map(|(p, c)| ((*p)?.truncate().length() < 120.0).then_some(()).is_some().eq(&is_near).then_some((*c)?)).collect();
-                                all.iter().sum::<f64>() / all.len() as f64
-                            };
-                            line += &format!(" | {darkness}: ink {:.3} {:.3} change {:.3} {:.3}", most(true), most(false), change(true), change(false));
-                            if scale == "blend" || darkness < 0.4 { crate::grain::keep(&shot, &format!("{name}_{scale}_{direction}_{marks}_{}", &camera[..2])); }
-                        }
-                        println!("{name} {scale} {direction} {marks} {}{line}", &camera[..3]);
+        let Some(mut land) = Land::new(161, 10.0, height_m) else { return };
+        for way in ways() {
+            let [scale, direction, marks] = way;
+            let known = REACHED.iter().find(|(of, _)| *of == way);
+            let allowed = [known.map_or(ALLOWED[0], |(_, reached)| *reached), ALLOWED[1]];
+            for darkness in [0.3, 0.6] {
+                let mut shot = land.shoot(CAMERA, &style(scale, darkness, &layer(marks, direction)));
+                holds(&shot, darkness, allowed).unwrap_or_else(|off| panic!("{way:?} {name}, {darkness}: {off}"));
+                // A hole in the middle, or a blob.
+                let planted = if darkness < 0.5 { 1.0 } else { 0.0 };
+                let middle = [SIZE_PX[0], SIZE_PX[1]].map(|side| 0.5 * f64::from(side));
+                for i in 0..shot.ink.len() {
+                    let (x, y) = (i % shot.size_px[0], i / shot.size_px[0]);
+                    if (x as f64 - middle[0]).hypot(y as f64 - middle[1]) < 13.0 {
+                        shot.ink[i] = planted;
                     }
                 }
+                assert!(holds(&shot, darkness, allowed).is_err(), "{way:?} {name}, {darkness}: a blob must be seen");
             }
+        }
+    }
+}
+
+/// The mean change of ink on the ground about the middle.
+fn flicker(shot: &Inked, next: &Inked) -> f64 {
+    let near = |place_m: &Option<DVec3>| place_m.is_some_and(|at| at.truncate().length() < NEAR_M);
+    let changes = shot.changes(next).into_iter().zip(&shot.place_m);
+    let changes: Vec<f64> = changes.filter_map(|(change, place_m)| near(place_m).then_some(change?)).collect();
+    assert!(changes.len() > 1000);
+    changes.iter().sum::<f64>() / changes.len() as f64
+}
+
+/// Ink that follows the land may change so many times as much as fixed marks do there.
+const FLICKERS: f64 = 1.45;
+
+#[test]
+fn nothing_flickers_at_peaks_and_pits() {
+    let mut worst = 0.0_f64;
+    for (name, height_m) in LANDS {
+        let Some(mut land) = Land::new(161, 10.0, height_m) else { return };
+        let pose = land.world.pose(CAMERA);
+        let mut moved = pose;
+        moved.position_m += DVec3::new(3.0, 2.0, 4.0);
+        for [scale, direction, marks] in ways() {
+            let mut pair = |layers: &str| {
+                let style = style(scale, 0.4, layers);
+                [pose, moved].map(|pose| land.look(pose, &style))
+            };
+            let own = pair(&layer(marks, direction));
+            let fixed = pair(&layer(marks, "fixed"));
+            let turned = pair(&format!("{}angle_deg = 11.25\n", layer(marks, direction)));
+            let allowed = FLICKERS * flicker(&fixed[0], &fixed[1]);
+            let change = flicker(&own[0], &own[1]);
+            worst = worst.max(FLICKERS * change / allowed);
+            assert!(change < allowed, "{scale} {direction} {marks} {name}: {change} and {allowed}");
+            // Marks that take another chart from one frame to the next.
+            assert!(flicker(&own[0], &turned[1]) > allowed, "{scale} {direction} {marks} {name}: a jump must be seen");
+        }
+    }
+    println!("ink at peaks and pits changes {worst:.2} times as much as fixed marks do, at most");
+}
+
+#[test]
+fn level_land_has_the_layers_own_direction() {
+    let wanted = DVec2::from_angle((90.0 - LEVEL_DEG).to_radians());
+    // Slopes from sample to sample.
+    for steep in [0.0, 1e-4, 1e-3, 0.5] {
+        let height_m =
+            move |x: f64, y: f64| steep * 10.0 * random((x / 10.0).round() as i64, (y / 10.0).round() as i64);
+        let Some(mut land) = Land::new(161, 10.0, height_m) else { return };
+        for [scale, direction, marks] in ways() {
+            let windows = land.shoot("0,0,+300,15,-90,40", &style(scale, 0.4, &layer(marks, direction))).windows();
+            let off = |turn: f64| Off::of(&windows, |_| Some(DVec2::from_angle(turn).rotate(wanted).extend(0.0)));
+            let right = off(0.0);
+            if steep > 0.1 {
+                let follows = direction == "slope";
+                assert!(!follows || !right.holds([5.0, 9.0]), "marks that follow the noise must be seen");
+                continue;
+            }
+            println!("{scale} {direction} {marks}, noise of {steep}: {right:.2?}");
+            // Down the slope there is a chart at every 11.25 degrees, on level land too.
+            let allowed_deg = if direction == "slope" { [5.0, 9.0] } else { [3.0, 6.0] };
+            assert!(right.holds(allowed_deg), "{scale} {direction} {marks}, noise of {steep}: {right:?}");
+            assert!(!off(0.3).holds(allowed_deg) && !off(-0.3).holds(allowed_deg), "17 degrees must be seen");
         }
     }
 }
