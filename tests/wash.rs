@@ -107,16 +107,19 @@ fn off_the_ramp(drawn: &Drawn, at: [f64; 3], attribute: impl Fn(DVec3) -> f64) -
         let (value, tone) = (attribute(*place_m).clamp(at[0], at[2]), color[3]);
         let low = usize::from(value > at[1]);
         let t = (value - at[low]) / (at[low + 1] - at[low]);
-        for channel in 0..3 {
+        for (channel, drawn) in color.iter().enumerate().take(3) {
             let of = |stop: usize| {
                 let [dark, light] = STOPS[stop].map(|color| linear(color[channel]));
                 dark + (light - dark) * tone
             };
-            most = most.max((of(low) + (of(low + 1) - of(low)) * t - color[channel]).abs());
+            most = most.max((of(low) + (of(low + 1) - of(low)) * t - drawn).abs());
         }
     }
     most
 }
+
+/// What a ramp goes by, at a place.
+type Attribute<'a> = &'a dyn Fn(DVec3) -> f64;
 
 #[test]
 fn tints_are_those_of_their_stops() {
@@ -131,7 +134,7 @@ fn tints_are_those_of_their_stops() {
     for camera in [ACROSS, ABOVE] {
         let pose = world.pose(camera);
         let distance_m = move |at: DVec3| at.distance(pose.position_m);
-        let kinds: [(&str, [f64; 3], &dyn Fn(DVec3) -> f64); 3] = [
+        let kinds: [(&str, [f64; 3], Attribute<'_>); 3] = [
             ("height", [0.05, 0.4, 0.95], &height),
             ("slope", [1.0, 8.0, 18.0], &slope_deg),
             ("distance", [800.0, 1900.0, 2600.0], &distance_m),

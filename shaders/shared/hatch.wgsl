@@ -138,6 +138,9 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
         if no_across > 0.0 {
             return Charts(vec2<i32>(own_across, HEIGHT_AXIS), vec2<i32>(own_along), no_across);
         }
+        if (layer.flags & ENDLESS) != 0u {
+            return Charts(vec2<i32>(own_across), vec2<i32>(own_along), 0.0);
+        }
         return Charts(vec2<i32>(own_across), vec2<i32>(own_along, HEIGHT_AXIS), no_along);
     }
     let steep = length(n.xy);
