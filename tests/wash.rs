@@ -323,6 +323,12 @@ fn strays(first: &Drawn, next: &Drawn, washed: impl Fn(&Drawn, usize) -> f64) ->
     moved / changed
 }
 
+/// Part that may be.
+const STRAYS: f64 = 0.1;
+/// What is reached where the camera goes nearer by a tenth, a known shortfall: one of the two noises lies 41 pixels beside
+/// the other, and a pixel grows smaller.
+const STRAYS_NEARER_REACHED: f64 = 0.18;
+
 #[test]
 fn washes_stray_with_the_land() {
     let Some((_, mut world)) = hill() else { return };
@@ -333,7 +339,12 @@ fn washes_stray_with_the_land() {
         let at = [x + 7.0 * (0.3 * y).sin(), y + 7.0 * (0.26 * x).sin()].map(|at| at.max(0.0) as usize);
         luminance(&drawn.tone[at[1].min(HEIGHT - 1) * WIDTH + at[0].min(WIDTH - 1)])
     };
-    for (camera, by_m) in [(ABOVE, [150.0, 100.0, 0.0]), (ABOVE, [0.0, 0.0, -60.0]), (ACROSS, [60.0, 40.0, 0.0])] {
+    for (camera, by_m, allowed) in [
+        (ABOVE, [150.0, 100.0, 0.0], STRAYS),
+        (ABOVE, [0.0, 0.0, -60.0], STRAYS),
+        (ACROSS, [60.0, 40.0, 0.0], STRAYS),
+        (ABOVE, [0.0, 0.0, -200.0], STRAYS_NEARER_REACHED),
+    ] {
         let pose = world.pose(camera);
         let mut moved = pose;
         moved.position_m += DVec3::from(by_m);
@@ -341,7 +352,7 @@ fn washes_stray_with_the_land() {
         let (first, next) = (draw(&mut world, &style, pose), draw(&mut world, &style, moved));
         let (right, planted) = (strays(&first, &next, own), strays(&first, &next, sheet));
         println!("{camera} by {by_m:?} m: washes differ by {right:.3} of how they stray, on the sheet by {planted:.3}");
-        assert!(right < LEFT_BEHIND && planted > LEFT_BEHIND, "{camera} by {by_m:?} m: {right}, {planted}");
+        assert!(right < allowed && planted > allowed, "{camera} by {by_m:?} m: {right}, {planted}");
     }
 }
 

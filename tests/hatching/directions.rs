@@ -58,11 +58,12 @@ fn wanted(land: &Land, window: &Window, to: Wanted, turn_deg: f64) -> Option<DVe
 #[test]
 fn marks_run_where_the_style_says() {
     let Some(mut land) = Land::hill(1.0) else { return };
-    let ways: [(&str, f64, Wanted); 4] = [
+    let ways: [(&str, f64, Wanted); 5] = [
         ("fixed", FIXED_DEG, to_fixed),
         ("slope", 0.0, |rise| rise),
         ("contour", 0.0, |rise| rise.perp()),
         // Clockwise, as azimuths are.
+        ("slope", -40.0, |rise| DVec2::from_angle(40_f64.to_radians()).rotate(rise)),
         ("contour", 30.0, |rise| DVec2::from_angle(-30_f64.to_radians()).rotate(rise.perp())),
     ];
     for scale in ["blend", "add"] {

@@ -1,7 +1,7 @@
 //! Marks do not know of tiles and levels of detail: nothing shows where these end.
 
 use crate::common::{quantile, rough_height_m};
-use crate::grain::{Land, between_deg};
+use crate::grain::{Land, WINDOW_PX, between_deg};
 use crate::plane::{Inked, style};
 
 fn layers(direction: &str, angle_deg: f64) -> String {
@@ -11,6 +11,7 @@ fn layers(direction: &str, angle_deg: f64) -> String {
     )
 }
 
+const HILL_CAMERAS: [&str; 3] = ["200,-250,1300,0,-90,50", "-900,-1300,900,35,-35,50", "-800,500,1500,160,-70,50"];
 const DIRECTIONS: [&str; 3] = ["fixed", "slope", "contour"];
 
 /// Pixels from a seam to where it is held against.
@@ -77,7 +78,7 @@ fn broken(shot: &Inked) -> Inked {
 #[test]
 fn nothing_shows_where_patches_meet() {
     for (name, land, cameras) in [
-        ("hill", Land::hill(1.0), ["200,-250,1300,0,-90,50", "-900,-1300,900,35,-35,50", "-800,500,1500,160,-70,50"]),
+        ("hill", Land::hill(1.0), HILL_CAMERAS),
         (
             "rough",
             Land::new(641, 20.0, rough_height_m),
@@ -104,6 +105,49 @@ fn nothing_shows_where_patches_meet() {
                 assert!(seams.count > 1000 && is_seamless(seams), "{name} {scale} {direction}: {seams:?}");
                 assert!(!is_seamless(planted), "{name} {scale} {direction}: a seam must be seen, {planted:?}");
             }
+        }
+    }
+}
+
+/// The mean ink of windows in which patches meet, and of the others.
+fn means(shots: &[Inked]) -> [f64; 2] {
+    let (mut sums, mut counts) = ([0.0; 2], [0; 2]);
+    for shot in shots {
+        for window in shot.windows() {
+            let at = |k: usize| {
+                let [x, y] = window.first;
+                shot.patch[(y + k / WINDOW_PX) * shot.size_px[0] + x + k % WINDOW_PX]
+            };
+            let is_whole = (0..WINDOW_PX * WINDOW_PX).all(|k| at(k) == at(0));
+            sums[usize::from(is_whole)] += window.ink;
+            counts[usize::from(is_whole)] += 1;
+        }
+    }
+    assert!(counts[0] > 60 && counts[1] > 60, "{counts:?}");
+    [sums[0] / f64::from(counts[0]), sums[1] / f64::from(counts[1])]
+}
+
+/// The picture with no ink where patches meet, three pixels wide.
+fn cracked(shot: &Inked) -> Inked {
+    let width = shot.size_px[0];
+    let is_other = |i: usize, j: usize| shot.patch.get(j).is_some_and(|patch| *patch != shot.patch[i]);
+    let is_crack = |i: usize| (1..=3).any(|k| is_other(i, i + k) || is_other(i, i + k * width));
+    let ink = shot.ink.iter().enumerate().map(|(i, ink)| if is_crack(i) { 0.0 } else { *ink }).collect();
+    Inked { ink, place_m: shot.place_m.clone(), patch: shot.patch.clone(), ..*shot }
+}
+
+#[test]
+fn there_is_as_much_ink_where_patches_meet() {
+    let Some(mut land) = Land::hill(1.0) else { return };
+    let is_even = |[across, whole]: [f64; 2]| (across - whole).abs() < 0.016;
+    for scale in ["blend", "add"] {
+        for direction in DIRECTIONS {
+            let style = style(scale, 0.4, &layers(direction, 0.0));
+            let shots = HILL_CAMERAS.map(|camera| land.shoot(camera, &style));
+            let (right, planted) = (means(&shots), means(&shots.each_ref().map(cracked)));
+            println!("{scale} {direction}: ink where patches meet, and elsewhere {right:.4?}, cracked {planted:.4?}");
+            assert!(is_even(right), "{scale} {direction}: {right:?}");
+            assert!(!is_even(planted), "{scale} {direction}: a crack must be seen, {planted:?}");
         }
     }
 }
