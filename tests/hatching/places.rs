@@ -11,12 +11,11 @@ use crate::plane::{Inked, style};
 type HeightM = fn(f64, f64) -> f64;
 
 /// What is special lies in the middle.
-const LANDS: [(&str, HeightM); 6] = [
+const LANDS: [(&str, HeightM); 5] = [
     ("plain", |_, _| 120.0),
     ("cone", |x, y| 500.0 - 0.5 * x.hypot(y)),
     ("dome", |x, y| 500.0 - (x * x + y * y) / 1500.0),
     ("pit", |x, y| 0.5 * x.hypot(y)),
-    ("bowl", |x, y| (x * x + y * y) / 1500.0),
     ("saddle", |x, y| 500.0 + (x * x - y * y) / 1500.0),
 ];
 
@@ -96,25 +95,22 @@ const FLICKERS: f64 = 1.45;
 #[test]
 fn nothing_flickers_at_peaks_and_pits() {
     let mut worst = 0.0_f64;
-    for (name, height_m) in LANDS.into_iter().filter(|(name, _)| !["dome", "bowl"].contains(name)) {
+    for (name, height_m) in LANDS.into_iter().filter(|(name, _)| *name != "dome") {
         let Some(mut land) = Land::new(161, 10.0, height_m) else { return };
         let pose = land.world.pose(CAMERA);
         let mut moved = pose;
         moved.position_m += DVec3::new(3.0, 2.0, 4.0);
         for [scale, direction, marks] in ways() {
-            let mut pair = |layers: &str| {
-                let style = style(scale, 0.4, layers);
-                [pose, moved].map(|pose| land.look(pose, &style))
-            };
-            let own = pair(&layer(marks, direction));
-            let fixed = pair(&layer(marks, "fixed"));
-            let turned = pair(&format!("{}angle_deg = 11.25\n", layer(marks, direction)));
+            let mut look = |pose, layers: &str| land.look(pose, &style(scale, 0.4, layers));
+            let own = [pose, moved].map(|pose| look(pose, &layer(marks, direction)));
+            let fixed = [pose, moved].map(|pose| look(pose, &layer(marks, "fixed")));
+            let turned = look(moved, &format!("{}angle_deg = 11.25\n", layer(marks, direction)));
             let allowed = FLICKERS * flicker(&fixed[0], &fixed[1]);
             let change = flicker(&own[0], &own[1]);
             worst = worst.max(FLICKERS * change / allowed);
             assert!(change < allowed, "{scale} {direction} {marks} {name}: {change} and {allowed}");
             // Marks that take another chart from one frame to the next.
-            assert!(flicker(&own[0], &turned[1]) > allowed, "{scale} {direction} {marks} {name}: a jump must be seen");
+            assert!(flicker(&own[0], &turned) > allowed, "{scale} {direction} {marks} {name}: a jump must be seen");
         }
     }
     println!("ink at peaks and pits changes {worst:.2} times as much as fixed marks do, at most");
