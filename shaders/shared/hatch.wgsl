@@ -15,6 +15,8 @@ const FIRST_FALLING: i32 = 32;
 const HEIGHT_AXIS: i32 = 64;
 // Then each layer's own two: across and along its fixed direction.
 const FIRST_FIXED: i32 = 65;
+// And each layer's own along direction again, on which one moves slowly.
+const FIRST_SLOW: i32 = 73;
 const STEP_RAD: f32 = 0.19634954;
 const FIXED: u32 = 0u;
 const SLOPE: u32 = 1u;
@@ -135,14 +137,19 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
         if no_across > 0.0 {
             return Charts(vec2<i32>(own_across, HEIGHT_AXIS), vec2<i32>(own_along), no_across);
         }
+        if (layer.flags & ENDLESS) != 0u {
+            return Charts(vec2<i32>(own_across), vec2<i32>(own_along), 0.0);
+        }
         return Charts(vec2<i32>(own_across), vec2<i32>(own_along, HEIGHT_AXIS), no_along);
     }
     let steep = length(n.xy);
-    if layer.direction == CONTOUR {
+    // Along the contours as they are; turned ones are like those down the slope, a quarter further.
+    if layer.direction == CONTOUR && layer.turn == 0.0 {
         let level = 1.0 - smoothstep(0.02, 0.05, steep);
         if (layer.flags & ENDLESS) != 0u {
-            // What runs along a line without ends is its wobble: one axis for all, or lines would break where it changes.
-            return Charts(vec2<i32>(HEIGHT_AXIS, own_across), vec2<i32>(own_along), level);
+            // What runs along a line without ends is its wobble: one axis for all, or lines would break where it
+            // changes. It has the scale of what runs across, and height rises slowly.
+            return Charts(vec2<i32>(HEIGHT_AXIS, own_across), vec2<i32>(FIRST_SLOW + index, own_along), level);
         }
         let step = atan2(n.x, n.y) / STEP_RAD + 8.0;
         let whole = floor(step);
@@ -155,11 +162,13 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
             vec2<i32>(azimuth_axis(0, i32(whole)), azimuth_axis(0, i32(whole) + 1)), second);
     }
     // Level land has no slope: there the fixed direction wins, without a border.
-    var ahead = n.xy + layer.fixed_direction * (0.03 * max(1.0 - steep * 8.0, 0.0));
+    let is_contour = layer.direction == CONTOUR;
+    let level_ahead = select(layer.fixed_direction, -fixed_across.xy, is_contour);
+    var ahead = n.xy + level_ahead * (0.03 * max(1.0 - steep * 8.0, 0.0));
     if layer.direction == SIGHT {
         ahead = -ray.xy;
     }
-    let step = atan2(ahead.x, ahead.y) / STEP_RAD + layer.turn + f32(AZIMUTHS);
+    let step = atan2(ahead.x, ahead.y) / STEP_RAD + layer.turn + select(0.0, 8.0, is_contour) + f32(AZIMUTHS);
     let whole = floor(step);
     let second = clamp((step - whole - 0.5) / zone + 0.5, 0.0, 1.0);
     let a = i32(whole);

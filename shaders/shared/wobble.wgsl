@@ -28,12 +28,12 @@ fn noise(anchor: Anchor, at_m: vec3<f32>, octave: i32) -> f32 {
     // Blocks of 4096 m are 2^(12 - octave) cells: all of a repetition if those are 256 or more.
     let blocks = vec3<f32>(anchor.blocks) * exp2(f32(12 - octave));
     let far = select(blocks - 256.0 * floor(blocks / 256.0), vec3<f32>(0.0), octave <= 4);
-    let place = (anchor.rest_m + at_m) / cell_m;
+    // Of cells that are larger than a block, blocks are parts.
+    let place = (anchor.rest_m + at_m) / cell_m + fract(far);
     let cell = floor(place);
     let t = place - cell;
     let s = t * t * (3.0 - 2.0 * t);
-    // The far part is whole cells while a block is more than one; beyond, nobody sees the difference.
-    let c = vec3<i32>(cell - 256.0 * floor(cell / 256.0)) + vec3<i32>(round(far));
+    let c = vec3<i32>(cell - 256.0 * floor(cell / 256.0)) + vec3<i32>(far);
     var sum = 0.0;
     for (var i = 0; i < 8; i++) {
         let offset = vec3<i32>(i & 1, (i >> 1u) & 1, i >> 2u);

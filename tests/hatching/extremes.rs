@@ -105,6 +105,8 @@ fn no_moire_beyond_the_band_limited_reference() {
                         })
                         .collect(),
                     view: shot.view,
+                    place_m: Vec::new(),
+                    patch: Vec::new(),
                 };
                 let (own, limited) = (slow_waves(&shot, 16), slow_waves(&reference, 16));
                 println!("{scale} {marks} × {size} at {from_normal_deg}°: slow waves {own:.4}, reference {limited:.4}");

@@ -32,6 +32,10 @@ pub struct Inked {
     pub view: View,
     /// 0 paper to 1 ink.
     pub ink: Vec<f64>,
+    /// In the world; none is the sky.
+    pub place_m: Vec<Option<DVec3>>,
+    /// Which patch of the terrain.
+    pub patch: Vec<u32>,
 }
 
 impl Plane {
@@ -79,23 +83,29 @@ impl Plane {
 }
 
 pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
-    let planes = aov::planes("hatch", style).unwrap();
+    let planes = aov::planes("hatch,position,surface", style).unwrap();
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e12, haze_srgb: None };
     let request = PictureRequest { pose, previous: pose, size_px, style, light, planes: &planes };
-    let mut channels: Vec<Vec<f64>> = vec![Vec::new()];
+    let (mut floats, mut patch): ([Vec<f64>; 4], _) = (Default::default(), Vec::new());
     let take = |band: picture::Band| {
-        for (channel, samples) in channels.iter_mut().zip(band.planes) {
-            let Samples::F32(values) = samples else { panic!("tones are floats") };
-            channel.extend(values.into_iter().map(|value| 1.0 - f64::from(value)));
+        let mut rest = floats.iter_mut();
+        for samples in band.planes {
+            match samples {
+                Samples::F32(values) => rest.next().unwrap().extend(values.into_iter().map(f64::from)),
+                Samples::U32(values) => patch.extend(values),
+            }
         }
         Ok::<_, std::convert::Infallible>(())
     };
     picture::render_in_parts(&world.gpu, frame, &mut world.terrain, &request, &PartRule::default(), take).unwrap();
-    let ink = channels.pop().unwrap();
+    let [tone, x, y, z] = floats;
+    let place = |i: usize| (patch[i] != 0).then(|| pose.position_m + DVec3::new(x[i], y[i], z[i]));
     Inked {
         size_px: size_px.map(|side| side as usize),
         view: View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) },
-        ink,
+        ink: tone.iter().map(|tone| 1.0 - tone).collect(),
+        place_m: (0..patch.len()).map(place).collect(),
+        patch,
     }
 }
 

@@ -16,6 +16,9 @@ pub const FIRST_LEVEL: i32 = -44;
 /// Levels: from 0.2 µm to 47 km for a texel. A lens of 1° sees the former from 0.1 m, one of 150° the latter from space.
 pub const LEVELS: usize = 76;
 
+/// Its multiples lie evenly between whole numbers.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
 /// The unit vector to an azimuth, clockwise from north.
 pub fn to_azimuth(rad: f64) -> DVec2 {
     DVec2::new(rad.sin(), rad.cos())
@@ -26,17 +29,22 @@ pub fn fixed_rad(layer: &Layer) -> f64 {
     f64::from(if layer.direction == Direction::Fixed { layer.angle_deg } else { layer.level_deg }).to_radians()
 }
 
-/// All of them, unit, in the world.
+/// Part of a step that the slow axes have.
+const SLOW: f64 = 0.125;
+
+/// All of them in the world: unit, but for the slow ones, which come last.
 pub fn axes(layers: &[Layer]) -> Vec<DVec3> {
     let step_rad = std::f64::consts::TAU / AZIMUTHS as f64;
     let compass = || (0..AZIMUTHS).map(move |step| to_azimuth(step as f64 * step_rad));
     let level = compass().map(|to| to.extend(0.0));
     let falling = compass().map(|to| to.extend(-1.0).normalize());
+    let along = |i: usize| layers.get(i).map_or(DVec2::Y, |layer| to_azimuth(fixed_rad(layer)));
     let fixed = (0..MOST_LAYERS).flat_map(|i| {
-        let along = layers.get(i).map_or(DVec2::Y, |layer| to_azimuth(fixed_rad(layer)));
+        let along = along(i);
         [DVec2::new(along.y, -along.x).extend(0.0), along.extend(0.0)]
     });
-    level.chain(falling).chain([DVec3::Z]).chain(fixed).collect()
+    let slow = (0..MOST_LAYERS).map(|i| SLOW * along(i).extend(0.0));
+    level.chain(falling).chain([DVec3::Z]).chain(fixed).chain(slow).collect()
 }
 
 /// Where the camera lies on each axis at each level, in texels, 0 to `side`, after which a tile repeats: the levels of the first axis,
@@ -47,7 +55,7 @@ pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
         let along_m = axis.dot(camera_m);
         for level in 0..LEVELS {
             let texel_m = (0.5 * f64::from(level as i32 + FIRST_LEVEL)).exp2();
-            let shift = ((number * LEVELS + level) as f64 * 0.618_033_988_749_894_9).fract();
+            let shift = ((number * LEVELS + level) as f64 * GOLDEN).fract();
             phases.push(((along_m / (texel_m * side) + shift).rem_euclid(1.0) * side) as f32);
         }
     }
@@ -85,6 +93,10 @@ pub struct Cell {
 
 crate::gpu::shared::describe!(Cell as "Cell" in "tones/fractal_hatching": index, rest);
 
+/// The zoom rule's places of an axis begin within so many metres of the origin. It is the place of the coarsest mark of
+/// all: if all axes had theirs at the origin, there would be a star of marks.
+const BEGINS_WITHIN_M: f64 = 131_072.0;
+
 /// Where the camera lies on each axis at each level of the zoom rule's ladder: the levels of the first axis, then those
 /// of the next.
 pub fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
@@ -93,5 +105,6 @@ pub fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
         let whole = at.floor();
         Cell { index: whole.rem_euclid(f64::from(1 << 30)) as i32, rest: (at - whole) as f32 }
     };
-    axes.iter().flat_map(|axis| (0..OCTAVES).map(|level| place(axis.dot(camera_m), level))).collect()
+    let along_m = |number: usize| axes[number].dot(camera_m) + BEGINS_WITHIN_M * ((number + 1) as f64 * GOLDEN).fract();
+    (0..axes.len()).flat_map(|number| (0..OCTAVES).map(move |level| place(along_m(number), level))).collect()
 }
