@@ -54,7 +54,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // Noise of some 24 pixels, twice; and one of a hundred, that the flow has.
     let pixel_m = length(at.xyz) / view.focal_px;
-    let stray = vec2<f32>(wobble(anchor, at.xyz, pixel_m), wobble(anchor, at.xyz + 41.0 * pixel_m * vec3<f32>(1.0, -1.0, 1.0), pixel_m));
+    // The second is the same noise of a world turned about its diagonal.
+    let turned = Anchor(anchor.blocks.yzx, 0u, anchor.rest_m.yzx, 0u);
+    let stray = vec2<f32>(wobble(anchor, at.xyz, pixel_m), wobble(turned, at.yzx, pixel_m));
     let slow = wobble(anchor, at.xyz, 4.0 * pixel_m);
     let px = vec2<f32>(pixel) + watercolor.warp_px * stray;
     let here = wash_at(px);

@@ -36,7 +36,7 @@ use crate::style::StyleError;
 use crate::style::marks::{Kind, Recipe};
 
 /// Maps of another version are made anew. Raise it whenever a change here changes a bit of any map.
-const GENERATOR_VERSION: u32 = 2;
+const GENERATOR_VERSION: u32 = 4;
 
 /// In the cache folder.
 const FOLDER: &str = "marks";
@@ -78,6 +78,7 @@ impl TonalArtMap {
             even = equalise::everywhere(&grained(&even, recipe), side, windows);
         }
         if recipe.kind == Kind::Line && recipe.grain == 0.0 {
+            even = equalise::everywhere(&whole::smooth(even, side), side, windows);
             even = equalise::ranks(&whole::without_crumbs(even, side));
         }
         Ok(Self::of_ranks(recipe.side_px, &even))

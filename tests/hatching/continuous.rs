@@ -9,7 +9,7 @@ const ZOOM: f64 = 1.01;
 /// Change of a neighbourhood's mean in a frame, at most.
 const ALLOWED: f64 = 0.02;
 /// Part of the marks that another frame's are not: those that blend go within the thirty-five frames of half an octave.
-const ALLOWED_CHANGE: f64 = 0.12;
+const ALLOWED_CHANGE: f64 = 0.16;
 /// Side of the pictures.
 const SIDE_PX: u32 = 224;
 const MIDDLE_PX: f64 = 0.5 * SIDE_PX as f64;
@@ -77,22 +77,23 @@ fn largest_change(shots: &[Inked], darkness: f64) -> f64 {
     shots.windows(2).map(change).fold(0.0, f64::max) / (2.0 * darkness * (1.0 - darkness))
 }
 
-/// Inked pixels whose place on the ground has no ink within 1.5 pixels in the next frame.
-fn removed(shots: &[Inked]) -> usize {
+/// Inked pixels whose place on the ground has no ink within 1.5 pixels `step` frames later.
+fn removed(shots: &[Inked], step: usize) -> usize {
+    let zoom = ZOOM.powi(step as i32);
     let mut count = 0;
-    for pair in shots.windows(2) {
+    for (shot, later) in shots.iter().zip(&shots[step..]) {
         for y in 0..SIDE_PX as usize {
             for x in 0..SIDE_PX as usize {
-                if pair[0].at(x, y) < 0.75 {
+                if shot.at(x, y) < 0.75 {
                     continue;
                 }
-                let to = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - MIDDLE_PX) * ZOOM + MIDDLE_PX;
+                let to = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - MIDDLE_PX) * zoom + MIDDLE_PX;
                 // A dot of one pixel may lie on four: its ink counts, of which
                 // samples at pixels' centres find more or less.
                 let [left, top] = [to.x - 2.0, to.y - 2.0].map(|first| first.round() as usize);
                 let is_inside = to.min_element() > 2.0 && to.max_element() < f64::from(SIDE_PX) - 2.0;
                 let near = || (top..top + 4).flat_map(|y| (left..left + 4).map(move |x| (x, y)));
-                if is_inside && near().map(|(x, y)| pair[1].at(x, y)).sum::<f64>() < 0.25 {
+                if is_inside && near().map(|(x, y)| later.at(x, y)).sum::<f64>() < 0.25 {
                     count += 1;
                 }
             }
@@ -132,19 +133,25 @@ fn a_jump_of_half_an_octave_pops() {
     let other = style("blend", 0.4, &format!("{}size = 1.5\n", fixed("line", 0.0)));
     let distance_m = 900.0 / ZOOM.powi(2);
     shots[2] = plane.shoot(plane.eye(11.0, distance_m, 0.0, 0.0, 30.0), [SIDE_PX; 2], &other);
-    assert!(largest_change(&shots, 0.4) > ALLOWED_CHANGE);
+    let change = largest_change(&shots, 0.4);
+    println!("of marks that jump {change:.3}");
+    assert!(change > 1.5 * ALLOWED_CHANGE);
 }
 
 #[test]
 fn by_the_zoom_rule_no_mark_goes() {
     let Some(mut plane) = Plane::new(15.0) else { return };
-    for (marks, darkness) in [("line", 0.2), ("line", 0.6), ("dash", 0.3), ("stipple", 0.15), ("stipple", 0.5)] {
+    // A mark that blends is gone after ten frames. By then the ends of a dash have come nearer on the ground by more than
+    // its neighbourhood: it is as long on the picture as before.
+    let marks = [("line", 0.2, 10), ("line", 0.6, 10), ("dash", 0.3, 1), ("stipple", 0.15, 10), ("stipple", 0.5, 10)];
+    for (marks, darkness, step) in marks {
         let shots = frames(&mut plane, "add", &fixed(marks, 20.0), darkness, 150);
-        assert_eq!(removed(&shots), 0, "{marks} at darkness {darkness}");
+        assert_eq!(removed(&shots, step), 0, "{marks} at darkness {darkness}");
         let (first, last) = (shots[0].mean(), shots[149].mean());
         assert!((first - last).abs() < 0.03, "{marks}: ink {first} became {last}");
     }
     // Blending removes marks: the count can be more than nothing. So it is when the camera goes away.
     let blended = frames(&mut plane, "blend", &fixed("stipple", 20.0), 0.15, 40);
-    assert!(removed(&blended) > 20, "{}", removed(&blended));
+    println!("blending removes {} pixels' worth in 30 frames", removed(&blended, 10));
+    assert!(removed(&blended, 10) > 20);
 }

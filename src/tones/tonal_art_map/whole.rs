@@ -18,24 +18,22 @@ pub(super) fn without_crumbs(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f3
         let reached = over_segments(row, Ordering::Greater, 0);
         let opened = over_segments(&reached, Ordering::Less, SHORTEST_PX - 1);
         let reached = over_segments(&opened, Ordering::Less, 0);
-        let closed = over_segments(&reached, Ordering::Greater, SHORTEST_PX - 1);
-        row.copy_from_slice(&smoothed(&closed));
+        row.copy_from_slice(&over_segments(&reached, Ordering::Greater, SHORTEST_PX - 1));
     }
     thresholds
 }
 
-/// Means over a bell along the row: three boxes.
-fn smoothed(row: &[f32]) -> Vec<f32> {
-    let count = row.len();
-    let mut values = row.to_vec();
-    for _ in 0..3 {
-        let mean = |place: usize| {
-            (0..2 * SMOOTH_PX + 1).map(|i| values[(place + count + i - SMOOTH_PX) % count]).sum::<f32>()
-                / (2 * SMOOTH_PX + 1) as f32
-        };
-        values = (0..count).map(mean).collect();
+/// Thresholds whose rows are means over a bell: three boxes.
+pub(super) fn smooth(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f32> {
+    const WIDTH: usize = 2 * SMOOTH_PX + 1;
+    for row in thresholds.chunks_exact_mut(side_px) {
+        for _ in 0..3 {
+            let sum = |place: usize| (0..WIDTH).map(|i| row[(place + side_px + i - SMOOTH_PX) % side_px]).sum::<f32>();
+            let means: Vec<f32> = (0..side_px).map(|place| sum(place) / WIDTH as f32).collect();
+            row.copy_from_slice(&means);
+        }
     }
-    values
+    thresholds
 }
 
 /// The greatest, or least, of each segment that begins so many texels before a place.
