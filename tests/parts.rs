@@ -7,6 +7,7 @@ use common::shot::{Shot, ink, shoot_style};
 use common::{World, grid_of, rough_height_m};
 use glam::DVec3;
 use hachure::picture::PartRule;
+use hachure::style::Style;
 
 const WHOLE: PartRule = PartRule { whole_px: u64::MAX, part_px: 2048, margin_px: 12 };
 const VIEW: &str = "-300,-2500,+350,20,-14,60";
@@ -51,10 +52,14 @@ fn world() -> Option<World> {
 }
 
 fn render(world: &mut World, size_px: [u32; 2], parts: &PartRule) -> Shot {
+    render_style(world, size_px, &ink("footprint"), parts)
+}
+
+fn render_style(world: &mut World, size_px: [u32; 2], style: &Style, parts: &PartRule) -> Shot {
     let pose = world.pose(VIEW);
     let mut previous = pose;
     previous.position_m -= DVec3::new(3.0, 1.0, 0.5);
-    shoot_style(world, &mut None, pose, previous, size_px, &ink("footprint"), parts)
+    shoot_style(world, &mut None, pose, previous, size_px, style, parts)
 }
 
 #[test]
@@ -74,6 +79,30 @@ fn parts_join_without_a_seam() {
             println!("without margins: {found:?}");
             assert!(!found.holds(), "parts without margins must be told from the whole");
         }
+    }
+}
+
+#[test]
+fn marks_join_without_a_seam() {
+    let Some(mut world) = world() else { return };
+    // Marks are balanced with those around them; large ones look farther.
+    for (scale, size) in [("blend", 1.0), ("blend", 3.0), ("add", 1.0)] {
+        let text = format!(
+            "name = \"marks\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0.1\n\
+             lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"slope\"\nsize = {size:?}\n"
+        );
+        let hatched = Style::parse("marks", &text).unwrap();
+        let mut style = Style { hatching: hatched.hatching, tone: hatched.tone, ..ink("footprint") };
+        let rule = PartRule { whole_px: 0, part_px: 100, margin_px: 12 };
+        let whole = render_style(&mut world, [317, 211], &style, &WHOLE);
+        let parts = render_style(&mut world, [317, 211], &style, &rule);
+        assert!(parts.report.parts > 1);
+        let found = difference(&whole, &parts);
+        println!("{scale}, marks of size {size}: {found:?}");
+        assert!(found.holds(), "{scale}, marks of size {size}: {found:?}");
+        style.hatching.as_mut().unwrap().balance = false;
+        let bare = difference(&whole, &render_style(&mut world, [317, 211], &style, &rule));
+        assert!(!bare.holds(), "marks that are not balanced must be told from those that are: {bare:?}");
     }
 }
 

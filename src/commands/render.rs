@@ -58,8 +58,8 @@ pub struct RenderArgs {
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
-    /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone, hatch (no
-    /// style hatches yet: hatch is the tone)
+    /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone,
+    /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
     pub aov: String,
     /// Memory for tiles on the GPU, in MiB
