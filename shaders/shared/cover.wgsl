@@ -1,5 +1,5 @@
 // What marks ink of a pixel, and what they would if the tone were a little darker: so tones can be balanced after all
-// marks are known (`tones/ink_balance`).
+// marks are known (`tones/balance`).
 #define_import_path hachure::cover
 #import hachure::view::View
 

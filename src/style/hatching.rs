@@ -23,7 +23,7 @@ pub struct Hatching {
     /// Width of a mark's border in tones, 0 to 0.5: 0 is a pen's, 0.1 a pencil's.
     #[serde(default)]
     pub softness: f32,
-    /// Whether marks grow and shrink a little, so that their mean ink is the tone wherever one looks.
+    /// Whether marks grow or shrink a little, so that their mean ink is the tone wherever one looks.
     #[serde(default = "yes")]
     pub balance: bool,
     /// 1 to [`MOST_LAYERS`]; they are sorted by `from`.
