@@ -19,7 +19,7 @@
 #import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
 // Part of the way between two scales in which both are seen: across, and along.
-const ACROSS_ZONE: f32 = 1.0;
+const ACROSS_ZONE: f32 = 0.6;
 const ALONG_ZONE: f32 = 0.7;
 const AZIMUTH_ZONE: f32 = 0.3;
 const HALF_OCTAVE: f32 = 0.70710678;
