@@ -168,6 +168,11 @@ fn styles_are_listed_shown_and_checked() {
         assert_eq!((&info["kind"], &info["name"]), (&"style".into(), &name.into()));
         assert_eq!(info["passes"][0], "surface/vertices");
     }
+    // Those of measurements too.
+    for file in std::fs::read_dir(checked_in("benches/styles")).unwrap() {
+        let file = file.unwrap().path();
+        assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
+    }
     let wrong = place.text(&["styles", "show", "ink"]).replace("ramp", "slope");
     assert!(place.error(&["styles", "check", place.file("wrong.toml", &wrong).to_str().unwrap()]).contains("slope"));
 
