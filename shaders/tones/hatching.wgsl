@@ -20,7 +20,7 @@
 
 // Part of the way between two scales in which both are seen: across, and along.
 const ACROSS_ZONE: f32 = 0.6;
-const ALONG_ZONE: f32 = 0.7;
+const ALONG_ZONE: f32 = 0.5;
 const AZIMUTH_ZONE: f32 = 0.3;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
