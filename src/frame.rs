@@ -136,6 +136,7 @@ impl Frame {
         let targets = &self.targets;
         let passes = &mut self.passes;
         let camera_m = view.pose.position_m;
+        let light = &light.from_above(camera_m.z - f64::from(terrain.range_m()[1]));
 
         let mut finds_edges = false;
         if let (Some(strokes), Some(pass)) = (&style.strokes, &mut passes.strokes) {

@@ -12,12 +12,13 @@ struct Light {
     occlusion: f32,
     // How much of the darkness is the slope's own: 45 degrees are black (Lehmann 1799).
     slope: f32,
+    // Above 1 more of the land is white.
+    exposure: f32,
     // Exponent of the tone: above 1 is darker.
     contrast: f32,
     // Distance at which haze has taken 63 %, and what it leaves of a tone at last.
     haze_m: f32,
     faintest: f32,
-    pad: f32,
 }
 
 // 0 black to 1 white. `seen` is which parts of the sun and of the sky the place sees.
@@ -30,7 +31,7 @@ fn light_tone(light: Light, n: vec3<f32>, seen: vec2<f32>) -> f32 {
     // The angle in parts of 45 degrees, within 0.2 degrees (atan by a parabola).
     let steep = length(n.xy) / max(n.z, 1e-3);
     let by_slope = 1.0 - clamp(steep * (1.0 + 0.3476 * (1.0 - steep)), 0.0, 1.0);
-    return pow(clamp(mix(lit, by_slope, light.slope), 0.0, 1.0), light.contrast);
+    return pow(clamp(mix(lit, by_slope, light.slope) * light.exposure, 0.0, 1.0), light.contrast);
 }
 
 // What haze leaves of contrast at a distance.

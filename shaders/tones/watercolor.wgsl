@@ -27,9 +27,13 @@ struct Watercolor {
 // As `tone`.
 @group(0) @binding(5) var washed: texture_storage_2d<rgba16float, write>;
 
-// The wash at a place of the picture, between pixels; beyond the border goes on what is there.
-fn wash_at(px: vec2<f32>) -> vec4<f32> {
+// The wash at a place of the picture, between pixels; beyond the border goes on what is there. Where there is no land
+// lies no wash, and `own` is taken: paint ends at paper, and does not run into it.
+fn wash_at(px: vec2<f32>, own: vec4<f32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
+    if textureLoad(position, clamp(vec2<i32>(round(px)), vec2<i32>(0), last), 0).w <= 0.0 {
+        return own;
+    }
     let whole = floor(px);
     let f = px - whole;
     let i = vec2<i32>(whole);
@@ -59,13 +63,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let stray = vec2<f32>(wobble(anchor, at.xyz, pixel_m), wobble(turned, at.yzx, pixel_m));
     let slow = wobble(anchor, at.xyz, 4.0 * pixel_m);
     let px = vec2<f32>(pixel) + watercolor.warp_px * stray;
-    let here = wash_at(px);
+    let here = wash_at(px, own);
     // What lies around, twice as far out as in: a wash ends where its surroundings are lighter.
     var around = 0.0;
     for (var i = 0; i < 8; i++) {
         let angle = f32(i) * 0.785398;
         let reach = watercolor.edge_px * select(1.0, 0.5, (i & 1) == 1);
-        around += luminance(wash_at(px + reach * vec2<f32>(cos(angle), sin(angle))).rgb);
+        around += luminance(wash_at(px + reach * vec2<f32>(cos(angle), sin(angle)), here).rgb);
     }
     let ends = clamp((around / 8.0 - luminance(here.rgb)) * 6.0, 0.0, 1.0);
     let sheet = vec2<f32>(pixel + view.origin_px);

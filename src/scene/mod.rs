@@ -123,6 +123,18 @@ pub struct Light {
     pub haze_srgb: Option<[f32; 3]>,
 }
 
+/// Height in which air becomes thinner by a factor of e, in metres.
+const THINNING_M: f64 = 8000.0;
+
+impl Light {
+    /// The same for an eye that is `height_m` above the highest land: air thins with height, so a map's view from above
+    /// is clear. Haze reaches farther by what a ray from the land has less of air than a level one.
+    pub fn from_above(self, height_m: f64) -> Self {
+        let t = (height_m / THINNING_M).max(1e-6);
+        Self { haze_m: self.haze_m * t / -(-t).exp_m1(), ..self }
+    }
+}
+
 impl Scene {
     /// The light over a world of `extent_m` (east, north).
     pub fn light(&self, extent_m: [f64; 2]) -> Light {

@@ -105,13 +105,15 @@ pub struct Shading {
     pub occlusion: f32,
     /// How much of the darkness is the slope's own, 0 to 1: 45 degrees are black.
     pub slope: f32,
+    /// What light is multiplied by, 0.25 to 4: above 1 more of the land is white.
+    pub exposure: f32,
     /// Exponent of the tone, 0.2 to 5: above 1 is darker.
     pub contrast: f32,
 }
 
 impl Default for Shading {
     fn default() -> Self {
-        Self { wrap: 1.0, ambient: 0.0, shadow: 0.0, occlusion: 0.0, slope: 0.0, contrast: 1.0 }
+        Self { wrap: 1.0, ambient: 0.0, shadow: 0.0, occlusion: 0.0, slope: 0.0, exposure: 1.0, contrast: 1.0 }
     }
 }
 
@@ -155,6 +157,7 @@ impl Shading {
         within("light.shadow", self.shadow, 0.0, 1.0)?;
         within("light.occlusion", self.occlusion, 0.0, 1.0)?;
         within("light.slope", self.slope, 0.0, 1.0)?;
+        within("light.exposure", self.exposure, 0.25, 4.0)?;
         within("light.contrast", self.contrast, 0.2, 5.0)
     }
 }

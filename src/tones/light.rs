@@ -15,18 +15,18 @@ pub struct LightUniform {
     shadow: f32,
     occlusion: f32,
     slope: f32,
+    exposure: f32,
     contrast: f32,
     haze_m: f32,
     faintest: f32,
-    pad: f32,
 }
 
-crate::gpu::shared::describe!(LightUniform as "Light" in "tones/toon": to_sun, wrap, ambient, shadow, occlusion, slope, contrast, haze_m, faintest, pad);
+crate::gpu::shared::describe!(LightUniform as "Light" in "tones/toon": to_sun, wrap, ambient, shadow, occlusion, slope, exposure, contrast, haze_m, faintest);
 
 impl LightUniform {
     /// Of a style in a scene's light.
     pub fn new(style: &Style, light: &scene::Light) -> Self {
-        let Shading { wrap, ambient, shadow, occlusion, slope, contrast } = style.light;
+        let Shading { wrap, ambient, shadow, occlusion, slope, exposure, contrast } = style.light;
         Self {
             to_sun: light.to_sun.as_vec3().to_array(),
             wrap,
@@ -34,10 +34,10 @@ impl LightUniform {
             shadow,
             occlusion,
             slope,
+            exposure,
             contrast,
             haze_m: light.haze_m as f32,
             faintest: style.haze.faintest_tone,
-            pad: 0.0,
         }
     }
 }
