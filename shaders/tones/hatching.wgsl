@@ -38,7 +38,7 @@ struct Axis {
 // Where the camera lies on each axis, in texels of each level: level by level for each axis.
 @group(0) @binding(3) var<storage, read> phases: array<f32>;
 // Tile by tile, row by row, for each place the four thresholds around it (this, along, across, both) and how steeply
-// thresholds rise there.
+// thresholds change there, for ink and for gaps: roots in half bytes.
 @group(0) @binding(4) var<storage, read> maps: array<vec2<u32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
 @group(0) @binding(8) var normal: texture_2d<f32>;
@@ -53,15 +53,16 @@ struct Threshold {
     border: f32,
 }
 
-// A map's tile at a place, in texels, of which `texels` are a pixel.
-fn tile_threshold(map: u32, place: vec2<f32>, texels: f32) -> Threshold {
+// A map's tile at a place, in texels, of which `texels` are a pixel; turned over in the darks.
+fn tile_threshold(map: u32, place: vec2<f32>, texels: f32, is_dark: bool) -> Threshold {
     let whole = floor(place);
     let f = place - whole;
     let cell = vec2<u32>(vec2<i32>(whole)) & vec2<u32>(hatch.side - 1u);
     let quads = maps[(map * hatch.side + cell.y) * hatch.side + cell.x];
     let weights = vec4<f32>((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    let root = dot(unpack4x8unorm(quads.y), weights);
-    return Threshold(dot(unpack4x8unorm(quads.x), weights), root * root * texels);
+    let roots = unpack4x8unorm((quads.y >> select(0u, 4u, is_dark)) & 0x0f0f0f0fu) * 17.0;
+    let value = dot(unpack4x8unorm(quads.x), weights);
+    return Threshold(select(value, 1.0 - value, is_dark), dot(roots * roots, weights) * texels);
 }
 
 // Two thresholds, mixed by weight w, as one that is uniform again: through the distribution function of
@@ -157,8 +158,7 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
             let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, own_v == 1);
             let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
             let place = vec2<f32>(phases[v.phase + own_v] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-            let found = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), length(u.change) * scale_u);
-            let one = Threshold(select(found.value, 1.0 - found.value, is_dark), found.border);
+            let one = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), length(u.change) * scale_u, is_dark);
             if swells {
                 // What comes first is mixed with nothing.
                 row = mixed(one, row, row_weight);

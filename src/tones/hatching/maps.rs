@@ -5,16 +5,19 @@
 //! and gaps would in dark ones. So each threshold is replaced by the part of all places *between* texels that lie below
 //! it, again and again until those are uniform. Order stays, and with it the nesting of tones.
 //!
-//! **Steepness.** How wide a pixel's border is in thresholds follows from how steeply they rise about a place. Between
-//! texels that jumps wherever a mark's flat middle meets its steep flank, and marks would have steps along their sides;
-//! so it is found for each texel, as the mean of what its neighbours on both sides say, and looked up as thresholds are.
+//! **Steepness.** How wide a pixel's border is in thresholds follows from how steeply they change. Between texels that
+//! jumps wherever a mark's flat middle meets its flank, and marks had steps along their sides; so it is found for each
+//! texel, as the mean of what its neighbours on both sides say, and looked up as thresholds are. A line that is just
+//! coming is then thin and pale. Dots must not be pale, nor shine through before they come: for them it is how thresholds
+//! *fall* from a texel, to the dot that it would belong to, which is nothing in a dot's middle and all of the flank
+//! beside it; for gaps in the darks it is how they rise.
 //!
 //! **Quads.** A texel holds the four thresholds around a place and their steepness, a byte each: a look-up is one load.
 
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::style::hatching::Hatching;
-use crate::style::marks::Recipe;
+use crate::style::marks::{Kind, Recipe};
 use crate::style::{Style, StyleError};
 use crate::tones::tonal_art_map::TonalArtMap;
 
@@ -59,8 +62,8 @@ impl Maps {
         let maps = recipes.iter().map(TonalArtMap::cached).collect::<Result<Vec<_>, _>>()?;
         let side_px = maps.iter().map(|map| map.side_px).max().unwrap_or(1);
         let mut content = Vec::new();
-        for map in &maps {
-            content.extend(quads(&calibrated(map), map.side_px, side_px));
+        for (map, recipe) in maps.iter().zip(&recipes) {
+            content.extend(quads(&calibrated(map), map.side_px, side_px, recipe.kind == Kind::Stipple));
         }
         let mut quads = GrowingBuffer::new(gpu, "tonal art maps", wgpu::BufferUsages::STORAGE);
         quads.write(gpu, &content);
@@ -80,9 +83,9 @@ impl Maps {
 
 /// The four thresholds around each place of a tile of side `side_px`, in which a smaller map repeats: sides are powers
 /// of two. From the lowest byte: this texel, the next along, the next across, both.
-fn quads(thresholds: &[u8], own_px: u32, side_px: u32) -> Vec<[u32; 2]> {
+fn quads(thresholds: &[u8], own_px: u32, side_px: u32, is_dots: bool) -> Vec<[u32; 2]> {
     let (side, own) = (side_px as usize, own_px as usize);
-    let steep = steepness(thresholds, own);
+    let steep = steepness(thresholds, own, is_dots);
     let quad = |bytes: &[u8], x: usize, y: usize| {
         let at = |x: usize, y: usize| bytes[(y % own) * own + x % own];
         u32::from_le_bytes([at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)])
@@ -91,18 +94,21 @@ fn quads(thresholds: &[u8], own_px: u32, side_px: u32) -> Vec<[u32; 2]> {
     places.map(|(x, y)| [quad(thresholds, x, y), quad(&steep, x, y)]).collect()
 }
 
-/// How steeply thresholds rise about each texel, per texel: the root of it, as bytes.
-fn steepness(thresholds: &[u8], side: usize) -> Vec<u8> {
+/// How steeply thresholds change about each texel, per texel: roots of it, for ink as the lower half of a byte and for
+/// gaps as the upper one.
+fn steepness(thresholds: &[u8], side: usize, is_dots: bool) -> Vec<u8> {
     let at = |x: usize, y: usize| f32::from(thresholds[(y % side) * side + x % side]) / 255.0;
     let places = (0..side * side).map(|i| (i % side, i / side));
-    let root = |(x, y): (usize, usize)| {
+    let roots = |(x, y): (usize, usize)| {
         let here = at(x, y);
-        let mean = |a: f32, b: f32| 0.5 * ((a - here).abs() + (b - here).abs());
-        let along = mean(at(x + 1, y), at(x + side - 1, y));
-        let across = mean(at(x, y + 1), at(x, y + side - 1));
-        (along.hypot(across).min(1.0).sqrt() * 255.0).round() as u8
+        let along = [at(x + 1, y) - here, at(x + side - 1, y) - here];
+        let across = [at(x, y + 1) - here, at(x, y + side - 1) - here];
+        let root = |of: &dyn Fn([f32; 2]) -> f32| (of(along).hypot(of(across)).min(1.0).sqrt() * 15.0).round() as u8;
+        let falls = |sign: f32| root(&|steps| (sign * steps[0]).max(sign * steps[1]).max(0.0));
+        let both = root(&|steps| 0.5 * (steps[0].abs() + steps[1].abs()));
+        if is_dots { falls(-1.0) | falls(1.0) << 4 } else { both | both << 4 }
     };
-    places.map(root).collect()
+    places.map(roots).collect()
 }
 
 /// Thresholds whose bilinear averages are uniform.
