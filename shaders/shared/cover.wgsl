@@ -32,10 +32,7 @@ struct Cover {
 // Two covers that know nothing of each other.
 fn united(a: Cover, b: Cover) -> Cover {
     let ink = 1.0 - (1.0 - a.ink) * (1.0 - b.ink);
-    if a.reach > b.reach {
-        return Cover(ink, a.reach, a.rise);
-    }
-    return Cover(ink, b.reach, b.rise);
+    return Cover(ink, max(a.reach, b.reach), select(b.rise, a.rise, a.reach > b.reach));
 }
 
 // Gaps for marks: gaps close as marks grow.

@@ -7,7 +7,12 @@
 // order. Since a mark's width is one on the picture, a darkness asks for a density on the picture, and nearness makes
 // that a larger one on the ground: marks come between those that are there, and those stay.
 //
-// Rows of marks are chosen so across, and the marks of a row along it, each axis at its own foreshortening. As long as
+// Dots do not stand at the multiples themselves. A cell between two multiples holds one dot, which stays when the cell
+// is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place is
+// fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
+//
+// Rows of marks are chosen so across, and the marks of a row along it, each axis at its own foreshortening. Where
+// a row's marks begin is a digital net of the rows' numbers: rows beside each other do not begin alike. As long as
 // neighbours do not touch, the inked part is width times density, exactly. When the gaps are filled in, the width of
 // all grows such that the inked part remains the darkness that was asked for, up to black.
 #import hachure::view::{View, ray_of_pixel}
@@ -18,6 +23,10 @@
 const AZIMUTH_ZONE: f32 = 0.5;
 // How gradually a mark comes: it is whole at a density this much above its rank, and begins as much below.
 const GROWTH: f32 = 0.12;
+// How much wider dots have to be, for what lies on others is lost.
+const LOST: f32 = 0.075;
+// Levels below a row's own that its beginning knows of.
+const FINER_BITS: i32 = 6;
 const IDENTITY_BITS: u32 = 0xfffffu;
 
 struct Axis {
@@ -49,6 +58,29 @@ fn mixed_bits(value: u32) -> u32 {
     return (v >> 22u) ^ v;
 }
 
+// Bits that each follow from it and the higher ones alone, mixed.
+fn stirred(number: u32) -> u32 {
+    let t = number ^ ((number >> 1u) & (number >> 4u)) ^ (number >> 5u) ^ ((number >> 2u) | (number >> 7u));
+    return t ^ ((t >> 1u) & (t >> 3u)) ^ (t >> 2u);
+}
+
+// Which half of a cell keeps its mark, by its number: the lowest bit, and the others for those that it lies in. In three
+// of four it is not the half that the cell is of its own: a mark is seldom near the end of its cell, where the next
+// one's might be.
+fn kept_halves(cells: u32) -> u32 {
+    return ~cells ^ (((cells >> 1u) ^ (cells >> 4u)) & ((cells >> 2u) ^ (cells >> 7u)));
+}
+
+// Where the mark of a cell is in it, 0 to 1: the halves that keep it, four times.
+fn place_in_cell(index: i32) -> f32 {
+    var halves = bitcast<u32>(index) << 4u;
+    halves |= kept_halves(halves >> 1u) & 8u;
+    halves |= kept_halves(halves >> 1u) & 4u;
+    halves |= kept_halves(halves >> 1u) & 2u;
+    halves |= kept_halves(halves >> 1u) & 1u;
+    return (f32(halves & 15u) + 0.5) / 16.0;
+}
+
 // What is asked of an axis: the places of its level, and which of them have marks of which width.
 struct Asked {
     level: i32,
@@ -59,21 +91,22 @@ struct Asked {
     width_px: f32,
 }
 
-// Marks of width `width_px` on darkness d of this axis alone.
-fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32) -> Asked {
+// Marks of width `width_px` on darkness d of this axis alone. Loose ones lie anywhere in their cells and on each other;
+// there d above 1 asks for wider ones.
+fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32, is_loose: bool) -> Asked {
     let per_px = max(length(change_along(axes[axis].direction, foot)), 1e-9);
     // At d = 1 there is a mark for each width; the level has up to twice as many places.
     let wanted = log2(width_px * per_px) - f32(hatch.first_level);
     let level = clamp(floor(wanted), 0.0, f32(hatch.level_count - 1));
     let place_m = exp2(level + f32(hatch.first_level));
     let place_px = place_m / per_px;
-    let density = d * place_px / width_px;
+    let density = min(d, 1.0) * place_px / width_px;
     // More than every second place: gaps are two places wide or filled, and what is filled overlaps. The rest of the
     // paper is the part 1 - d, all in the gaps.
     let unfilled = 2.0 * (1.0 - density);
-    let wide_px = 2.0 * place_px * (1.0 - (1.0 - d) / max(unfilled, 1e-4));
-    let drawn_px = select(width_px, max(wide_px, width_px), density > 0.5);
-    return Asked(i32(level), place_m, place_px, density, drawn_px);
+    let even_px = 2.0 * place_px * (1.0 - (1.0 - d) / max(unfilled, 1e-4));
+    let wide_px = select(select(width_px, even_px, density > 0.5), min(width_px * d * d, 2.0 * place_px), is_loose);
+    return Asked(i32(level), place_m, place_px, density, max(wide_px, width_px));
 }
 
 // A mark of an axis: who it is, its own level counted from the one that is looked at, and how much of it is there.
@@ -85,9 +118,10 @@ struct Mark {
     width_px: f32,
 }
 
-fn mark_at(index: i32, row: Asked, seed: u32) -> Mark {
+// The mark of a place of a level; `kept` has a bit for each coarser level: 0 where it is that one's mark too.
+fn mark_at(index: i32, kept: u32, row: Asked, seed: u32) -> Mark {
     let bits = bitcast<u32>(index);
-    let coarser = min(i32(select(countTrailingZeros(bits), 31u, bits == 0u)), hatch.level_count - 1 - row.level);
+    let coarser = min(i32(select(countTrailingZeros(kept), 31u, kept == 0u)), hatch.level_count - 1 - row.level);
     let number = (bits >> u32(coarser)) & IDENTITY_BITS;
     let own_level = u32(row.level + coarser);
     let identity = mixed_bits(number ^ (own_level << 20u) ^ seed);
@@ -109,10 +143,13 @@ fn profile(away_px: f32, width_px: f32) -> f32 {
 fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: f32, at: vec3<f32>, foot: Footprint) -> Cover {
     let size_px = layer.marks_px * layer.size;
     let is_endless = layer.marks_px.x <= 0.0;
-    // Both axes make the darkness together: the longer the marks, the more of it is done by rows.
-    let by_rows = select(min(size_px.x / (size_px.x + size_px.y), 0.75), 1.0, is_endless);
-    let row = asked(across, foot, size_px.y, pow(darkness, by_rows));
-    let dash = asked(along, foot, max(size_px.x, 1.0), pow(darkness, 1.0 - by_rows));
+    let is_dot = !is_endless && size_px.x <= size_px.y;
+    // Both axes make the darkness together: the longer the marks, the more of it is done by rows. Rows of dots touch and
+    // have few dots each, or they would be seen; and where it is dark, dots lie on each other.
+    let by_rows = select(select(min(size_px.x / (size_px.x + size_px.y), 0.75), 0.25 * (1.0 - darkness), is_dot), 1.0, is_endless);
+    let lost = select(1.0, 1.0 + LOST * darkness * inverseSqrt(1.0 - darkness), is_dot);
+    let row = asked(across, foot, size_px.y, lost * pow(darkness, by_rows), is_dot);
+    let dash = asked(along, foot, max(size_px.x, 1.0), lost * pow(darkness, 1.0 - by_rows), is_dot);
     let base_u = cells[across * hatch.level_count + row.level];
     let base_v = cells[along * hatch.level_count + dash.level];
     let u = base_u.rest + dot(axes[across].direction, at) / row.place_m;
@@ -120,31 +157,37 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     let nearest_u = round(u);
     // Round ends take ink; in the darks ends are square.
     let roundness = clamp((0.6 - darkness) * 4.0, 0.0, 1.0);
+    // A row's number counts a quarter of its marks' length.
+    let row_power = row.level - dash.level + i32(round(log2(max(size_px.x, 1e-3) / size_px.y))) + 2 - FINER_BITS;
     var ink = 0.0;
     var reach = -1.0;
     var reaching_px = 0.0;
     for (var i = -1; i <= 1; i++) {
-        let row_mark = mark_at(base_u.index + i32(nearest_u) + i, row, seed);
+        let row_index = base_u.index + i32(nearest_u) + i;
+        let row_mark = mark_at(row_index, bitcast<u32>(row_index), row, seed);
         let away_px = (u - nearest_u - f32(i)) * row.place_px;
         let width_px = row_mark.width_px;
         var drawn = profile(away_px, width_px);
         var best = drawn;
         if !is_endless && drawn > -0.5 {
-            // Each row's marks begin somewhere else: by a part, in 256ths, of what a place of the row's own level is.
-            let part = (row_mark.order * 5u) >> 24u;
-            let power = row_mark.coarser + row.level - dash.level + i32(round(log2(size_px.x / size_px.y))) - 8;
+            // Each row's marks begin somewhere else: of its number, times x^-2 + x^-6 + ... as polynomials over bits.
+            let number = (bitcast<u32>(row_index) >> u32(row_mark.coarser)) << u32(FINER_BITS);
+            let mixed = number ^ stirred(number >> 1u);
+            let part = (mixed ^ (mixed >> 2u) ^ (mixed >> 6u)) & 0x3fffu;
+            let power = row_mark.coarser + row_power;
             let shift = select(f32(part) * exp2(f32(power)), 0.0, power >= 0);
             let whole_shift = select(0, i32(part << u32(clamp(power, 0, 31))), power >= 0);
             let place = v + shift;
-            let nearest_v = round(place);
-            let first_v = base_v.index + whole_shift + i32(nearest_v);
+            let cell_v = select(round(place), floor(place), is_dot);
+            let first_v = base_v.index + whole_shift + i32(cell_v);
             let end_px = roundness * 0.5 * width_px * (1.0 - sqrt(max(1.0 - 4.0 * away_px * away_px / max(width_px * width_px, 1e-6), 0.0)));
             let longer_px = roundness * 0.215 * width_px - 2.0 * end_px;
             var on_row = 0.0;
             best = -1.0;
             for (var j = -1; j <= 1; j++) {
-                let mark = mark_at(first_v + j, dash, row_mark.identity);
-                let along_px = (place - nearest_v - f32(j)) * dash.place_px;
+                let bits = bitcast<u32>(first_v + j);
+                let mark = mark_at(first_v + j, bits ^ select(0u, kept_halves(bits >> 1u), is_dot), dash, row_mark.identity);
+                let along_px = (place - cell_v - f32(j) - select(0.0, place_in_cell(first_v + j), is_dot)) * dash.place_px;
                 let one = profile(along_px, max(mark.width_px + select(0.0, longer_px, mark.width_px > 0.0), 0.0));
                 on_row = min(on_row + clamp(one, 0.0, 1.0), 1.0);
                 best = max(best, select(-1.0, one, mark.width_px > 0.05));

@@ -12,6 +12,7 @@
 //   thresholds are mixed, and made uniform again by the mixture's exact distribution.
 // - Scales of one axis lie elsewhere on the other for each level, so that two never show the same marks: shares of
 //   darkness hold for marks that know nothing of each other.
+// - With SWELLING there may be marks that swell; what they need is not worked out for all others.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::form::form_at
@@ -65,6 +66,7 @@ fn tile_threshold(map: u32, place: vec2<f32>, texels: f32, is_dark: bool) -> Thr
     return Threshold(select(value, 1.0 - value, is_dark), dot(roots * roots, weights) * texels);
 }
 
+#ifdef SWELLING
 // Two thresholds, mixed by weight w, as one that is uniform again: through the distribution function of
 // (1 - w) A + w B for independent uniform A and B.
 fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
@@ -78,6 +80,7 @@ fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
     let rise = select(near / corner, 1.0 / a, inner);
     return Threshold(select(below, 1.0 - below, x > 0.5), mix(first.border, second.border, w) * rise);
 }
+#endif
 
 // Ink where `darkness` meets a threshold. `growth` is how fast this darkness grows with the one that is asked for.
 fn cover_at(found: Threshold, darkness: f32, growth: f32, layer: HatchLayer) -> Cover {
@@ -85,17 +88,14 @@ fn cover_at(found: Threshold, darkness: f32, growth: f32, layer: HatchLayer) -> 
     // Nothing on white paper and no gap in black.
     let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
     let reach = (darkness - edge - found.value) / border + 0.5;
-    if layer.grey > 0.0 {
-        let grey = mix(clamp(reach, 0.0, 1.0), darkness, layer.grey);
-        return Cover(grey, grey, growth * mix(1.0 / border, 1.0, layer.grey));
-    }
-    return Cover(clamp(reach, 0.0, 1.0), reach, growth / border);
+    let ink = mix(clamp(reach, 0.0, 1.0), darkness, layer.grey);
+    return Cover(ink, select(reach, ink, layer.grey > 0.0), growth * mix(1.0 / border, 1.0, layer.grey));
 }
 
-// A coordinate at a place: its change per pixel in metres, the ladder's finer level with its texels in a metre, how much
-// of the coarser level, and the coordinate itself.
+// A coordinate at a place: its change from pixel to pixel in metres, the ladder's finer level with its texels in a
+// metre, how much of the coarser level, and the coordinate itself.
 struct Scale {
-    change: vec2<f32>,
+    change_m: f32,
     texels_per_m: f32,
     coarser: f32,
     // The finer level, and its place in `phases`.
@@ -110,7 +110,7 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
     let step = log2(max(dot(d, d) * size * size, 1e-24)) - f32(hatch.first_level);
     let bounded = clamp(step, 0.0, f32(hatch.level_count) - 1.001);
     let whole = floor(bounded);
-    return Scale(d, exp2(-0.5 * (whole + f32(hatch.first_level))), clamp((bounded - whole - 0.5) / zone + 0.5, 0.0, 1.0),
+    return Scale(sqrt(dot(d, d)), exp2(-0.5 * (whole + f32(hatch.first_level))), clamp((bounded - whole - 0.5) / zone + 0.5, 0.0, 1.0),
         i32(whole), axis * hatch.level_count + i32(whole), dot(direction, at));
 }
 
@@ -124,15 +124,19 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
     let darkness = min(asked, 1.0 - asked);
     let density = log2(max(1.0 - darkness, 1e-5));
     let is_endless = (layer.flags & ENDLESS) != 0u;
+#ifdef SWELLING
     let swells = (layer.flags & SWELLS) != 0u;
+#endif
     // Two charts, each with the finer and the coarser scale of its two coordinates; what has no weight is not looked
     // at. Loops are tested at their end: software drivers run both sides of a branch.
     var cover = Cover(0.0, -1e3, 0.0);
     var k = select(0, 1, charts.second >= 1.0);
     let last = select(0, 1, charts.second > 0.0);
     loop {
-        let u = scale_of(charts.across[k], at, foot, layer.size, ACROSS_ZONE);
-        var v = scale_of(charts.along[k], at, foot, layer.size, ALONG_ZONE);
+        // Not by index: software drivers are slow at that.
+        let along = select(charts.along.x, charts.along.y, k == 1);
+        let u = scale_of(select(charts.across.x, charts.across.y, k == 1), at, foot, layer.size, ACROSS_ZONE);
+        var v = scale_of(along, at, foot, layer.size, ALONG_ZONE);
         if is_endless {
             // Nothing ends along a line, so there is nothing to keep in size: as across.
             v.phase = v.phase + u.level - v.level;
@@ -141,38 +145,47 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
         }
         let chart_weight = select(1.0 - charts.second, charts.second, k == 1);
         let chart_density = density * chart_weight;
+        let chart_growth = growth * chart_weight / (1.0 - darkness);
         // Rows lie elsewhere for each axis along them, as they do for each level.
-        let row_offset = fract(f32(charts.along[k]) * GOLDEN) * side;
+        let row_offset = fract(f32(along) * GOLDEN) * side;
         let first_u = select(0, 1, u.coarser >= 1.0);
         let last_u = select(0, 1, u.coarser > 0.0);
         let last_v = select(0, 1, v.coarser > 0.0);
         var i = first_u;
         var j = select(0, 1, v.coarser >= 1.0);
+#ifdef SWELLING
         var row_weight = 0.0;
         var all_weight = 0.0;
         var row: Threshold;
         var all: Threshold;
+#endif
         loop {
             let scale_u = select(u.texels_per_m, u.texels_per_m * HALF_OCTAVE, i == 1);
             let own_v = select(j, i, is_endless);
             let scale_v = select(v.texels_per_m, v.texels_per_m * HALF_OCTAVE, own_v == 1);
             let elsewhere = fract(vec2<f32>(f32(u.level + i), select(f32(v.level + j), 0.0, is_endless)) * GOLDEN) * side;
             let place = vec2<f32>(phases[v.phase + own_v] + v.place_m * scale_v, phases[u.phase + i] + u.place_m * scale_u);
-            let one = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), length(u.change) * scale_u, is_dark);
-            if swells {
-                // What comes first is mixed with nothing.
-                row = mixed(one, row, row_weight);
-                row_weight = 1.0 - u.coarser;
-            } else {
-                let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
-                let own = 1.0 - exp2(chart_density * weight);
-                cover = united(cover, cover_at(one, own, growth * weight * chart_weight * (1.0 - own) / (1.0 - darkness), layer));
+            let one = tile_threshold(layer.map, place + elsewhere + vec2<f32>(offset, offset + select(row_offset, 0.0, is_endless)), u.change_m * scale_u, is_dark);
+            let weight = select(1.0 - u.coarser, u.coarser, i == 1) * select(1.0 - v.coarser, v.coarser, j == 1);
+            let own = 1.0 - exp2(chart_density * weight);
+            let added = united(cover, cover_at(one, own, chart_growth * weight * (1.0 - own), layer));
+#ifdef SWELLING
+            // What comes first is mixed with nothing.
+            row = mixed(one, row, row_weight);
+            row_weight = 1.0 - u.coarser;
+            if !swells {
+                cover = added;
             }
+#else
+            cover = added;
+#endif
             i += 1;
             if i > last_u {
+#ifdef SWELLING
                 all = mixed(row, all, all_weight);
                 all_weight = 1.0 - v.coarser;
                 row_weight = 0.0;
+#endif
                 i = first_u;
                 j += 1;
             }
@@ -180,19 +193,19 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
                 break if j > last_v;
             }
         }
+#ifdef SWELLING
         if swells {
             let own = 1.0 - exp2(chart_density);
-            cover = united(cover, cover_at(all, own, growth * chart_weight * (1.0 - own) / (1.0 - darkness), layer));
+            cover = united(cover, cover_at(all, own, chart_growth * (1.0 - own), layer));
         }
+#endif
         k += 1;
         continuing {
             break if k > last;
         }
     }
-    if is_dark {
-        return turned(cover);
-    }
-    return cover;
+    let gaps = turned(cover);
+    return Cover(select(cover.ink, gaps.ink, is_dark), select(cover.reach, gaps.reach, is_dark), cover.rise);
 }
 
 @compute @workgroup_size(8, 8)
@@ -209,13 +222,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let n = form_at(view, form, pixel, at, textureLoad(normal, pixel, 0).xyz);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
-    let shares = divide(hatch, darkness, length(n.xy));
+    var shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
-        if shares[i] > 0.0 {
-            let growth = growth_of_share(shares[i], darkness);
-            all = united(all, layer_cover(i32(i), shares[i], growth, at.xyz, n, foot));
+        if shares.x > 0.0 {
+            let growth = growth_of_share(shares.x, darkness);
+            all = united(all, layer_cover(i32(i), shares.x, growth, at.xyz, n, foot));
         }
+        shares = shares.yzwx;
     }
     textureStore(cover, pixel, texel_of(all, darkness));
 }

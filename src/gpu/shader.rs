@@ -96,7 +96,7 @@ pub const SHADERS: &[(&str, &str)] = &[
 ];
 
 /// Shaders with a variant that definitions turn on (`#ifdef`).
-pub const VARIANTS: &[(&str, &[&str])] = &[("tones/toon", &["SEEN"])];
+pub const VARIANTS: &[(&str, &[&str])] = &[("tones/toon", &["SEEN"]), ("tones/hatching", &["SWELLING"])];
 
 /// A composed shader: the module, and where its named variables are bound.
 pub struct Shader {

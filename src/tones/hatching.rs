@@ -17,7 +17,8 @@ use crate::style::hatching::Hatching;
 
 /// The pass.
 pub struct HatchingPass {
-    pass: ComputePass,
+    /// With what swelling marks need, and without.
+    passes: [Option<ComputePass>; 2],
     uniform: GrowingBuffer,
     axes: GrowingBuffer,
     phases: GrowingBuffer,
@@ -55,10 +56,10 @@ impl<'a> Inputs<'a> {
 }
 
 impl HatchingPass {
-    /// Builds the pipeline.
+    /// Its pipelines are built when marks ask for them.
     pub fn new(gpu: &Gpu) -> Self {
         Self {
-            pass: ComputePass::new(gpu, "tones/hatching"),
+            passes: [None, None],
             uniform: GrowingBuffer::new(gpu, "hatch", wgpu::BufferUsages::UNIFORM),
             axes: GrowingBuffer::new(gpu, "axes", wgpu::BufferUsages::STORAGE),
             phases: GrowingBuffer::new(gpu, "phases", wgpu::BufferUsages::STORAGE),
@@ -96,6 +97,9 @@ impl HatchingPass {
             ("phases", self.phases.binding()),
         ];
         resources.extend(inputs.resources());
-        self.pass.run(gpu, recorder, size_px, &resources);
+        let swells = hatching.layers.iter().filter_map(|layer| layer.recipe.as_ref()).any(uniform::swells);
+        let (i, definitions): (_, &[&str]) = if swells { (0, &["SWELLING"]) } else { (1, &[]) };
+        let pass = self.passes[i].get_or_insert_with(|| ComputePass::variant(gpu, "tones/hatching", definitions));
+        pass.run(gpu, recorder, size_px, &resources);
     }
 }

@@ -37,34 +37,33 @@ fn ways() -> impl Iterator<Item = [&'static str; 3]> {
     })
 }
 
-/// Grey that soft windows may be off: of 32 pixels, of which none is a hole or a blob, and of 64.
-const ALLOWED: [f64; 2] = [0.21, 0.07];
-/// What is reached where windows of 64 pixels are off by more, a known shortfall: where lines run together, those of
-/// neighbouring charts do not know of each other; and ends of marks meet across the borders of charts.
-const REACHED: [([&str; 3], f64); 3] =
-    [(["blend", "slope", "line"], 0.09), (["add", "contour", "hachure"], 0.09), (["blend", "contour", "line"], 0.075)];
+/// Grey that soft windows may be off: of 32 pixels, of which none is a hole or a blob, and of 64. Reached are 0.082 and
+/// 0.023, both where lines down the slope run together.
+const ALLOWED: [f64; 2] = [0.095, 0.03];
 
-fn holds(shot: &Inked, darkness: f64, allowed: [f64; 2]) -> Result<(), String> {
-    for (side, allowed) in [32, 64].into_iter().zip(allowed) {
-        let off = shot.worst_window(side, darkness).soft;
-        if off > allowed {
-            return Err(format!("off by {off:.3} in {side} pixels"));
-        }
-    }
-    Ok(())
+fn off(shot: &Inked, darkness: f64) -> [f64; 2] {
+    [32, 64].map(|side| shot.worst_window(side, darkness).soft)
+}
+
+fn holds(off: [f64; 2]) -> bool {
+    off.iter().zip(ALLOWED).all(|(off, allowed)| *off <= allowed)
 }
 
 #[test]
 fn tone_holds_at_peaks_and_pits() {
+    let mut reached: Vec<([&str; 3], [f64; 2])> = Vec::new();
     for (name, height_m) in LANDS {
         let Some(mut land) = Land::new(161, 10.0, height_m) else { return };
         for way in ways() {
             let [scale, direction, marks] = way;
-            let known = REACHED.iter().find(|(of, _)| *of == way);
-            let allowed = [ALLOWED[0], known.map_or(ALLOWED[1], |(_, reached)| *reached)];
             for darkness in [0.3, 0.6] {
                 let mut shot = land.shoot(CAMERA, &style(scale, darkness, &layer(marks, direction)));
-                holds(&shot, darkness, allowed).unwrap_or_else(|off| panic!("{way:?} {name}, {darkness}: {off}"));
+                let found = off(&shot, darkness);
+                match reached.iter_mut().find(|(of, _)| *of == way) {
+                    Some((_, most)) => *most = [most[0].max(found[0]), most[1].max(found[1])],
+                    None => reached.push((way, found)),
+                }
+                assert!(holds(found), "{way:?} {name}, {darkness}: off by {found:.3?}");
                 // A hole in the middle, or a blob.
                 let planted = if darkness < 0.5 { 1.0 } else { 0.0 };
                 let middle = [SIZE_PX[0], SIZE_PX[1]].map(|side| 0.5 * f64::from(side));
@@ -74,9 +73,12 @@ fn tone_holds_at_peaks_and_pits() {
                         shot.ink[i] = planted;
                     }
                 }
-                assert!(holds(&shot, darkness, allowed).is_err(), "{way:?} {name}, {darkness}: a blob must be seen");
+                assert!(!holds(off(&shot, darkness)), "{way:?} {name}, {darkness}: a blob must be seen");
             }
         }
+    }
+    for (way, [small, large]) in reached {
+        println!("{way:?}: off by {small:.3} in 32 pixels, by {large:.3} in 64");
     }
 }
 

@@ -60,6 +60,11 @@ fn marks_px(recipe: &Recipe) -> [f32; 2] {
     [length_px, recipe.width_px]
 }
 
+/// Whether marks darken by growing wider, rather than by number.
+pub fn swells(recipe: &Recipe) -> bool {
+    recipe.swell >= 0.5 || recipe.kind == Kind::Halftone
+}
+
 impl HatchLayerUniform {
     fn new(layer: &Layer, map: usize) -> Self {
         let direction = match layer.direction {
@@ -73,8 +78,7 @@ impl HatchLayerUniform {
         let marks_px = layer.recipe.as_ref().map_or([0.0, 1.0], marks_px);
         let flags = layer.recipe.as_ref().map_or(0, |recipe| {
             let endless = if recipe.kind == Kind::Line { ENDLESS } else { 0 };
-            let swells = if recipe.swell >= 0.5 || recipe.kind == Kind::Halftone { SWELLS } else { 0 };
-            endless | swells
+            endless | if swells(recipe) { SWELLS } else { 0 }
         });
         // From three quarters of their size on down, texels are smaller than pixels and would alias.
         let grey = ((0.75 - layer.size) / 0.4).clamp(0.0, 1.0);
