@@ -22,7 +22,7 @@
 // Part of the way between two scales in which both are seen: across, and along.
 const ACROSS_ZONE: f32 = 0.6;
 const ALONG_ZONE: f32 = 0.5;
-const AZIMUTH_ZONE: f32 = 0.3;
+const AZIMUTH_ZONE: f32 = 0.5;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
 // Of a mark's border, in thresholds: four steps of those, or a line that is just coming would be dotted.
