@@ -10,8 +10,15 @@ use crate::common::hill::Hill;
 
 /// Hatching against toon, at most.
 const ALLOWED: f64 = 2.5;
-/// Three directions against one: twice is the goal, and machines are noisy.
-const ALLOWED_THREE: f64 = 2.6;
+/// Three directions against one.
+const ALLOWED_THREE: f64 = 2.0;
+/// Pictures of each style, at most: other work on the machine only ever adds to a time, so more make the least truer.
+const MOST_ROUNDS: usize = 60;
+
+/// Whether one direction and three are as fast as they must be, by the times of toon and hatching for each.
+fn holds(times: &[(f64, f64)]) -> bool {
+    times[0].1 <= ALLOWED * times[0].0 && times[1].1 <= ALLOWED_THREE * times[0].1
+}
 
 fn style(layers: &str) -> Style {
     let text = format!(
@@ -25,13 +32,16 @@ fn layer(direction: &str) -> String {
     format!("[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\n")
 }
 
-/// The least milliseconds of the toon pass and of the passes of hatching for each style, in turns: other work only ever adds.
+/// The least milliseconds of the toon pass and of the passes of hatching for each style, in turns, until they hold.
 fn times_ms(world: &mut World, styles: &[Style]) -> Vec<(f64, f64)> {
     let pose = world.pose("-500,-700,420,35,-22,50");
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e6, haze_srgb: None };
     let mut frames: Vec<_> = styles.iter().map(|_| None).collect();
     let mut times = vec![(f64::INFINITY, f64::INFINITY); styles.len()];
-    for _ in 0..9 {
+    for round in 0..MOST_ROUNDS {
+        if round >= 9 && holds(&times) {
+            break;
+        }
         for ((style, frame), least) in styles.iter().zip(&mut frames).zip(&mut times) {
             let request = PictureRequest::still(pose, [640, 360], style, light);
             let take = |_| Ok::<_, std::convert::Infallible>(());
@@ -61,8 +71,7 @@ fn hatching_costs_little_more_than_toon() {
         one / toon,
         three / one
     );
-    assert!(toon > 0.0 && one <= ALLOWED * toon, "{one} ms and {toon} ms");
-    assert!(three <= ALLOWED_THREE * one, "{three} ms and {one} ms");
+    assert!(toon > 0.0 && holds(&times), "toon {toon} ms, hatching {one} ms and {three} ms");
     // Four layers of it are too slow: the ratio can say no.
     assert!(four > ALLOWED * toon, "{four} ms and {toon} ms");
 }
