@@ -145,7 +145,7 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
     let steep = length(n.xy);
     // Along the contours as they are; turned ones are like those down the slope, a quarter further.
     if layer.direction == CONTOUR && layer.turn == 0.0 {
-        let level = 1.0 - smoothstep(0.06, 0.075, steep);
+        let level = 1.0 - smoothstep(0.045, 0.06, steep);
         if (layer.flags & ENDLESS) != 0u {
             // What runs along a line without ends is its wobble: one axis for all, or lines would break where it
             // changes. It has the scale of what runs across, and height rises slowly.

@@ -169,7 +169,7 @@ fn styles_are_listed_shown_and_checked() {
         assert_eq!(info["passes"][0], "surface/vertices");
     }
     // Those of measurements too.
-    for file in std::fs::read_dir(checked_in("benches/styles")).unwrap() {
+    for file in fs::read_dir(checked_in("benches/styles")).unwrap() {
         let file = file.unwrap().path();
         assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
     }
