@@ -149,6 +149,23 @@ fn shadows_are_where_rays_meet_the_land() {
 }
 
 #[test]
+fn exposure_makes_land_white() {
+    let Some(mut world) = World::new(grid_of(65, 65, 20.0, rough_height_m), 1.0) else { return };
+    let light = sun(315.0, 40.0);
+    let mut tone = |exposure: f32| {
+        let mut style = style(0.0, 0.0, 0.0);
+        style.light.exposure = exposure;
+        shot(&mut world, &style, &light, "0,-900,+300,0,-30,60").tone
+    };
+    let [as_is, brighter, dimmer] = [1.0, 1.5, 0.5].map(&mut tone);
+    let is_times = |other: &[f64], factor: f64| {
+        as_is.iter().zip(other).all(|(a, b)| ((a * factor).min(1.0) - b).abs() < 2e-3 || *a >= 0.9995)
+    };
+    assert!(is_times(&brighter, 1.5) && is_times(&dimmer, 0.5));
+    assert!(!is_times(&brighter, 1.4) && !is_times(&as_is, 0.5));
+}
+
+#[test]
 fn the_visible_sky_is_what_a_formula_says() {
     let seen = |height_m: &dyn Fn(f64, f64) -> f64| {
         let mut world = World::new(grid_of(601, 601, 20.0, height_m), 1.0)?;

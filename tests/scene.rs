@@ -23,6 +23,24 @@ fn scene(text: &str) -> Result<Scene, String> {
 }
 
 #[test]
+fn haze_thins_with_height() {
+    let light = scene("[world]\nprocedural = { seed = 7 }\n[haze]\ndistance_m = 20000\n").unwrap().light([1e5, 1e5]);
+    let distance_m = |height_m: f64| light.from_above(height_m).haze_m;
+    // What a ray that falls through all the air above has of it, step by step.
+    let marched = |height_m: f64| {
+        let steps = 100_000;
+        let air = (0..steps).map(|i| (-(f64::from(i) + 0.5) / f64::from(steps) * height_m / 8000.0).exp()).sum::<f64>();
+        20_000.0 * f64::from(steps) / air
+    };
+    for height_m in [1.0, 100.0, 3000.0, 30_000.0, 1e6] {
+        let is_so = |height_m: f64, wanted_m: f64| (distance_m(height_m) / wanted_m - 1.0).abs() < 1e-3;
+        assert!(is_so(height_m, marched(height_m)), "{height_m} m: {}", distance_m(height_m));
+        assert!(!is_so(height_m, marched(height_m + 100.0)) || height_m > 1e5);
+    }
+    assert!([-5000.0, 0.0].iter().all(|height_m| (distance_m(*height_m) - 20_000.0).abs() < 0.1));
+}
+
+#[test]
 fn camera_axes_follow_the_compass() {
     let north = camera("0,0,0,0,0,60");
     assert!(north.forward().abs_diff_eq(DVec3::Y, 1e-12));
