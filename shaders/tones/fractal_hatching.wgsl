@@ -11,6 +11,8 @@
 // is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place is
 // fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
 //
+// What marks with ends need is a variant (`ENDED`): software drivers run both sides of a branch.
+//
 // Rows of marks are chosen so across, and the marks of a row along it, each axis at its own foreshortening. Where
 // a row's marks begin is a digital net of the rows' numbers: rows beside each other do not begin alike. As long as
 // neighbours do not touch, the inked part is width times density, exactly. When the gaps are filled in, the width of
@@ -149,16 +151,18 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     let by_rows = select(select(min(size_px.x / (size_px.x + size_px.y), 0.75), 0.25 * (1.0 - darkness), is_dot), 1.0, is_endless);
     let lost = select(1.0, 1.0 + LOST * darkness * inverseSqrt(1.0 - darkness), is_dot);
     let row = asked(across, foot, size_px.y, lost * pow(darkness, by_rows), is_dot);
-    let dash = asked(along, foot, max(size_px.x, 1.0), lost * pow(darkness, 1.0 - by_rows), is_dot);
     let base_u = cells[across * hatch.level_count + row.level];
-    let base_v = cells[along * hatch.level_count + dash.level];
     let u = base_u.rest + dot(axes[across].direction, at) / row.place_m;
-    let v = base_v.rest + dot(axes[along].direction, at) / dash.place_m;
     let nearest_u = round(u);
+#ifdef ENDED
+    let dash = asked(along, foot, max(size_px.x, 1.0), lost * pow(darkness, 1.0 - by_rows), is_dot);
+    let base_v = cells[along * hatch.level_count + dash.level];
+    let v = base_v.rest + dot(axes[along].direction, at) / dash.place_m;
     // Round ends take ink; in the darks ends are square.
     let roundness = clamp((0.6 - darkness) * 4.0, 0.0, 1.0);
     // A row's number counts a quarter of its marks' length.
     let row_power = row.level - dash.level + i32(round(log2(max(size_px.x, 1e-3) / size_px.y))) + 2 - FINER_BITS;
+#endif
     var ink = 0.0;
     var reach = -1.0;
     var reaching_px = 0.0;
@@ -169,6 +173,7 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
         let width_px = row_mark.width_px;
         var drawn = profile(away_px, width_px);
         var best = drawn;
+#ifdef ENDED
         if !is_endless && drawn > -0.5 {
             // Each row's marks begin somewhere else: of its number, times x^-2 + x^-6 + ... as polynomials over bits.
             let number = (bitcast<u32>(row_index) >> u32(row_mark.coarser)) << u32(FINER_BITS);
@@ -195,6 +200,7 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
             best = min(drawn, best);
             drawn = clamp(drawn, 0.0, 1.0) * on_row;
         }
+#endif
         // A mark that has not come is not there to grow.
         if width_px > 0.05 && best > reach {
             reach = best;

@@ -96,7 +96,8 @@ pub const SHADERS: &[(&str, &str)] = &[
 ];
 
 /// Shaders with a variant that definitions turn on (`#ifdef`).
-pub const VARIANTS: &[(&str, &[&str])] = &[("tones/toon", &["SEEN"]), ("tones/hatching", &["SWELLING"])];
+pub const VARIANTS: &[(&str, &[&str])] =
+    &[("tones/toon", &["SEEN"]), ("tones/hatching", &["SWELLING"]), ("tones/fractal_hatching", &["ENDED"])];
 
 /// A composed shader: the module, and where its named variables are bound.
 pub struct Shader {

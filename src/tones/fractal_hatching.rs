@@ -9,20 +9,22 @@ use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::ComputePass;
 use crate::gpu::timer::Recorder;
 use crate::style::hatching::Hatching;
+use crate::style::marks::Kind;
 
 /// The pass.
 pub struct FractalHatchingPass {
-    pass: ComputePass,
+    // Of marks that end, and of lines alone: built when a style asks for them.
+    passes: [Option<ComputePass>; 2],
     uniform: GrowingBuffer,
     axes: GrowingBuffer,
     cells: GrowingBuffer,
 }
 
 impl FractalHatchingPass {
-    /// Builds the pipeline.
+    /// Its pipelines are built when marks ask for them.
     pub fn new(gpu: &Gpu) -> Self {
         Self {
-            pass: ComputePass::new(gpu, "tones/fractal_hatching"),
+            passes: [None, None],
             uniform: GrowingBuffer::new(gpu, "hatch", wgpu::BufferUsages::UNIFORM),
             axes: GrowingBuffer::new(gpu, "axes", wgpu::BufferUsages::STORAGE),
             cells: GrowingBuffer::new(gpu, "cells", wgpu::BufferUsages::STORAGE),
@@ -46,6 +48,11 @@ impl FractalHatchingPass {
         let mut resources =
             vec![("hatch", self.uniform.binding()), ("axes", self.axes.binding()), ("cells", self.cells.binding())];
         resources.extend(inputs.resources());
-        self.pass.run(gpu, recorder, size_px, &resources);
+        let is_ended =
+            hatching.layers.iter().any(|layer| layer.recipe.as_ref().is_none_or(|recipe| recipe.kind != Kind::Line));
+        let (i, definitions): (_, &[&str]) = if is_ended { (0, &["ENDED"]) } else { (1, &[]) };
+        let pass =
+            self.passes[i].get_or_insert_with(|| ComputePass::variant(gpu, "tones/fractal_hatching", definitions));
+        pass.run(gpu, recorder, size_px, &resources);
     }
 }
