@@ -1,5 +1,8 @@
 //! Lines without crumbs: no piece of ink along a line, and no gap in it, is shorter than a pen would make it.
 //!
+//! Lines are seen at flat angles too, where a few texels along them are one pixel: what changes faster would be dotted
+//! there. So thresholds are smoothed along the rows first, and lines end long and thin.
+//!
 //! Where a line begins to come its threshold is nearly level, so the least unevenness lets a few texels come before
 //! the others. An opening of the ink by a segment along the line, and one of the paper (Serra 1982; on grey values, so
 //! at all tones at once), takes them away. Both are increasing, so tones stay nested.
