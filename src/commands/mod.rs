@@ -1,10 +1,12 @@
 //! The commands of the program, one file each.
 
+pub mod arguments;
 pub mod bake;
 pub mod bench;
 mod describe;
 pub mod info;
 pub mod fly;
+pub mod misuse;
 pub mod progress;
 pub mod render;
 pub mod styles;

@@ -19,6 +19,7 @@ use super::cache::TileCache;
 use super::loader::Loader;
 use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::warp::Warp;
+use crate::file::message::chain;
 use crate::gpu::Gpu;
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
@@ -333,17 +334,6 @@ fn by_level(
     let mut all: Vec<_> = tiles.chain(more).collect();
     all.sort_by_key(|(tile, _)| std::cmp::Reverse(tile.level));
     all.into_iter()
-}
-
-/// An error with its causes.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text += &format!(": {error}");
-        cause = error.source();
-    }
-    text
 }
 
 #[cfg(test)]
