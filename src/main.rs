@@ -9,6 +9,7 @@ use hachure::commands;
 use hachure::commands::misuse::{self, Misuse};
 use hachure::file::message::{chain, printable};
 use hachure::gpu::device::AdapterWish;
+use tracing_subscriber::fmt::format::debug_fn;
 
 /// Draws real terrain of any size in real time as ink, pencil, wash or print
 #[derive(Debug, Parser)]
@@ -44,6 +45,8 @@ enum Command {
 
 /// Characters of an error's line, at most: enough for two long names of files and a cause.
 const LONGEST_LINE: usize = 480;
+/// Of a line of the log.
+const LONGEST_LOG_LINE: usize = 4000;
 
 fn main() -> ExitCode {
     let cli = match parsed() {
@@ -62,6 +65,11 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
+        // Names of files and words of servers are in these lines, too.
+        .fmt_fields(debug_fn(|writer, field, value| match field.name() {
+            "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
+            name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
+        }))
         .init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),

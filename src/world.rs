@@ -173,8 +173,8 @@ impl OpenWorld {
         let name = store.name();
         let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
         let options = TerrainOptions { inverse_radius, ..options };
-        let terrain = Terrain::new(gpu, store, options)
-            .map_err(|source| WorldError::Terrain { name, source }.of(&scene))?;
+        let terrain =
+            Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source }.of(&scene))?;
         let mut world = Self { scene, terrain };
         let placed = world.place_meshes().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.terrain.set_meshes(placed);

@@ -83,3 +83,16 @@ pub fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     }
     bail!("{}: there is no such file", if world.trim().is_empty() { quoted(world) } else { named(world) })
 }
+
+/// That a file is not an address: `command` reads files of this machine.
+///
+/// # Errors
+/// [`Misuse`].
+pub fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
+    if !file.to_string_lossy().contains("://") || file.exists() {
+        return Ok(());
+    }
+    let cause =
+        format!("is an address, and {command} reads files of this machine; render, bench and fly read addresses");
+    Err(Misuse(format!("{}: {cause}", named(file))))
+}

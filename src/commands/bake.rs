@@ -30,7 +30,7 @@ pub struct BakeArgs {
     #[arg(short, long, value_name = "OUT.tif")]
     pub output: PathBuf,
     /// How far a stored height may be from the original one, in metres; 0 keeps every bit
-    #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = arguments::from_to(0.0, 1e6))]
+    #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = arguments::from_to(0.0, 1e6), allow_hyphen_values = true)]
     pub max_error: f64,
     /// Bake part I of N into the work folder OUT.tif.parts and stop; a last call with --resume joins all
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
@@ -39,7 +39,7 @@ pub struct BakeArgs {
     #[arg(long)]
     pub resume: bool,
     /// Metres between samples, for heightmaps that do not say
-    #[arg(long, value_name = "METRES", value_parser = arguments::above_0)]
+    #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub spacing: Option<f64>,
     /// Width and height of a raw heightmap
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
@@ -54,7 +54,7 @@ pub struct BakeArgs {
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
     /// Tiles along the side of a chunk, as a power of 2; for tests
-    #[arg(long, hide = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=6))]
+    #[arg(long, hide = true, default_value_t = 4, value_parser = arguments::whole::<u32>(1, 6))]
     pub chunk_levels: u32,
     /// Print what was baked, for programs
     #[arg(long)]
@@ -116,6 +116,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
     let output = &args.output;
     for input in &args.inputs {
+        arguments::check_local(input, "bake")?;
         check_output(input, output)?;
     }
     use_granted_threads();

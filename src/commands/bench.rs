@@ -38,7 +38,6 @@ use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
-use crate::tones::hatching::maps;
 use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.

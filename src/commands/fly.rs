@@ -36,7 +36,7 @@ pub struct FlyArgs {
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
     /// Render without rest, print the frame times, and quit after this many pictures
-    #[arg(long, hide = true)]
+    #[arg(long, hide = true, value_parser = arguments::whole::<u64>(1, u64::MAX))]
     pub frames: Option<u64>,
 }
 

@@ -79,12 +79,24 @@ pub fn told(error: &clap::Error, words: &[String]) -> String {
                 _ => format!("{} is one argument too many; see {} --help", quoted(&argument), command(known)),
             }
         }
+        ErrorKind::InvalidSubcommand if known.is_none() => {
+            let given = text(ContextKind::InvalidSubcommand);
+            first_free(words)
+                .and_then(mistyped_command)
+                .unwrap_or_else(|| format!("{} is one argument too many; see hachure --help", quoted(&given)))
+        }
         ErrorKind::InvalidSubcommand => {
             let given = text(ContextKind::InvalidSubcommand);
             let meant = did_you_mean(&given, ["list", "show", "check"]);
             format!("{} has no {}{meant}", command(known), quoted(&given))
         }
-        ErrorKind::MissingRequiredArgument => format!("{argument} is missing; see {} --help", command(known)),
+        ErrorKind::MissingRequiredArgument => {
+            let (missing, verb) = match error.get(ContextKind::InvalidArg) {
+                Some(ContextValue::Strings(all)) if all.len() > 1 => (all.join(" and "), "are"),
+                _ => (argument, "is"),
+            };
+            format!("{missing} {verb} missing; see {} --help", command(known))
+        }
         ErrorKind::ArgumentConflict => match text(ContextKind::PriorArg) {
             prior if prior.is_empty() || prior == argument => format!("{name} is given twice"),
             prior => format!("{argument} and {prior} exclude each other"),

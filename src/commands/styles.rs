@@ -65,7 +65,8 @@ pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
     match &args.action {
         None | Some(Action::List) => list(args.json),
         Some(Action::Show { name }) => {
-            let text = style::preset_text(name).ok_or_else(|| Misuse::of(StyleError::Unknown { name: name.clone() }))?;
+            let text =
+                style::preset_text(name).ok_or_else(|| Misuse::of(StyleError::Unknown { name: name.clone() }))?;
             if args.json { tell_json(&Shown { name, text }) } else { tell(text) }
         }
         Some(Action::Check { file }) => {

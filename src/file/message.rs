@@ -37,6 +37,11 @@ pub fn printable(message: &str, longest: usize) -> String {
     cut(&super::one_line(message), longest)
 }
 
+/// A text of several lines as a terminal may show it: control characters other than line breaks and tabs are escaped.
+pub fn harmless(text: &str) -> String {
+    text.chars().map(|it| if matches!(it, '\n' | '\t') { it.to_string() } else { seen(it) }).collect()
+}
+
 /// Whether a character would act on a terminal or on the order of the text instead of being seen.
 fn acts(character: char) -> bool {
     let directions = matches!(character, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

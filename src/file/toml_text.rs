@@ -136,7 +136,23 @@ mod tests {
     #[expect(dead_code, reason = "only their types count")]
     enum Ink {
         Plain,
-        Mixed { parts: f32 },
+        Mixed {
+            parts: f32,
+            #[serde(default)]
+            tints: Vec<Tint>,
+        },
+    }
+
+    /// A text with a meaning.
+    #[derive(Debug)]
+    struct Tint;
+
+    impl<'de> Deserialize<'de> for Tint {
+        fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            let text = String::deserialize(deserializer)?;
+            let cause = || serde::de::Error::custom(format!("{} is no tint", super::super::message::quoted(&text)));
+            (text == "red").then_some(Self).ok_or_else(cause)
+        }
     }
 
     fn mistake(text: &str) -> String {
@@ -149,7 +165,7 @@ mod tests {
                     [frame]\nwidth_px = 2\n[ink]\nkind = \"mixed\"\nparts = 1\n";
         let sheet: Sheet = read("sheet.toml", text).unwrap();
         assert!(sheet.copies == 3 && sheet.dots[0].at == [1.0, 2.5] && sheet.frame.unwrap().width_px == 2.0);
-        assert!(matches!((sheet.fold, sheet.ink), (Some(Fold::Half), Some(Ink::Mixed { parts: 1.0 }))));
+        assert!(matches!((sheet.fold, sheet.ink), (Some(Fold::Half), Some(Ink::Mixed { parts: 1.0, .. }))));
     }
 
     #[test]
@@ -177,22 +193,10 @@ mod tests {
                 "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is 1.5",
             ),
             ("title = \"\"\ndots = 3", "sheet.toml:2:8: dots must be a list, and 3 is a number"),
-            (
-                "title = \"\"\ndots = [{ at = [1] }]",
-                "sheet.toml:2:16: dots.at must be a list of 2, and it has 1",
-            ),
-            (
-                "title = \"\"\n[[dots]]\nat = [1, true]",
-                "sheet.toml:3:10: dots.at must be a number, and it is true",
-            ),
-            (
-                "title = \"\"\nfold = \"leter\"",
-                "sheet.toml:2:8: fold cannot be \"leter\"; did you mean \"letter\"?",
-            ),
-            (
-                "title = \"\"\nfold = \"thrice\"",
-                "sheet.toml:2:8: fold cannot be \"thrice\"; there is half, letter",
-            ),
+            ("title = \"\"\ndots = [{ at = [1] }]", "sheet.toml:2:16: dots.at must be a list of 2, and it has 1"),
+            ("title = \"\"\n[[dots]]\nat = [1, true]", "sheet.toml:3:10: dots.at must be a number, and it is true"),
+            ("title = \"\"\nfold = \"leter\"", "sheet.toml:2:8: fold cannot be \"leter\"; did you mean \"letter\"?"),
+            ("title = \"\"\nfold = \"thrice\"", "sheet.toml:2:8: fold cannot be \"thrice\"; there is half, letter"),
             ("title = \"\"\nfold = 2", "sheet.toml:2:8: fold must be one of half, letter, and 2 is a number"),
             // Of a table that is one of several kinds, serde keeps no places; they are found again.
             (
@@ -202,6 +206,10 @@ mod tests {
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = \"all\"",
                 "sheet.toml:4:9: ink.parts must be a number, and \"all\" is a text",
+            ),
+            (
+                "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = 1\ntints = [\"red\", \"loud\"]",
+                "sheet.toml:5:17: ink.tints: \"loud\" is no tint",
             ),
             ("title = \"a\"\ntitle = \"b\"", "sheet.toml:2:1: duplicate key"),
             ("title = \"a\"\n[frame\n", "sheet.toml:2:"),

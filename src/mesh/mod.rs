@@ -7,6 +7,7 @@ pub mod build;
 pub mod normals;
 pub mod obj;
 pub mod placed;
+mod wrong_line;
 
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! The channels of an EXR beside its colour: one sample at the centre of each pixel, which no anti-aliasing touches.
 
 use super::Window;
-use crate::file::message::shown;
 use crate::file::exr::{SampleKind, Samples};
+use crate::file::message::shown;
 use crate::frame::{Frame, Targets};
 use crate::gpu::{Gpu, GpuError};
 use crate::style::{Detector, Style};

@@ -223,7 +223,10 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let header = reader.headers().map_err(csv_error)?;
     let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}')).collect();
     if names != HEADER {
-        return Err(wrong(1, format!("the header is `{}`, and must be `{}`", shown(&names.join(",")), HEADER.join(","))));
+        return Err(wrong(
+            1,
+            format!("the header is `{}`, and must be `{}`", shown(&names.join(",")), HEADER.join(",")),
+        ));
     }
     let mut rows: Vec<Row> = Vec::new();
     for record in reader.records() {

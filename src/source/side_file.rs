@@ -97,9 +97,7 @@ impl Said {
     pub fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let side_path = side_path(path);
         let side = match &side_path {
-            Some(side_path) => {
-                toml_text::read::<SideFile>(&side_path.to_string_lossy(), &small_text(side_path)?)?
-            }
+            Some(side_path) => toml_text::read::<SideFile>(&side_path.to_string_lossy(), &small_text(side_path)?)?,
             None => SideFile::default(),
         };
         let said = Self { side_path, side, options: *options };

@@ -109,9 +109,8 @@ impl Hatching {
         }
         within("hatching.softness", self.softness, 0.0, 0.5)?;
         for (number, layer) in self.layers.iter().enumerate() {
-            let within = |key: &str, value, low, high| {
-                within(&format!("hatching.layers[{number}].{key}"), value, low, high)
-            };
+            let within =
+                |key: &str, value, low, high| within(&format!("hatching.layers[{number}].{key}"), value, low, high);
             within("from", layer.from, 0.0, 0.99)?;
             within("size", layer.size, 0.25, 8.0)?;
             within("angle_deg", layer.angle_deg, -360.0, 360.0)?;

@@ -42,14 +42,13 @@ impl SvgOptions {
         }
         let Some(strokes) = &style.strokes else {
             let style = shown(&style.name);
-            let misuse = format!("{output}: an .svg holds strokes, and the style {style} has none; --style strokes has");
+            let misuse =
+                format!("{output}: an .svg holds strokes, and the style {style} has none; --style strokes has");
             return Err(Misuse(misuse).into());
         };
         let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX);
         let sheet = match (&args.paper, args.margin) {
-            (Some(paper), margin) => {
-                Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size).map_err(Misuse)?
-            }
+            (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size).map_err(Misuse)?,
             (None, Some(margin)) => {
                 return Err(Misuse(format!("--margin {margin}: it is a margin of --paper, which is not given")).into());
             }

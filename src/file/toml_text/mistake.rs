@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::ops::Range;
 
 use serde::de::{Error, Expected, Unexpected};
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::super::message::{did_you_mean, named, quoted, shown};
@@ -23,11 +24,20 @@ pub(super) struct Mistake {
 
 #[derive(Clone, Debug)]
 pub(super) enum Kind {
-    UnknownKey { key: String, known: &'static [&'static str] },
-    UnknownName { name: String, known: &'static [&'static str] },
+    UnknownKey {
+        key: String,
+        known: &'static [&'static str],
+    },
+    UnknownName {
+        name: String,
+        known: &'static [&'static str],
+    },
     MissingKey(&'static str),
     /// "a number", and what there is instead: "\"thin\" is a text".
-    Wanted { wanted: String, found: String },
+    Wanted {
+        wanted: String,
+        found: String,
+    },
     /// Words of ours, or of a type that is read from a text.
     Other(String),
 }
@@ -68,26 +78,29 @@ impl Mistake {
             return Some((Vec::new(), key.span()));
         }
         for (key, value) in table {
-            let is_it = match &self.kind {
-                Kind::Wanted { found, .. } => *found == described(value.get_ref()),
-                Kind::UnknownName { name, .. } => value.get_ref().as_str() == Some(name),
-                _ => false,
-            };
-            let below = match value.get_ref() {
-                _ if is_it => Some((Vec::new(), value.span())),
-                DeValue::Table(table) => self.search(table),
-                DeValue::Array(list) => list.iter().find_map(|entry| match entry.get_ref() {
-                    DeValue::Table(table) => self.search(table),
-                    _ => None,
-                }),
-                _ => None,
-            };
-            if let Some((mut keys, place)) = below {
+            if let Some((mut keys, place)) = self.search_value(value) {
                 keys.insert(0, key.get_ref().to_string());
                 return Some((keys, place));
             }
         }
         None
+    }
+
+    /// The same in a value.
+    fn search_value(&self, value: &Spanned<DeValue<'_>>) -> Option<(Vec<String>, Range<usize>)> {
+        let is_it = match &self.kind {
+            Kind::Wanted { found, .. } => *found == described(value.get_ref()),
+            Kind::UnknownName { name, .. } => value.get_ref().as_str() == Some(name),
+            // Of a text that says something else than it must, the message begins with it.
+            Kind::Other(words) => value.get_ref().as_str().is_some_and(|text| words.starts_with(&quoted(text))),
+            _ => false,
+        };
+        match value.get_ref() {
+            _ if is_it => Some((Vec::new(), value.span())),
+            DeValue::Table(table) => self.search(table),
+            DeValue::Array(list) => list.iter().find_map(|entry| self.search_value(entry)),
+            _ => None,
+        }
     }
 
     /// In words.

@@ -229,10 +229,9 @@ impl<'de> SeqAccess<'de> for List<'_> {
 
     fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Mistake> {
         let Some(entry) = self.0.next() else { return Ok(None) };
-        seed.deserialize(Value(entry)).map(Some).map_err(|mistake| Mistake {
-            at: mistake.at.or(Some(entry.span())),
-            ..mistake
-        })
+        seed.deserialize(Value(entry))
+            .map(Some)
+            .map_err(|mistake| Mistake { at: mistake.at.or(Some(entry.span())), ..mistake })
     }
 
     fn size_hint(&self) -> Option<usize> {
