@@ -92,7 +92,6 @@ pub fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
     if !file.to_string_lossy().contains("://") || file.exists() {
         return Ok(());
     }
-    let cause =
-        format!("is an address, and {command} reads files of this machine; render, bench and fly read addresses");
-    Err(Misuse(format!("{}: {cause}", named(file))))
+    // An address may hold a password: it is not repeated.
+    Err(Misuse(format!("{command} reads files of this machine; render, bench and fly read addresses")))
 }

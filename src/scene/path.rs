@@ -45,6 +45,7 @@ pub enum PathError {
         /// The file.
         path: PathBuf,
         /// What the system said.
+        #[source]
         cause: std::io::Error,
     },
     /// A line is wrong.

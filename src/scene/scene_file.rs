@@ -54,6 +54,7 @@ pub enum SceneError {
         /// The file.
         path: PathBuf,
         /// What the system said.
+        #[source]
         cause: std::io::Error,
     },
     /// It is not TOML, has a key that scenes do not have, or a value that makes no sense.
