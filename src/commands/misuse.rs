@@ -83,6 +83,7 @@ pub fn told(error: &clap::Error, words: &[String]) -> String {
             let given = text(ContextKind::InvalidSubcommand);
             first_free(words)
                 .and_then(mistyped_command)
+                .or_else(|| mistyped_command(&given))
                 .unwrap_or_else(|| format!("{} is one argument too many; see hachure --help", quoted(&given)))
         }
         ErrorKind::InvalidSubcommand => {

@@ -46,7 +46,8 @@ pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
 }
 
 /// That the value of `key` makes no sense, in the words of `cause`. The key is written with its sections, and `[2]`
-/// behind that of a list means its third entry: `hatching.layers[2].from`. A key that is not in the text has no place.
+/// behind that of a list means its third entry: `hatching.layers[2].from`. The place of a key that is not in the text is
+/// that of its section, if that is there.
 pub fn wrong(name: &str, text: &str, key: &str, cause: impl Into<String>) -> TomlError {
     let at = parse(name, text).ok().and_then(|table| place_of(table.get_ref(), key)).map(|at| position(text, at.start));
     TomlError { name: name.to_owned(), at, cause: cause.into() }
@@ -80,13 +81,13 @@ fn place_of(table: &DeTable<'_>, key: &str) -> Option<Range<usize>> {
     };
     let mut value = table.get(first)?;
     if let (Some(index), DeValue::Array(list)) = (index, value.get_ref()) {
-        value = list.get::<usize>(index)?;
+        value = list.get::<usize>(index).unwrap_or(value);
     }
-    match (rest, value.get_ref()) {
+    let below = match (rest, value.get_ref()) {
         (Some(rest), DeValue::Table(table)) => place_of(table, rest),
-        (Some(_), _) => None,
-        (None, _) => Some(value.span()),
-    }
+        _ => None,
+    };
+    below.or_else(|| Some(value.span()))
 }
 
 #[cfg(test)]
@@ -243,8 +244,8 @@ mod tests {
             ("b.c", Some([3, 5])),
             ("b.c[1]", Some([3, 9])),
             ("d[1].e", Some([7, 5])),
-            ("d[2].e", None),
-            ("b.f", None),
+            ("b.f", Some([2, 1])),
+            ("f.g", None),
             ("", None),
         ] {
             assert_eq!(wrong("x", text, key, "").at, at, "{key}");

@@ -129,7 +129,8 @@ fn in_range(field: &'static str, value: f64, [low, high]: [f64; 2], unit: &str) 
         return Ok(());
     }
     let cause = format!("it must lie within {low} to {high} {unit}");
-    Err(CameraError::Field { field, value: value.to_string(), cause })
+    let value = if value.abs() < 1e12 { value.to_string() } else { format!("{value:e}") };
+    Err(CameraError::Field { field, value, cause })
 }
 
 impl FromStr for Camera {

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::camera::{Camera, FOV_RANGE_DEG};
-use crate::file::message::{named, shown};
+use crate::file::message::{named, printable, shown};
 
 /// The columns, in order.
 const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
@@ -213,7 +213,10 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let wrong = |line: u64, cause: String| PathError::Line { path: name.to_owned(), line, cause };
     let csv_error = |error: csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
-        wrong(line, error.to_string())
+        match error.kind() {
+            csv::ErrorKind::Utf8 { .. } => wrong(line, "it is not in UTF-8".to_owned()),
+            _ => wrong(line, printable(&error.to_string(), 120)),
+        }
     };
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(true)
@@ -223,6 +226,9 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         .from_reader(text);
     let header = reader.headers().map_err(csv_error)?;
     let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}')).collect();
+    if names.iter().all(|name| name.is_empty()) {
+        return Err(wrong(1, format!("it has no header, and must begin with `{}`", HEADER.join(","))));
+    }
     if names != HEADER {
         return Err(wrong(
             1,
@@ -235,7 +241,7 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         let line = record.position().map_or(0, csv::Position::line);
         let fields: Vec<&str> = record.iter().collect();
         let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
-            .map_err(|fields| wrong(line, format!("{} fields, and there must be 7", fields.len())))?;
+            .map_err(|fields| wrong(line, format!("{} fields, and there must be {}", fields.len(), HEADER.len())))?;
         let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{}`: not a number", shown(time))))?;
         if time_s.is_nan() || time_s.abs() > LATEST_S {
             return Err(wrong(line, format!("t is `{}`: it must lie within a year of 0, in seconds", shown(time))));

@@ -194,7 +194,10 @@ impl Scene {
             toml_text::wrong(&name, text, key, format!("{key}: {cause}")).into()
         };
 
-        let mut scene = Self::of_world(world(path, file.world).map_err(|cause| wrong("world", &cause))?);
+        let mut scene = Self::of_world(world(path, file.world).map_err(|cause| {
+            let key = format!("world.{}", cause.split(' ').next().unwrap_or_default());
+            toml_text::wrong(&name, text, &key, format!("world: {cause}"))
+        })?);
         scene.file = Some(path.to_owned());
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
         scene.sun = Sun {

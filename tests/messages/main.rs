@@ -12,6 +12,8 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use hachure::file::atomic;
+
 /// Words of the program's own language, which say nothing to its users.
 const OF_RUST: [&str; 18] = [
     "u8",
@@ -77,7 +79,7 @@ impl Place {
 
     fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.0.path().join(name);
-        fs::write(&path, bytes).unwrap();
+        atomic::write(&path, bytes.as_ref()).unwrap();
         path
     }
 
@@ -125,6 +127,7 @@ fn what_fails_names_the_file_and_the_scene() {
     for (arguments, words) in [
         (&["render", "s.toml", "-o", "o.png"][..], &["s.toml: junk.tif: is damaged"][..]),
         (&["bench", "s.toml", "--path", "junk.csv", "-o", "d"], &["junk.csv:2"]),
+        (&["info", "junk.csv"], &["junk.csv:2: it is not in UTF-8"]),
         (&["render", "n.toml", "-o", "o.png"], &["n.toml: a.tif"]),
         (&["info", "n.toml"], &["n.toml: a.tif, b.tif are not there"]),
         (&["info", "utf16.toml"], &["utf16.toml", "UTF-8"]),

@@ -64,6 +64,7 @@ fn misuse_is_told_in_one_line() {
         (&["rendr"], &[], &["did you mean \"render\"?"]),
         (&["-v", "rendr"], &["x.tif"], &["did you mean \"render\"?"]),
         (&["--adapter", "software", "rendr"], &["x.tif"], &["did you mean \"render\"?"]),
+        (&["help"], &["rendr"], &["did you mean \"render\"?"]),
         (&["x.tif"], &["y.tif"], &["\"y.tif\"", "too many"]),
         (&["styles"], &["chekc"], &["did you mean \"check\"?"]),
         (&["info"], &[], &["<FILE>", "missing"]),
