@@ -41,12 +41,6 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Not on this machine.
-    #[error("{url}: hachure reads files of this machine; worlds over the network come later")]
-    Remote {
-        /// Its address.
-        url: String,
-    },
 }
 
 /// An open world.

@@ -2,7 +2,7 @@
 //
 // One workgroup for each patch, one thread for each of its quads. A quad has three edges of its own: its first column's,
 // its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them (`Patch.sides`);
-// the triangles beyond are those that this patch would have there (Loadholt 2021, section 4.2.1, has a geometry shader
+// the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, has a geometry shader
 // and one mesh).
 //
 // A patch on its way to a coarser level has vertices that lie on each other, so some triangles have no area. They have

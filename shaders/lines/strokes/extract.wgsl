@@ -1,4 +1,4 @@
-// Visible pieces of edges: the ID reference image becomes a list (Loadholt 2021, section 4.2.2).
+// Visible pieces of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
 //
 // One thread for each pixel. A pixel begins a piece if its edge is not seen in the two steps before it; then the thread
 // follows the edge to the piece's end. So every piece is found once, and an edge that is seen in two places gives two.

@@ -4,7 +4,7 @@
 // One thread for each triangle. An edge between two belongs to the one with the lesser number. Neighbours that wind the
 // other way round (is_turned) have their front where this one has its back, so their side counts the other way.
 //
-// Loadholt 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
+// Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
 #import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}

@@ -1,4 +1,4 @@
-//! Strokes: contour edges of the surface become pen lines, on the GPU (Loadholt 2021, sections 4.2 and 4.3, without its
+//! Strokes: contour edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its
 //! list on the CPU).
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
