@@ -2,6 +2,8 @@
 //!
 //! A part is rendered with a margin, since lines look at their neighbours. The level of detail follows from the whole
 //! picture's pixels, and the surface is a function of place and distance: both sides of a seam compute the same.
+//!
+//! Why: `docs/decisions/large-pictures.md`.
 
 pub mod aov;
 pub mod strokes;

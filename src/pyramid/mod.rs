@@ -3,6 +3,8 @@
 //! [`bake()`] writes one from a height grid, [`Pyramid::open`] reads it, [`open_or_bake`] does what is needed. Level 0 is
 //! the grid itself, never resampled; `levels` says how the coarser ones lie over it, `bicubic` is the surface between
 //! samples, `fill` gives voids a height so that the surface can be evaluated beside them.
+//!
+//! Why: `docs/decisions/cog-pyramid.md`.
 
 pub mod bicubic;
 pub mod continent_store;

@@ -12,6 +12,8 @@
 //! Bytes that arrive have no checksum of their own. Who decodes them finds what is corrupt and says so with
 //! [`RemoteFile::invalidate`]; the next read asks the server again. While [`RemoteFile::read_twice`] is on, every block
 //! is asked for twice and the answers must agree: for headers, which have no checksum.
+//!
+//! Why: `docs/decisions/remote-files.md`.
 
 mod address;
 mod blocks;

@@ -6,6 +6,8 @@
 //!
 //! Each format has a file of its own. Those with an index or samples at fixed places (GeoTIFF, `.hgt`, DTED, BIL,
 //! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory.
+//!
+//! Why: `docs/decisions/height-readers.md`.
 
 mod ascii_grid;
 pub(crate) mod cog;

@@ -5,6 +5,8 @@
 //! stand-in shows the largest error comes first, more so in the middle of the view. The queue is made anew for every
 //! frame, so what is no longer wanted is never read. A tile that cannot be read is tried again, later and later, while
 //! its parent stands in.
+//!
+//! Why: `docs/decisions/tile-streaming.md`.
 
 use std::sync::Arc;
 

@@ -5,6 +5,8 @@
 //! horizons look at have come ([`beside`](super::beside)). That some of them have gone is no reason: what was made with
 //! them is the better. So many tiles are made in a frame at most; those that were never made first, coarse ones before
 //! fine ones, since a coarse one stands in, and then the oldest.
+//!
+//! These are horizon maps with sky visibility. Why: `docs/decisions/horizon-maps.md`.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2};

@@ -2,6 +2,8 @@
 //!
 //! The picture is rendered only when it would be another one; the panel alone is painted over the last picture. When
 //! neither changes, nothing runs until something happens.
+//!
+//! Why: `docs/decisions/window-frames.md`.
 
 mod controls;
 

@@ -6,6 +6,8 @@
 //! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
 //! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
 //! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
+//!
+//! Why: `docs/decisions/stroke-pipeline.md`.
 
 pub mod carry;
 pub mod chain;
