@@ -84,8 +84,9 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
         World::Url(url) => pyramid::open_remote(url)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
-            let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, progress));
-            Arc::new(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?)
+            let seed = *seed;
+            let grow = move |progress: &dyn Progress| source::procedural::generate(seed, progress);
+            pyramid::open_or_grow_store(&key, &format!("procedural-{seed}"), grow, None, progress)?
         }
         World::Continent { seed, size_samples, spacing_m } => {
             Arc::new(ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?)
@@ -116,14 +117,21 @@ fn several(files: &[PathBuf], progress: &dyn Progress) -> Result<Arc<dyn TileSto
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
 fn open_file(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    if !pyramid::sidecar_path(path).exists()
-        && path.is_file()
-        && let Some(store) = pyramid::open_local_cog(path)?
-        && store.levels()[0].samples() > BAKED_SAMPLES
-    {
-        return Ok(store);
+    let as_it_is = match !pyramid::sidecar_path(path).exists() && path.is_file() {
+        true => pyramid::open_local_cog(path)?,
+        false => None,
+    };
+    match as_it_is {
+        Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
+        Some(store) => match pyramid::open_or_bake_store(path, progress) {
+            Err(error @ PyramidError::Cache { .. }) => {
+                tracing::warn!("{error}. {} is read as it is, and its errors are estimates", path.display());
+                Ok(store)
+            }
+            opened => Ok(opened?),
+        },
+        None => Ok(pyramid::open_or_bake_store(path, progress)?),
     }
-    Ok(Arc::new(pyramid::open_or_bake_file(path, progress)?))
 }
 
 impl OpenWorld {
