@@ -38,6 +38,9 @@ pub enum WorldError {
         /// Why.
         source: TerrainError,
     },
+    /// The ground under a camera or a mesh, from which its height is counted.
+    #[error("the ground could not be read")]
+    Ground(#[source] Arc<PyramidError>),
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -202,6 +205,14 @@ impl OpenWorld {
     /// Height of the ground in metres; in holes and outside, the lowest height.
     pub fn ground_m(&self, east_m: f64, north_m: f64) -> f64 {
         self.terrain.height_m(DVec2::new(east_m, north_m)).unwrap_or_else(|| f64::from(self.terrain.range_m()[0]))
+    }
+
+    /// Whether [`OpenWorld::ground_m`] was right so far: where a tile could not be read, it was not.
+    ///
+    /// # Errors
+    /// [`WorldError::Ground`].
+    pub fn ground_was_read(&self) -> Result<(), WorldError> {
+        self.terrain.ground().failure().map_or(Ok(()), |failure| Err(WorldError::Ground(failure)))
     }
 
     /// A camera as an eye: heights above ground become heights.

@@ -160,7 +160,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
     let cameras = job.cameras(&kind)?;
-    job.ground_was_read()?;
+    job.world.ground_was_read()?;
     if args.json {
         job.warm_up(&cameras[0])?;
     }
@@ -314,21 +314,13 @@ impl Job<'_> {
 
     /// The report, if it is of all that was to be drawn.
     fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
-        self.ground_was_read()?;
+        self.world.ground_was_read()?;
         // A drawing of something else than the data is no drawing.
         match (report.tiles_failed, self.world.terrain.failure()) {
             (0, _) => Ok(report),
             (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
             (tiles, Some(failure)) => Err(anyhow!(failure).context(format!("{tiles} tiles could not be read"))),
             (tiles, None) => bail!("{}: {tiles} tiles could not be read", self.world.terrain.store().name()),
-        }
-    }
-
-    /// Heights above ground are right only where the ground was read.
-    fn ground_was_read(&self) -> anyhow::Result<()> {
-        match self.world.terrain.ground().failure() {
-            None => Ok(()),
-            Some(failure) => Err(anyhow!(failure).context("the ground under the camera could not be read")),
         }
     }
 

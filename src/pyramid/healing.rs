@@ -113,18 +113,12 @@ impl Shared {
         let mut state = self.lock();
         match made {
             Ok(pyramid) => (state.current, state.failed) = (Arc::new(pyramid), None),
-            Err(error) => state.failed = Some(chain(&error)),
+            Err(error) => state.failed = Some(error.told()),
         }
         state.is_healing = false;
         drop(state);
         self.done.notify_all();
     }
-}
-
-/// An error with its causes.
-fn chain(error: &dyn std::error::Error) -> String {
-    let causes = std::iter::successors(Some(error), |error| error.source());
-    crate::file::one_line(&causes.map(ToString::to_string).collect::<Vec<_>>().join(": "))
 }
 
 impl TileStore for Healing {

@@ -241,13 +241,13 @@ impl Residency {
         failure.tries = (failure.tries + 1).max(if error.is_final() { MOST_TRIES } else { 0 });
         let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
         failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
-        let text = crate::file::one_line(&chain(&error));
+        let text = error.told();
         if counted || failure.tries < MOST_TRIES {
             tracing::debug!("{text}");
             return;
         }
         // Who waits for a file gets the first failure as an error; in a window each is told once.
-        let is_known = self.failure.as_ref().is_some_and(|known| crate::file::one_line(&chain(known)) == text);
+        let is_known = self.failure.as_ref().is_some_and(|known| known.told() == text);
         if streams && !is_known {
             tracing::warn!("{text}");
         } else {
@@ -355,17 +355,6 @@ fn by_level(
     let mut all: Vec<_> = tiles.chain(more).collect();
     all.sort_by_key(|(tile, _)| std::cmp::Reverse(tile.level));
     all.into_iter()
-}
-
-/// An error with its causes.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text += &format!(": {error}");
-        cause = error.source();
-    }
-    text
 }
 
 #[cfg(test)]
