@@ -114,6 +114,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
     let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, &flight[..], |x, y| flights[0].world.ground_m(x, y))?;
+    flights[0].world.ground_was_read()?;
     fly(&gpu, &path, args, &mut flights)?;
 
     let report = Report {

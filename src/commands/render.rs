@@ -4,7 +4,7 @@ mod vector;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use serde::Serialize;
 
@@ -160,6 +160,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
     let cameras = job.cameras(&kind)?;
+    job.world.ground_was_read()?;
     if args.json {
         job.warm_up(&cameras[0])?;
     }
@@ -313,12 +314,14 @@ impl Job<'_> {
 
     /// The report, if it is of all that was to be drawn.
     fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
-        // A drawing of something else than the data is no drawing; what went wrong was told as it happened.
-        if report.tiles_failed > 0 {
-            let path = self.world.terrain.store().name();
-            bail!("{path}: {} tiles could not be read; the file is damaged", report.tiles_failed);
+        self.world.ground_was_read()?;
+        // A drawing of something else than the data is no drawing.
+        match (report.tiles_failed, self.world.terrain.failure()) {
+            (0, _) => Ok(report),
+            (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
+            (tiles, Some(failure)) => Err(anyhow!(failure).context(format!("{tiles} tiles could not be read"))),
+            (tiles, None) => bail!("{}: {tiles} tiles could not be read", self.world.terrain.store().name()),
         }
-        Ok(report)
     }
 
     /// The eye in the world's frame: what turns camera-relative positions into places.

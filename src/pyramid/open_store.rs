@@ -33,7 +33,7 @@ pub fn open_remote(url: &str) -> Result<Arc<dyn TileStore>, PyramidError> {
 /// As [`open_remote`].
 pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> Result<Arc<CogStore>, PyramidError> {
     let file = RemoteFile::open(url, settings.clone())?;
-    let sidecar = match RemoteFile::open(&beside(url, ".tiles"), settings) {
+    let sidecar = match file.open_beside(&beside(url, ".tiles"), settings) {
         Ok(sidecar) => Some(sidecar),
         Err(error) if error.is_absent() => None,
         Err(error) => return Err(error.into()),

@@ -80,6 +80,8 @@ pub struct Residency {
     cache: TileCache,
     places: TilePlaces,
     failures: FxHashMap<TileAddress, Failure>,
+    /// Why the first tile that counts as not readable does.
+    failure: Option<Arc<PyramidError>>,
     /// On the GPU.
     pub atlas: Atlas,
     /// Where the surface has to wait.
@@ -101,6 +103,7 @@ impl Residency {
             cache: TileCache::new(memory_bytes),
             places: TilePlaces::default(),
             failures: FxHashMap::default(),
+            failure: None,
             atlas: Atlas::new(gpu, tiles, memory_bytes),
             blocked: Blocked::default(),
             needed: Vec::new(),
@@ -125,6 +128,11 @@ impl Residency {
     pub fn is_busy(&self, now_s: f64) -> bool {
         let soon = |failure: &Failure| failure.tries < MOST_TRIES && failure.next_s > now_s - 1.0;
         self.loader.pending() > 0 || self.failures.values().any(soon)
+    }
+
+    /// Why the first tile that could not be read could not.
+    pub fn failure(&self) -> Option<&Arc<PyramidError>> {
+        self.failure.as_ref()
     }
 
     /// Waits for the loading threads: for files, which take the time they need.
@@ -153,7 +161,7 @@ impl Residency {
         now_s: f64,
         fade_step_s: Option<f64>,
     ) -> Loaded {
-        self.take_finished(frame, now_s);
+        self.take_finished(frame, now_s, fade_step_s.is_some());
         let store = Arc::clone(&self.store);
         let land = Land { store: &*store, warp };
         let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
@@ -215,7 +223,7 @@ impl Residency {
         }
     }
 
-    fn take_finished(&mut self, frame: u64, now_s: f64) {
+    fn take_finished(&mut self, frame: u64, now_s: f64, streams: bool) {
         for (address, tile) in self.loader.take() {
             match tile {
                 Ok(tile) => {
@@ -223,18 +231,32 @@ impl Residency {
                     self.cache.insert(address, tile, frame);
                 }
                 Err(PyramidError::Cancelled) => {}
-                Err(error) => {
-                    let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
-                    failure.tries += 1;
-                    let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
-                    failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
-                    if failure.tries == MOST_TRIES {
-                        tracing::warn!("{}", crate::file::one_line(&chain(&error)));
-                    } else {
-                        tracing::debug!("{}", crate::file::one_line(&chain(&error)));
-                    }
-                }
+                Err(error) => self.fail(address, error, now_s, streams),
             }
+        }
+    }
+
+    fn fail(&mut self, address: TileAddress, error: PyramidError, now_s: f64, streams: bool) {
+        let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
+        let counted = failure.tries >= MOST_TRIES;
+        // What a network refused was asked for often enough where the network is known.
+        failure.tries = (failure.tries + 1).max(if error.is_final() { MOST_TRIES } else { 0 });
+        let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
+        failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
+        let text = error.told();
+        if counted || failure.tries < MOST_TRIES {
+            tracing::debug!("{text}");
+            return;
+        }
+        // Who waits for a file gets the first failure as an error; in a window each is told once.
+        let is_known = self.failure.as_ref().is_some_and(|known| known.told() == text);
+        if streams && !is_known {
+            tracing::warn!("{text}");
+        } else {
+            tracing::debug!("{text}");
+        }
+        if self.failure.is_none() || streams {
+            self.failure = Some(Arc::new(error));
         }
     }
 
@@ -335,17 +357,6 @@ fn by_level(
     let mut all: Vec<_> = tiles.chain(more).collect();
     all.sort_by_key(|(tile, _)| std::cmp::Reverse(tile.level));
     all.into_iter()
-}
-
-/// An error with its causes.
-fn chain(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text += &format!(": {error}");
-        cause = error.source();
-    }
-    text
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use crate::gpu::Gpu;
 use crate::gpu::pass::{Named, texture};
 use crate::mesh::placed::Placed;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
-use crate::pyramid::{TileAddress, TileStore};
+use crate::pyramid::{PyramidError, TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
 use crate::tiles::atlas::SLOT_BYTES;
 
@@ -223,6 +223,11 @@ impl Terrain {
         self.ground.height_m(grid.x, grid.y)
     }
 
+    /// Why a tile could not be read, of the ground or of a picture; none if all could.
+    pub fn failure(&self) -> Option<Arc<PyramidError>> {
+        self.residency.failure().cloned().or_else(|| self.ground.failure())
+    }
+
     /// Heights by grid coordinates of level 0.
     pub fn ground(&self) -> &Ground {
         &self.ground
@@ -301,7 +306,9 @@ impl Terrain {
             let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
-            if !streams && tiles.pending > 0 {
+            // Without the tile that cannot be read there is no picture, so nothing more is waited for.
+            let waits = !streams && tiles.failed == 0;
+            if waits && tiles.pending > 0 {
                 self.asked = movement.asked;
                 now_s = self.start.elapsed().as_secs_f64();
                 idle = if update.loaded > 0 || self.residency.is_busy(now_s) { 0 } else { idle + 1 };
@@ -314,7 +321,7 @@ impl Terrain {
                 tiles.without_room += std::mem::take(&mut tiles.pending);
             }
             let selection = self.select(view, fades.then_some(now_s));
-            if !streams && idle < 3 && self.asked.keys().any(|tile| self.residency.can_come(*tile)) {
+            if waits && idle < 3 && self.asked.keys().any(|tile| self.residency.can_come(*tile)) {
                 continue;
             }
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
