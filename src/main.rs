@@ -3,13 +3,17 @@
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use hachure::commands;
+use hachure::commands::misuse::{self, Misuse};
+use hachure::file::message::{chain, printable};
 use hachure::gpu::device::AdapterWish;
+use tracing_subscriber::fmt::format::debug_fn;
 
 /// Draws real terrain of any size in real time as ink, pencil, wash or print
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true)]
+#[command(version, override_usage = "hachure [OPTIONS] [WORLD]\n       hachure [OPTIONS] <COMMAND>")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -39,8 +43,16 @@ enum Command {
     Styles(commands::styles::StylesArgs),
 }
 
+/// Characters of an error's line, at most: enough for two long names of files and a cause.
+const LONGEST_LINE: usize = 480;
+/// Of a line of the log.
+const LONGEST_LOG_LINE: usize = 4000;
+
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match parsed() {
+        Ok(cli) => cli,
+        Err(exit) => return exit,
+    };
     let level = match cli.verbose {
         0 => "hachure=warn",
         1 => "hachure=info",
@@ -53,6 +65,11 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
+        // Names of files and words of servers are in these lines, too.
+        .fmt_fields(debug_fn(|writer, field, value| match field.name() {
+            "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
+            name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
+        }))
         .init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
@@ -66,9 +83,49 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // The whole chain of causes on one line.
-            eprintln!("hachure: {}", hachure::file::one_line(&format!("{error:#}")));
-            ExitCode::FAILURE
+            let status = if error.is::<Misuse>() { 2 } else { 1 };
+            fail(&chain(error.as_ref()), status)
         }
     }
+}
+
+/// One line on standard error, whatever names of files and words of servers are in it.
+fn fail(message: &str, status: u8) -> ExitCode {
+    eprintln!("hachure: {}", printable(message, LONGEST_LINE));
+    ExitCode::from(status)
+}
+
+/// The arguments; or how the program ends without any work.
+fn parsed() -> Result<Cli, ExitCode> {
+    let matches = Cli::command().try_get_matches();
+    let cli = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, stray(&matches))));
+    match cli {
+        Ok((cli, None)) => Ok(cli),
+        Ok((_, Some(misuse))) => Err(fail(&misuse.to_string(), 2)),
+        Err(error) if !error.use_stderr() => {
+            // Help or version, which may go to a reader that has heard enough.
+            let _ = error.print();
+            Err(ExitCode::SUCCESS)
+        }
+        Err(error) => {
+            let words: Vec<String> =
+                std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+            Err(fail(&misuse::told(&error, &words), 2))
+        }
+    }
+}
+
+/// What stands before a command and is not for all of them. `-v` and `--adapter` may stand anywhere.
+fn stray(matches: &ArgMatches) -> Option<Misuse> {
+    let command = matches.subcommand_name()?;
+    let id = matches.ids().find(|id| {
+        let given = matches.value_source(id.as_str()) == Some(ValueSource::CommandLine);
+        given && !["adapter", "verbose", "Cli", "FlyArgs"].contains(&id.as_str())
+    })?;
+    let name = id.as_str().replace('_', "-");
+    let argument = match matches.try_get_one::<String>("world") {
+        Ok(Some(world)) if name == "world" => world.clone(),
+        _ => format!("--{name}"),
+    };
+    Some(misuse::before_command(&argument, command))
 }

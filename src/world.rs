@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use crate::file::message::named;
 use crate::frame::Light;
 use crate::gpu::Gpu;
 use crate::mesh::placed::{Placed, Stance};
@@ -30,8 +31,16 @@ pub enum WorldError {
     /// The DEM cannot be read, or the cache not written.
     #[error(transparent)]
     Pyramid(#[from] PyramidError),
+    /// What a scene file names cannot be drawn.
+    #[error("{}: {source}", named(scene))]
+    InScene {
+        /// The scene file.
+        scene: PathBuf,
+        /// What is wrong with what it names.
+        source: Box<WorldError>,
+    },
     /// The DEM lies nowhere, or is too wide.
-    #[error("{name}")]
+    #[error("{}: {source}", named(name))]
     Terrain {
         /// Of its pyramid.
         name: String,
@@ -44,6 +53,16 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+}
+
+impl WorldError {
+    /// With the name of the scene file, where there is one: what is wrong may be far from it.
+    fn of(self, scene: &Scene) -> Self {
+        match &scene.file {
+            Some(scene) => Self::InScene { scene: scene.clone(), source: Box::new(self) },
+            None => self,
+        }
+    }
 }
 
 /// An open world.
@@ -75,6 +94,10 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
 pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    open_store_unnamed(scene, progress).map_err(|error| error.of(scene))
+}
+
+fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let store: Arc<dyn TileStore> = match &scene.world {
         World::File(path) => several(&files_of(std::slice::from_ref(path))?, progress)?,
         World::Files(paths) => several(&files_of(paths)?, progress)?,
@@ -155,9 +178,10 @@ impl OpenWorld {
         let name = store.name();
         let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
         let options = TerrainOptions { inverse_radius, ..options };
-        let terrain = Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source })?;
+        let terrain =
+            Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source }.of(&scene))?;
         let mut world = Self { scene, terrain };
-        let placed = world.place_meshes()?;
+        let placed = world.place_meshes().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.terrain.set_meshes(placed);
         Ok(world)
     }

@@ -250,17 +250,23 @@ fn scene_file_defaults_and_worlds() {
 fn scene_errors_name_file_key_and_cause() {
     let world = "[world]\nprocedural = { seed = 1 }\n";
     for (text, expected) in [
-        (String::new(), "terrain/alps.toml:1: missing field `world`"),
-        ("[world]\n".to_owned(), "terrain/alps.toml: world: it needs dem"),
-        ("[world]\ndem = \"a\"\nprocedural = { seed = 1 }\n".to_owned(), "terrain/alps.toml: world: it has both"),
-        (format!("{world}[sun]\nazimut_deg = 5\n"), "terrain/alps.toml:4: sun.azimut_deg: unknown field `azimut_deg`"),
-        (format!("{world}[sun]\nazimuth_deg = \"x\"\n"), "terrain/alps.toml:4: sun.azimuth_deg: invalid type"),
-        (format!("{world}[sun]\nelevation_deg = nan\n"), "terrain/alps.toml: sun.elevation_deg: it must lie"),
-        (format!("{world}[haze]\ndistance_m = 0.0\n"), "terrain/alps.toml: haze.distance_m: it must be"),
-        (format!("{world}[haze]\ncolor = \"#+1234f\"\n"), "terrain/alps.toml: haze.color: it must be written"),
-        (format!("{world}[camera]\nstart = \"1,2\"\n"), "terrain/alps.toml: camera.start: a camera is"),
-        (format!("vertical_exaggeration = 0.0\n{world}"), "terrain/alps.toml: vertical_exaggeration: it must"),
-        (format!("{world}[sun\n"), "terrain/alps.toml:3: "),
+        (String::new(), "terrain/alps.toml:1:1: the key \"world\" is missing"),
+        ("[world]\n".to_owned(), "terrain/alps.toml:1:1: world: it needs dem"),
+        ("[world]\ndem = \"a\"\nprocedural = { seed = 1 }\n".to_owned(), "terrain/alps.toml:1:1: world: it has both"),
+        (
+            format!("{world}[sun]\nazimut_deg = 5\n"),
+            "terrain/alps.toml:4:1: there is no key \"sun.azimut_deg\"; did you mean \"azimuth_deg\"?",
+        ),
+        (
+            format!("{world}[sun]\nazimuth_deg = \"x\"\n"),
+            "terrain/alps.toml:4:15: sun.azimuth_deg must be a number, and \"x\" is a text",
+        ),
+        (format!("{world}[sun]\nelevation_deg = nan\n"), "terrain/alps.toml:4:17: sun.elevation_deg: it must lie"),
+        (format!("{world}[haze]\ndistance_m = 0.0\n"), "terrain/alps.toml:4:14: haze.distance_m: it must be"),
+        (format!("{world}[haze]\ncolor = \"#+1234f\"\n"), "terrain/alps.toml:4:9: haze.color: it must be written"),
+        (format!("{world}[camera]\nstart = \"1,2\"\n"), "terrain/alps.toml:4:9: camera.start: a camera is"),
+        (format!("vertical_exaggeration = 0.0\n{world}"), "terrain/alps.toml:1:25: vertical_exaggeration: it must"),
+        (format!("{world}[sun\n"), "terrain/alps.toml:3:5: unclosed table"),
     ] {
         let error = scene(&text).unwrap_err();
         assert!(error.starts_with(expected), "{error}");

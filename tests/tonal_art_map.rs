@@ -327,11 +327,11 @@ fn mistakes_are_told_in_one_line() {
     };
     let spoiled = [
         (spoil("taper", "tapir"), "line 10: unknown field `tapir`"),
-        (spoil("kind = \"dash\"\n", ""), "missing field `kind`"),
-        (spoil("\"dash\"", "\"dots\""), "line 3: unknown variant `dots`"),
+        (spoil("kind = \"dash\"\n", ""), "the key \"kind\" is missing"),
+        (spoil("\"dash\"", "\"dots\""), ":3:8: kind cannot be \"dots\""),
         (spoil("side_px = 128", "side_px = 100"), "side_px is 100, not a power of two from 64 to 1024"),
         (spoil("side_px = 128", "side_px = 2048"), "side_px is 2048"),
-        (spoil("side_px = 128", "side_px = -1"), "line 4: "),
+        (spoil("side_px = 128", "side_px = -1"), ":4:"),
         (spoil("length_px = 20.0", "length_px = 1e9"), "length_px is 1000000000, not between 1 and 400"),
         (spoil("width_px = 2.0", "width_px = 0.5"), "width_px is 0.5"),
         (spoil("width_px = 2.0", "width_px = 6.9"), "width_px is 6.9, more than 9 tenths of spacing_px, which is 7"),
@@ -342,20 +342,21 @@ fn mistakes_are_told_in_one_line() {
         (spoil("swell = 0.3", "swell = 2.0"), "swell is 2"),
         (spoil("pressure = 0.5", "pressure = -0.1"), "pressure is -0.1"),
         (spoil("grain = 0.1", "grain = 9.0"), "grain is 9"),
-        (spoil("\"dash\"", "\"stack\""), "there are 0 images, not 1 to 32"),
+        (spoil("\"dash\"", "\"stack\""), "images has 0 entries, not 1 to 32"),
         (SMALL.to_owned() + "images = [\"a.png\"]", "images are given, but kind is not \"stack\""),
-        ("[".to_owned(), "line 1: "),
+        ("[".to_owned(), ":1:"),
     ];
     for (text, cause) in spoiled {
         let error = Recipe::parse("mine.toml", &text).unwrap_err().to_string();
-        assert!(error.starts_with("mine.toml: ") && error.contains(cause), "{error}");
+        assert!(error.starts_with("mine.toml:") && error.contains(cause), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
     let error = Recipe::load("crayon", Path::new("")).unwrap_err();
     assert!(matches!(error, StyleError::UnknownMarks { .. }));
     assert!(error.to_string().starts_with("crayon: no such marks; there is line, dash, hachure"), "{error}");
     let error = Recipe::load("nowhere.toml", Path::new("folder")).unwrap_err().to_string();
-    assert_eq!(error, format!("{}: cannot read the marks", Path::new("folder").join("nowhere.toml").display()));
+    let expected = format!("{}: cannot read the marks: ", Path::new("folder").join("nowhere.toml").display());
+    assert!(error.starts_with(&expected), "{error}");
 }
 
 #[test]

@@ -12,8 +12,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::describe::{Heights, Levels};
+use super::misuse::Misuse;
 use super::progress::Bar;
-use super::{tell, tell_json};
+use super::{arguments, tell, tell_json};
+use crate::file::message::named;
 use crate::pyramid::{self, BakeOptions, BakeWork, Baked, Pyramid, PyramidError, parts_path, sidecar_path};
 use crate::source::mosaic::MosaicReader;
 use crate::source::{self, HeightReader, Kind, OpenOptions};
@@ -28,7 +30,7 @@ pub struct BakeArgs {
     #[arg(short, long, value_name = "OUT.tif")]
     pub output: PathBuf,
     /// How far a stored height may be from the original one, in metres; 0 keeps every bit
-    #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = parse_max_error_m)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = arguments::from_to(0.0, 1e6), allow_hyphen_values = true)]
     pub max_error: f64,
     /// Bake part I of N into the work folder OUT.tif.parts and stop; a last call with --resume joins all
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
@@ -37,7 +39,7 @@ pub struct BakeArgs {
     #[arg(long)]
     pub resume: bool,
     /// Metres between samples, for heightmaps that do not say
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub spacing: Option<f64>,
     /// Width and height of a raw heightmap
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
@@ -46,13 +48,13 @@ pub struct BakeArgs {
     #[arg(long)]
     pub raw_big_endian: Option<bool>,
     /// Metres per step of a heightmap
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", value_parser = arguments::not_0, allow_hyphen_values = true)]
     pub height_scale: Option<f64>,
     /// Height of a heightmap's 0
-    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
     /// Tiles along the side of a chunk, as a power of 2; for tests
-    #[arg(long, hide = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=6))]
+    #[arg(long, hide = true, default_value_t = 4, value_parser = arguments::whole::<u32>(1, 6))]
     pub chunk_levels: u32,
     /// Print what was baked, for programs
     #[arg(long)]
@@ -78,12 +80,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 fn parse_shard(text: &str) -> Result<(u32, u32), String> {
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     let shard = parsed.filter(|&(i, n): &(u32, u32)| 1 <= i && i <= n);
-    shard.ok_or_else(|| format!("{text:?} is not I/N with 1 ≤ I ≤ N, like 3/8"))
-}
-
-fn parse_max_error_m(text: &str) -> Result<f64, String> {
-    let metres = text.parse().ok().filter(|metres: &f64| (0.0..=1e6).contains(metres));
-    metres.ok_or_else(|| format!("{text:?} is not a number of metres, 0 or more"))
+    shard.ok_or_else(|| "it must be I/N with 1 ≤ I ≤ N, like 3/8".to_owned())
 }
 
 #[derive(Serialize)]
@@ -119,6 +116,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
     let output = &args.output;
     for input in &args.inputs {
+        arguments::check_local(input, "bake")?;
         check_output(input, output)?;
     }
     use_granted_threads();
@@ -151,11 +149,11 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
             }
             let parts = parts_path(output);
             let there = told_resumed(resumed_chunks);
-            tell(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", parts.display()))
+            tell(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
         }
         Ok(Baked::Pyramid(baked)) => {
             // What is told is what a reader finds.
-            let of = || output.display().to_string();
+            let of = || named(output);
             let pyramid = Pyramid::open(output)?;
             let report = Report {
                 input: &args.inputs[0],
@@ -171,7 +169,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
             let Report { heights, levels, .. } = &report;
             let there = told_resumed(baked.resumed_chunks);
             let text = format!("baked in {duration_s:.2} s{there}\n{}{}", heights.lines(), levels.lines());
-            tell(&format!("{}: {text}", output.display()))
+            tell(&format!("{}: {text}", named(output)))
         }
     }
 }
@@ -181,9 +179,9 @@ fn told_resumed(chunks: u64) -> String {
 }
 
 fn stopped(args: &BakeArgs) -> String {
-    let (output, parts) = (args.output.display(), parts_path(&args.output));
+    let (output, parts) = (named(&args.output), parts_path(&args.output));
     if parts.is_dir() {
-        format!("{output}: stopped; what is done is in {}, and --resume goes on with it", parts.display())
+        format!("{output}: stopped; what is done is in {}, and --resume goes on with it", named(&parts))
     } else {
         format!("{output}: stopped; nothing was written")
     }
@@ -219,19 +217,20 @@ fn use_granted_threads() {
 fn check_output(input: &Path, output: &Path) -> anyhow::Result<()> {
     if !output.extension().is_some_and(|ending| ["tif", "tiff"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
     {
-        bail!("{}: a pyramid is a GeoTIFF; its name ends with .tif", output.display());
+        let name = named(output);
+        return Err(Misuse(format!("{name}: a pyramid is a GeoTIFF; its name ends with .tif")).into());
     }
     if output.is_dir() {
-        bail!("{}: is a folder", output.display());
+        bail!("{}: is a folder", named(output));
     }
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
-        bail!("{}: there is no folder {}", output.display(), folder.display());
+        bail!("{}: there is no folder {}", named(output), named(folder));
     }
     // Links included; what is not there yet is not the input.
     let same = |other: &Path| matches!((input.canonicalize(), other.canonicalize()), (Ok(a), Ok(b)) if a == b);
     if same(output) || same(&sidecar_path(output)) {
-        bail!("{}: is the input; a bake does not overwrite what it reads", output.display());
+        bail!("{}: is the input; a bake does not overwrite what it reads", named(output));
     }
     Ok(())
 }

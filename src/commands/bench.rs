@@ -13,13 +13,15 @@ mod pairs;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 
 use self::pairs::PairPlan;
+use super::arguments;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::{tell, tell_json};
+use crate::file::message::named;
 use crate::frame::{Frame, Requirements};
 use crate::gpu::device::AdapterWish;
 use crate::gpu::timer::FRAME;
@@ -36,7 +38,6 @@ use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
-use crate::tones::hatching::maps;
 use crate::world::{self, OpenWorld};
 
 /// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
@@ -64,7 +65,7 @@ pub struct BenchArgs {
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
     /// Spread so many frames over the path; without it, 30 for each second
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_parser = arguments::whole::<u32>(1, 1_000_000))]
     pub frames: Option<u32>,
     /// Width and height in pixels, like 1280x720
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
@@ -73,16 +74,16 @@ pub struct BenchArgs {
     #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
     pub eyes: String,
     /// Height error that may be seen, in pixels
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
     /// Let the camera follow the clock on the wall: as many frames as there is time for, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
     /// Memory for tiles on the GPU, and as much for tiles in memory, in MiB, for each style
-    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
     /// Measure steadiness on so many pairs of consecutive frames, spread over the path; 0 measures none
-    #[arg(long, value_name = "PAIRS", default_value_t = 24)]
+    #[arg(long, value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]
     pub temporal: u32,
     /// Folder for report.json, frames.csv and report.html
     #[arg(short, long, value_name = "DIR")]
@@ -97,16 +98,13 @@ pub struct BenchArgs {
 /// # Errors
 /// When an input does not hold, the GPU fails, or the folder cannot be written.
 pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
-    if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
-        bail!("--lod-error {}: it must be a number above 0", args.lod_error);
-    }
-    let styles = args.styles.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
-    styles.iter().try_for_each(maps::check)?;
+    let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
+    arguments::check_world(args.world.as_deref())?;
     // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
     let flight =
-        std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", args.path.display()))?;
+        std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", named(&args.path)))?;
     CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
-    std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", args.output.display()))?;
+    std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Baked once, where it is not yet; then each style opens its own.
     let scene = world::scene_of(args.world.as_deref())?;
     drop(world::open_store(&scene, &Bar::default())?);
@@ -138,7 +136,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         "{}, {width}x{height}\n{}{}",
         report.adapter,
         report_text::table(&report),
-        args.output.join("report.html").display()
+        named(args.output.join("report.html"))
     ))
 }
 

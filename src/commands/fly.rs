@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use anyhow::bail;
 use clap::Args;
 
+use super::arguments;
 use super::render::parse_size;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
-use crate::style::Style;
 use crate::tiles::terrain::{Loading, TerrainOptions};
-use crate::tones::hatching::maps;
 use crate::window::{FlightOptions, FlightWorld, Windowing};
 use crate::world::{self, OpenWorld};
 
@@ -32,13 +30,13 @@ pub struct FlyArgs {
     #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
     pub eyes: String,
     /// Height error that may be seen, in pixels
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
     /// Memory for tiles on the GPU, in MiB
-    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
     /// Render without rest, print the frame times, and quit after this many pictures
-    #[arg(long, hide = true)]
+    #[arg(long, hide = true, value_parser = arguments::whole::<u64>(1, u64::MAX))]
     pub frames: Option<u64>,
 }
 
@@ -47,11 +45,9 @@ pub struct FlyArgs {
 /// # Errors
 /// When there is no display, an input does not hold, or the GPU fails.
 pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
-    if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
-        bail!("--lod-error {}: it must be a number above 0", args.lod_error);
-    }
     // What is wrong is told before a window opens.
-    maps::check(&Style::load(&args.style)?)?;
+    arguments::style(&args.style)?;
+    arguments::check_world(args.world.as_deref())?;
     let windowing = Windowing::new()?;
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };

@@ -10,7 +10,9 @@ use serde::Serialize;
 
 use super::describe::{Heights, Levels};
 use super::progress::Bar;
-use super::{styles, tell, tell_json};
+use super::{arguments, styles, tell, tell_json};
+use crate::file::message::{named, printable, shown};
+use crate::file::toml_text;
 use crate::frame::Requirements;
 use crate::mesh::placed::Stance;
 use crate::mesh::{MeshError, obj};
@@ -114,6 +116,7 @@ struct PathInfo {
 /// # Errors
 /// A file that is none of these, or does not hold.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
+    arguments::check_local(&args.file, "info")?;
     let answer = Answer { info: look_at(&args.file)?, file: args.file.clone() };
     if args.json {
         return tell_json(&answer);
@@ -127,13 +130,13 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
     if !metadata.is_file() || metadata.len() == 0 {
         return dem(file, None);
     }
-    let cannot_read = || format!("{}: cannot be read", file.display());
+    let cannot_read = || format!("{}: cannot be read", named(file));
     let mut head = Vec::new();
     std::fs::File::open(file)
         .and_then(|opened| opened.take(HEAD_BYTES).read_to_end(&mut head))
         .with_context(cannot_read)?;
     if head.starts_with(b"HACHTILE") {
-        bail!("{}: holds the tile statistics of the pyramid beside it; ask for that", file.display());
+        bail!("{}: holds the tile statistics of the pyramid beside it; ask for that", named(file));
     }
     if is_camera_path(&String::from_utf8_lossy(&head)) {
         return camera_path(file);
@@ -144,12 +147,16 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
     {
         return Ok(info);
     }
+    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
+        let is_large = metadata.len() > LARGEST_TOML_BYTES;
+        bail!("{}: is no TOML: it is {}", named(file), if is_large { "too large" } else { "not in UTF-8" });
+    }
     if !sidecar_path(file).exists() {
         return dem(file, None);
     }
     match Pyramid::open(file) {
         Ok(pyramid) => {
-            let of = || file.display().to_string();
+            let of = || named(file);
             let heights = Heights::of_pyramid(&pyramid).with_context(of)?;
             Ok(Info::Pyramid { heights, levels: Levels::of(&pyramid).with_context(of)? })
         }
@@ -160,7 +167,7 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
 
 fn dem(file: &Path, stale: Option<String>) -> anyhow::Result<Info> {
     let grid = source::open(file, &Bar::default())?;
-    let of = || file.display().to_string();
+    let of = || named(file);
     let file_bytes = std::fs::metadata(file).with_context(of)?.len();
     Ok(Info::Dem { heights: Heights::of_grid(&grid).with_context(of)?, file_bytes, stale })
 }
@@ -193,31 +200,28 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
 /// A scene has a `world`, a style a `tone`. None if it is no TOML and does not claim to be.
 fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
     let claims = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    let table = match toml::from_str::<toml::Table>(text) {
+    let keys = match toml_text::keys(&file.to_string_lossy(), text) {
         // A text of comments alone is TOML, but hardly meant so.
-        Ok(table) if table.is_empty() && !claims => return Ok(None),
-        Ok(table) => table,
+        Ok(keys) if keys.is_empty() && !claims => return Ok(None),
+        Ok(keys) => keys,
         Err(_) if !claims => return Ok(None),
-        Err(error) => {
-            let start = error.span().map_or(0, |span| span.start);
-            let line = 1 + text.bytes().take(start).filter(|&byte| byte == b'\n').count();
-            let cause = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-            bail!("{}:{line}: {cause}", file.display());
-        }
+        Err(error) => return Err(error.into()),
     };
-    if table.contains_key("world") {
+    let has = |key: &str| keys.iter().any(|known| known == key);
+    if has("world") {
         return scene(file).map(Some);
     }
-    if ["tone", "lines", "paper"].iter().any(|key| table.contains_key(*key)) {
+    if ["tone", "lines", "paper"].into_iter().any(has) {
         let style = styles::read(file)?;
         let passes = Requirements::of(&style).passes();
         return Ok(Some(Info::Style(StyleInfo { name: style.name, description: style.description, passes })));
     }
-    bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", file.display());
+    bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", named(file));
 }
 
 fn scene(file: &Path) -> anyhow::Result<Info> {
     let scene = Scene::read(file)?;
+    check_files(file, &scene)?;
     let (dem, procedural_seed) = match scene.world {
         World::File(path) => (Some(path.display().to_string()), None),
         World::Url(url) => (Some(url), None),
@@ -238,8 +242,28 @@ fn scene(file: &Path) -> anyhow::Result<Info> {
         haze_distance_m: scene.haze.distance_m,
         start: scene.start.map(|camera| camera.to_string()),
         vertical_exaggeration: scene.vertical_exaggeration,
-        meshes: scene.meshes.iter().map(mesh).collect::<Result<_, _>>()?,
+        meshes: scene.meshes.iter().map(mesh).collect::<Result<_, _>>().with_context(|| named(file))?,
     }))
+}
+
+/// That the files which a scene names are there.
+fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
+    let heights = match &scene.world {
+        World::File(path) => std::slice::from_ref(path),
+        World::Files(paths) => paths.as_slice(),
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
+    };
+    let mut missing: Vec<&PathBuf> = heights.iter().chain(scene.meshes.iter().map(|mesh| &mesh.file)).collect();
+    missing.retain(|path| !path.try_exists().unwrap_or(true));
+    missing.dedup();
+    // As many names as a line holds.
+    let names = missing.iter().take(3).map(named).collect::<Vec<_>>().join(", ");
+    match missing.len() {
+        0 => Ok(()),
+        1 => bail!("{}: {names} is not there", named(file)),
+        2 | 3 => bail!("{}: {names} are not there", named(file)),
+        count => bail!("{}: {names} and {} more are not there", named(file), count - 3),
+    }
 }
 
 fn mesh(placement: &MeshPlacement) -> Result<MeshInfo, MeshError> {
@@ -269,7 +293,7 @@ fn mesh(placement: &MeshPlacement) -> Result<MeshInfo, MeshError> {
 impl Answer {
     /// For people.
     fn text(&self) -> String {
-        let file = self.file.display();
+        let file = named(&self.file);
         match &self.info {
             Info::Dem { heights, file_bytes, stale } => {
                 let mebibytes = *file_bytes as f64 / f64::from(1 << 20);
@@ -280,8 +304,9 @@ impl Answer {
             Info::Pyramid { heights, levels } => {
                 format!("{file}: a baked pyramid\n{}{}", heights.lines(), levels.lines())
             }
-            Info::Scene(scene) => scene.text(&file.to_string()),
+            Info::Scene(scene) => scene.text(&file),
             Info::Style(StyleInfo { name, description, passes }) => {
+                let (name, description) = (shown(name), printable(description, 400));
                 format!("{file}: the style {name}: {description}\npasses    {}\n", passes.join(", "))
             }
             Info::CameraPath(path) => format!(
@@ -309,7 +334,7 @@ impl MeshInfo {
             flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
         format!(
             "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m, at {}, yaw {}°{flaws}\n",
-            self.file.display(),
+            named(&self.file),
             self.triangles,
             self.at,
             self.yaw_deg
@@ -320,7 +345,7 @@ impl MeshInfo {
 impl SceneInfo {
     fn text(&self, file: &str) -> String {
         let world = match (&self.dem, self.procedural_seed) {
-            (Some(dem), _) => dem.clone(),
+            (Some(dem), _) => printable(dem, 400),
             (None, Some(seed)) => format!("the procedural world, seed {seed}"),
             (None, None) => "none".to_owned(),
         };

@@ -1,10 +1,12 @@
 //! The commands of the program, one file each.
 
+pub mod arguments;
 pub mod bake;
 pub mod bench;
 mod describe;
 pub mod info;
 pub mod fly;
+pub mod misuse;
 pub mod progress;
 pub mod render;
 pub mod styles;
@@ -13,10 +15,12 @@ use std::io::{ErrorKind, Write};
 
 use serde::Serialize;
 
-/// Writes `text` and a line's end to standard output. A reader that has heard enough (`… | head`) is no failure.
+use crate::file::message::harmless;
+
+/// Writes `text` and a line's end to standard output, control characters escaped. A reader that has heard enough (`… | head`) is no failure.
 fn tell(text: &str) -> anyhow::Result<()> {
     let mut out = std::io::stdout().lock();
-    match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
+    match writeln!(out, "{}", harmless(text.trim_end())).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(()),
     }

@@ -9,9 +9,12 @@ use clap::Args;
 use serde::Serialize;
 
 use self::vector::SvgOptions;
+use super::arguments;
+use super::misuse::Misuse;
 use super::progress::Bar;
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
+use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::png::PngWriter;
 use crate::file::video::VideoWriter;
@@ -25,7 +28,6 @@ use crate::scene::path::CameraPath;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::{Loading, TerrainOptions};
-use crate::tones::hatching::maps;
 use crate::vector::DrawingReport;
 use crate::world::{self, OpenWorld};
 
@@ -50,30 +52,30 @@ pub struct RenderArgs {
     #[arg(long)]
     pub path: Option<PathBuf>,
     /// Frames per second along the path
-    #[arg(long, default_value_t = 30.0)]
+    #[arg(long, default_value_t = 30.0, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
     pub fps: f64,
     /// How many eyes: mono
     #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
     pub eyes: String,
     /// Height error that may be seen, in pixels
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
     /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone,
     /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
     pub aov: String,
     /// Memory for tiles on the GPU, in MiB
-    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
     /// Of an .svg: how far its curves may be from the strokes, in pixels [default: 0.25]
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.01, 100.0))]
     pub tolerance_px: Option<f64>,
     /// Of an .svg: the sheet, a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres, turned as the picture
     /// is; without it, a unit of the file is a pixel
     #[arg(long)]
     pub paper: Option<String>,
     /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
-    #[arg(long, allow_hyphen_values = true)]
+    #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
     pub margin: Option<f64>,
     /// Print what it cost, for programs
     #[arg(long)]
@@ -91,7 +93,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=1 << 20).contains(side));
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some([parse(width)?, parse(height)?]))
-        .ok_or_else(|| format!("{text:?} is not a size like 1280x720"))
+        .ok_or_else(|| "it must be a size like 1280x720".to_owned())
 }
 
 #[derive(Serialize)]
@@ -127,26 +129,23 @@ struct PassReport {
 /// # Errors
 /// When an input does not hold or the output cannot be written.
 pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
-    let kind = OutputKind::of(&args.output)?;
-    let style = Style::load(&args.style)?;
-    maps::check(&style)?;
+    let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
+    check_path(args, &kind)?;
+    let style = arguments::style(&args.style)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
-    let planes = aov::planes(&args.aov, &style)?;
+    let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
     {
-        bail!(
-            "--aov: only an .exr has room for channels beside the colour, and the output is {}",
-            args.output.display()
-        );
-    }
-    if !(args.lod_error > 0.0 && args.lod_error.is_finite()) {
-        bail!("--lod-error {}: it must be a number above 0", args.lod_error);
+        let output = named(&args.output);
+        let misuse = format!("--aov: only an .exr has room for channels beside the colour, and the output is {output}");
+        return Err(Misuse(misuse).into());
     }
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
-        bail!("cannot write {}: there is no folder {}", args.output.display(), folder.display());
+        bail!("cannot write {}: there is no folder {}", named(&args.output), named(folder));
     }
+    arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
@@ -159,7 +158,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
-    let cameras = job.cameras(&kind)?;
+    let cameras = job.cameras()?;
     job.world.ground_was_read()?;
     if args.json {
         job.warm_up(&cameras[0])?;
@@ -181,6 +180,24 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// A path is for many pictures, and many pictures are of a path: else somebody waits for a film of one frame.
+fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
+    let output = named(&args.output);
+    match (kind, &args.path) {
+        (OutputKind::Picture(_), Some(_)) => Err(Misuse(format!(
+            "--path flies through many pictures, and {output} is one; frames are written to a pattern like \
+             dir/%05d.png, a film to .mp4, and --camera is for one picture"
+        ))),
+        (OutputKind::Frames(..), None) => {
+            Err(Misuse(format!("{output} is a pattern of frames, which needs --path FILE, a camera path")))
+        }
+        (OutputKind::Mp4, None) => Err(Misuse(format!(
+            "{output} is a film, which needs --path FILE, a camera path; one picture is written to .png, .exr or .svg"
+        ))),
+        _ => Ok(()),
+    }
+}
+
 struct Job<'a> {
     args: &'a RenderArgs,
     style: Style,
@@ -194,21 +211,16 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// The cameras of the frames: at least one.
-    fn cameras(&self, kind: &OutputKind) -> anyhow::Result<Vec<Camera>> {
+    fn cameras(&self) -> anyhow::Result<Vec<Camera>> {
         let Some(path) = &self.args.path else {
             return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
         };
-        if !(self.args.fps > 0.0 && self.args.fps <= 1000.0) {
-            bail!("--fps {}: it must be a number above 0, at most 1000", self.args.fps);
-        }
         let path = CameraPath::read_on_ground(path, |x, y| self.world.ground_m(x, y))?;
         let frames = path.frame_count(self.args.fps);
         if frames > MOST_FRAMES {
             bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);
         }
-        // One picture of a path is its first.
-        let most = if matches!(kind, OutputKind::Picture(_)) { 1 } else { usize::MAX };
-        Ok(path.frames(self.args.fps).take(most).collect())
+        Ok(path.frames(self.args.fps).collect())
     }
 
     /// Draws a thumbnail for nobody: drivers compile pipelines on their first use, which is no part of a pass's time.

@@ -6,7 +6,9 @@ use anyhow::Context;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
+use super::misuse::Misuse;
 use super::{tell, tell_json};
+use crate::file::message::named;
 use crate::style::{self, Style, StyleError};
 use crate::tones::hatching::maps;
 
@@ -63,13 +65,14 @@ pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
     match &args.action {
         None | Some(Action::List) => list(args.json),
         Some(Action::Show { name }) => {
-            let text = style::preset_text(name).ok_or_else(|| StyleError::Unknown { name: name.clone() })?;
+            let text =
+                style::preset_text(name).ok_or_else(|| Misuse::of(StyleError::Unknown { name: name.clone() }))?;
             if args.json { tell_json(&Shown { name, text }) } else { tell(text) }
         }
         Some(Action::Check { file }) => {
             let style = read(file)?;
             let checked = Checked { file, name: style.name, holds: true };
-            if args.json { tell_json(&checked) } else { tell(&format!("{}: holds", file.display())) }
+            if args.json { tell_json(&checked) } else { tell(&format!("{}: holds", named(file))) }
         }
     }
 }
@@ -90,8 +93,8 @@ fn list(json: bool) -> anyhow::Result<()> {
 
 /// A style from a file, whatever its name ends with.
 pub(super) fn read(file: &Path) -> anyhow::Result<Style> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the style", file.display()))?;
-    let style = Style::parse(&file.display().to_string(), &text)?;
+    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the style", named(file)))?;
+    let style = Style::parse(&file.to_string_lossy(), &text)?;
     maps::check(&style)?;
     Ok(style)
 }

@@ -3,19 +3,23 @@
 
 pub mod atomic;
 pub mod exr;
+pub mod message;
 pub mod pattern;
 pub mod png;
 pub mod random_access;
 pub mod svg;
+pub mod toml_text;
 pub mod video;
 
 use std::path::{Path, PathBuf};
+
+use message::named;
 
 /// Why an output was not written, or a picture not read. One line that names the file and the cause.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
     /// An output was not written; what stood there before still does.
-    #[error("cannot write {}: {cause}", path.display())]
+    #[error("cannot write {}: {cause}", named(path))]
     Write {
         /// The output.
         path: PathBuf,
@@ -23,7 +27,7 @@ pub enum FileError {
         cause: String,
     },
     /// A picture was not read.
-    #[error("cannot read {}: {cause}", path.display())]
+    #[error("cannot read {}: {cause}", named(path))]
     Read {
         /// The picture.
         path: PathBuf,
@@ -31,7 +35,7 @@ pub enum FileError {
         cause: String,
     },
     /// An output name that hachure does not know how to write.
-    #[error("{}: {cause}", path.display())]
+    #[error("{}: {cause}", named(path))]
     Name {
         /// The name as given.
         path: PathBuf,
@@ -42,7 +46,7 @@ pub enum FileError {
     #[error(
         "cannot write {}: hachure writes .mp4 through ffmpeg, which is not installed; \
          frames can be written as PNG with a pattern like dir/%05d.png",
-        path.display()
+        named(path)
     )]
     NoFfmpeg {
         /// The film.

@@ -2,13 +2,15 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::file::message::quoted;
+
 /// Why there is no GPU to work with, or why it stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// No adapter answers to the wish.
     #[error(
-        "no Vulkan, Metal or DirectX 12 adapter answers to {wish}; there is: {found} (Mesa's software driver is enough: \
-         the package mesa-vulkan-drivers on Debian)"
+        "no Vulkan, Metal or DirectX 12 adapter answers to {wish}; there is: {found}{}",
+        if found == "none" { " (Mesa's software driver is enough: mesa-vulkan-drivers on Debian)" } else { "" }
     )]
     NoAdapter {
         /// What was asked for.
@@ -17,7 +19,7 @@ pub enum GpuError {
         found: String,
     },
     /// The adapter would not give a device.
-    #[error("the adapter {adapter} gives no device")]
+    #[error("the adapter {adapter} gives no device: {source}")]
     NoDevice {
         /// Its name.
         adapter: String,
@@ -192,7 +194,7 @@ fn choose_adapter(
             wish: match wish {
                 AdapterWish::Best => "the program".to_owned(),
                 AdapterWish::Software => "--adapter software".to_owned(),
-                AdapterWish::Name(name) => format!("--adapter {name:?}"),
+                AdapterWish::Name(name) => format!("--adapter {}", quoted(name)),
             },
             found: if found.is_empty() { "none".to_owned() } else { found },
         })

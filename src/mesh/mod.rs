@@ -9,16 +9,19 @@ pub mod build;
 pub mod normals;
 pub mod obj;
 pub mod placed;
+mod wrong_line;
 
 use std::path::PathBuf;
 
 use glam::DVec3;
 
+use crate::file::message::named;
+
 /// Why there is no mesh. One line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
     /// A file that is no mesh, or a damaged one.
-    #[error("cannot read the mesh {}: {cause}", path.display())]
+    #[error("cannot read the mesh {}: {cause}", named(path))]
     Read {
         /// The file.
         path: PathBuf,

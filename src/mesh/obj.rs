@@ -13,6 +13,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::build::Soup;
+use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
 use crate::file::one_line;
 
@@ -49,11 +50,21 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
 /// As [`read`], from a text.
 ///
 /// # Errors
-/// A cause in words.
+/// A cause in words, with the line where that is known.
 pub fn parse(name: String, text: &[u8]) -> Result<Mesh, String> {
+    read_text(name, text).map_err(|cause| {
+        let mut numbers = Vec::new();
+        let lines = lines_that_count(text, |number| numbers.push(number));
+        let lines = String::from_utf8_lossy(&lines);
+        let wrong = wrong_line(numbers.iter().copied().zip(lines.lines()));
+        wrong.map_or(cause, |(number, cause)| format!("line {number}: {cause}"))
+    })
+}
+
+fn read_text(name: String, text: &[u8]) -> Result<Mesh, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    let text = lines_that_count(text);
+    let text = lines_that_count(text, |_| ());
     let loaded = catch_unwind(AssertUnwindSafe(|| tobj::load_obj_buf(&mut text.as_slice(), &options, no_materials)));
     drop(text);
     let (models, _) = match loaded {
@@ -79,16 +90,20 @@ pub fn parse(name: String, text: &[u8]) -> Result<Mesh, String> {
     soup.into_mesh(name)
 }
 
-/// Of a text the lines that say something about triangles, as ASCII. A backslash at its end makes a line go on.
-fn lines_that_count(text: &[u8]) -> Vec<u8> {
+/// Of a text the lines that say something about triangles, as ASCII. A backslash at its end makes a line go on. `each`
+/// is told the number of each of these lines, counted from 1.
+fn lines_that_count(text: &[u8], mut each: impl FnMut(usize)) -> Vec<u8> {
     let mut kept = Vec::with_capacity(text.len());
     let mut goes_on = false;
     let mut is_kept = false;
-    for line in text.split(|&byte| byte == b'\n') {
+    for (number, line) in text.split(|&byte| byte == b'\n').enumerate() {
         let line = line.trim_ascii();
         if !goes_on {
             let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
             is_kept = [b"v".as_slice(), b"vn", b"f", b"o", b"g"].contains(&word);
+            if is_kept {
+                each(number + 1);
+            }
         }
         let part = line.strip_suffix(b"\\");
         goes_on = part.is_some();

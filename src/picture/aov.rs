@@ -2,6 +2,7 @@
 
 use super::Window;
 use crate::file::exr::{SampleKind, Samples};
+use crate::file::message::shown;
 use crate::frame::{Frame, Targets};
 use crate::gpu::{Gpu, GpuError};
 use crate::style::{Detector, Style};
@@ -45,14 +46,15 @@ pub enum PlaneSource {
 pub enum AovError {
     /// Not a name.
     #[error(
-        "--aov {name}: no such channel; there is depth, position, normal, surface, motion, lsa, strokes, tone, hatch"
+        "--aov {}: no such channel; there is depth, position, normal, surface, motion, lsa, strokes, tone, hatch",
+        shown(name)
     )]
     Unknown {
         /// As given.
         name: String,
     },
     /// The style does not make it.
-    #[error("--aov lsa: the style {style} draws no LSA contours; ink does")]
+    #[error("--aov lsa: the style {} draws no LSA contours; ink does", shown(style))]
     NoLsa {
         /// The style's name.
         style: String,

@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::TileAddress;
+use crate::file::message::{chain, named};
 use crate::remote::RemoteError;
 use crate::source::SourceError;
 
@@ -11,7 +12,7 @@ use crate::source::SourceError;
 #[derive(Debug, thiserror::Error)]
 pub enum PyramidError {
     /// The grid's fields contradict one another, or it is too small.
-    #[error("{}: {cause}", path.display())]
+    #[error("{}: {cause}", named(path))]
     BadGrid {
         /// The file that was to be baked.
         path: PathBuf,
@@ -19,13 +20,13 @@ pub enum PyramidError {
         cause: String,
     },
     /// Not one sample has a height.
-    #[error("{}: no sample has a height; all are void", path.display())]
+    #[error("{}: no sample has a height; all are void", named(path))]
     NoHeights {
         /// The file that was to be baked.
         path: PathBuf,
     },
     /// The disk.
-    #[error("{}: {what}", path.display())]
+    #[error("{}: {what}: {source}", named(path))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -35,7 +36,7 @@ pub enum PyramidError {
         source: io::Error,
     },
     /// A block could not be compressed or the container not written.
-    #[error("{}: the GeoTIFF could not be written", path.display())]
+    #[error("{}: the GeoTIFF could not be written: {}", named(path), chain(source.as_ref()))]
     Encode {
         /// The file.
         path: PathBuf,
@@ -43,7 +44,7 @@ pub enum PyramidError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The GeoTIFF is damaged, or not one of ours.
-    #[error("{}: the GeoTIFF could not be read", path.display())]
+    #[error("{}: the GeoTIFF could not be read: {}", named(path), chain(source.as_ref()))]
     Decode {
         /// The file.
         path: PathBuf,
@@ -51,7 +52,7 @@ pub enum PyramidError {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The GeoTIFF does not have the levels that its sidecar describes, or what was read back is not what was written.
-    #[error("{}: {cause}", path.display())]
+    #[error("{}: {cause}", named(path))]
     Mismatch {
         /// The file.
         path: PathBuf,
@@ -59,13 +60,13 @@ pub enum PyramidError {
         cause: String,
     },
     /// There is no file of tile statistics beside the GeoTIFF: bake it first.
-    #[error("{}: there are no tile statistics beside it ({})", path.display(), super::sidecar_path(path).display())]
+    #[error("{}: there are no tile statistics beside it ({})", named(path), named(super::sidecar_path(path)))]
     NoSidecar {
         /// The GeoTIFF.
         path: PathBuf,
     },
     /// The tile statistics belong to another version of the GeoTIFF, or of hachure: bake again.
-    #[error("{}: stale tile statistics: {cause}", path.display())]
+    #[error("{}: stale tile statistics: {cause}", named(path))]
     StaleSidecar {
         /// The sidecar.
         path: PathBuf,
@@ -73,7 +74,7 @@ pub enum PyramidError {
         cause: String,
     },
     /// The file of tile statistics is damaged: bake again.
-    #[error("{}: damaged tile statistics: {cause}", path.display())]
+    #[error("{}: damaged tile statistics: {cause}", named(path))]
     CorruptSidecar {
         /// The sidecar.
         path: PathBuf,
@@ -81,7 +82,7 @@ pub enum PyramidError {
         cause: String,
     },
     /// There is no such tile.
-    #[error("{}: there is no tile {} {} {} (level, x, y)", path.display(), address.level, address.x, address.y)]
+    #[error("{}: there is no tile {} {} {} (level, x, y)", named(path), address.level, address.x, address.y)]
     NoSuchTile {
         /// The pyramid.
         path: PathBuf,
@@ -103,7 +104,7 @@ pub enum PyramidError {
     #[error("no folder for baked terrain: set HACHURE_CACHE")]
     NoCacheFolder,
     /// The file has too few overviews to fly over it as it is.
-    #[error("{}: {cause}; bake it first, where it lies: hachure bake FILE -o OUT.tif", path.display())]
+    #[error("{}: {cause}; bake it first, where it lies: hachure bake FILE -o OUT.tif", named(path))]
     NoOverviews {
         /// The file or its address.
         path: PathBuf,
@@ -142,7 +143,7 @@ pub enum PyramidError {
     #[error("stopped")]
     Stopped,
     /// The work folder of a bake holds something else.
-    #[error("{}: {cause}", path.display())]
+    #[error("{}: {cause}", named(path))]
     Parts {
         /// The folder.
         path: PathBuf,

@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
+use crate::file::message::shown;
+
 /// The narrowest and the widest vertical field of view, in degrees.
 pub const FOV_RANGE_DEG: [f64; 2] = [0.1, 170.0];
 
@@ -38,7 +40,7 @@ pub struct Camera {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// Too few or too many fields.
-    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), and `{text}` has {found}")]
+    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), and `{}` has {found}", shown(text))]
     FieldCount {
         /// What was given.
         text: String,
@@ -46,7 +48,7 @@ pub enum CameraError {
         found: usize,
     },
     /// A field that is no number, or not one that it may hold.
-    #[error("the camera's {field} is `{value}`: {cause}")]
+    #[error("the camera's {field} is `{}`: {cause}", shown(value))]
     Field {
         /// One of x, y, z, yaw, pitch, fov.
         field: &'static str,

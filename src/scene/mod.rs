@@ -13,6 +13,8 @@ use glam::DVec3;
 /// Everything that decides what is drawn, but for the style.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
+    /// The scene file that says all this; none where nobody wrote one.
+    pub file: Option<PathBuf>,
     /// The terrain.
     pub world: World,
     /// The light.
@@ -101,6 +103,7 @@ impl Scene {
     /// A world with everything else at its default: what a bare DEM means on the command line.
     pub fn of_world(world: World) -> Self {
         Self {
+            file: None,
             world,
             sun: Sun::default(),
             haze: Haze::default(),

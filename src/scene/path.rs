@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::camera::{Camera, FOV_RANGE_DEG};
+use crate::file::message::{named, shown};
 
 /// The columns, in order.
 const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
@@ -39,15 +40,16 @@ pub struct CameraPath {
 #[derive(Debug, thiserror::Error)]
 pub enum PathError {
     /// The file cannot be read at all.
-    #[error("cannot read the camera path {}: {cause}", path.display())]
+    #[error("cannot read the camera path {}: {cause}", named(path))]
     Open {
         /// The file.
         path: PathBuf,
         /// What the system said.
+        #[source]
         cause: std::io::Error,
     },
     /// A line is wrong.
-    #[error("{}:{line}: {cause}", path.display())]
+    #[error("{}:{line}: {cause}", named(path))]
     Line {
         /// The file.
         path: PathBuf,
@@ -222,7 +224,10 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let header = reader.headers().map_err(csv_error)?;
     let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}')).collect();
     if names != HEADER {
-        return Err(wrong(1, format!("the header is `{}`, and must be `{}`", names.join(","), HEADER.join(","))));
+        return Err(wrong(
+            1,
+            format!("the header is `{}`, and must be `{}`", shown(&names.join(",")), HEADER.join(",")),
+        ));
     }
     let mut rows: Vec<Row> = Vec::new();
     for record in reader.records() {
@@ -231,9 +236,9 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         let fields: Vec<&str> = record.iter().collect();
         let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
             .map_err(|fields| wrong(line, format!("{} fields, and there must be 7", fields.len())))?;
-        let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{time}`: not a number")))?;
+        let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{}`: not a number", shown(time))))?;
         if time_s.is_nan() || time_s.abs() > LATEST_S {
-            return Err(wrong(line, format!("t is `{time}`: it must lie within a year of 0, in seconds")));
+            return Err(wrong(line, format!("t is `{}`: it must lie within a year of 0, in seconds", shown(time))));
         }
         if let Some(previous) = rows.last()
             && time_s - previous.time_s < SHORTEST_STEP_S

@@ -32,7 +32,6 @@
 //! up = "y"                          # or "z": what points up in the file
 //! ```
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -41,42 +40,26 @@ use serde::Deserialize;
 use super::camera::{Camera, LARGEST_COORDINATE_M};
 use super::earth::Earth;
 use super::{Haze, MeshPlacement, Scene, Sun, World};
+use crate::file::message::{named, quoted};
+use crate::file::toml_text::{self, TomlError};
 use crate::pyramid::continent_store::SMALLEST_SAMPLES;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
-/// Why a file is no scene. One line that names the file, the key and the cause.
+/// Why a file is no scene. One line that names the file, the place in it, the key and the cause.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The file cannot be read at all.
-    #[error("cannot read the scene {}: {cause}", path.display())]
+    #[error("cannot read the scene {}: {cause}", named(path))]
     Open {
         /// The file.
         path: PathBuf,
         /// What the system said.
+        #[source]
         cause: std::io::Error,
     },
-    /// It is not TOML, has a key that scenes do not have, or a value of the wrong type.
-    #[error("{}:{line}: {key}{cause}", path.display())]
-    Toml {
-        /// The file.
-        path: PathBuf,
-        /// Counted from 1.
-        line: usize,
-        /// The key with its section and `: `, or empty where there is none.
-        key: String,
-        /// What the parser said.
-        cause: String,
-    },
-    /// A value that makes no sense.
-    #[error("{}: {key}: {cause}", path.display())]
-    Value {
-        /// The file.
-        path: PathBuf,
-        /// The key with its section: `sun.elevation_deg`.
-        key: &'static str,
-        /// What is wrong with it.
-        cause: String,
-    },
+    /// It is not TOML, has a key that scenes do not have, or a value that makes no sense.
+    #[error(transparent)]
+    Toml(#[from] TomlError),
 }
 
 #[derive(Deserialize)]
@@ -205,11 +188,14 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
-        let file: FileToml = toml::from_str(text).map_err(|error| toml_error(path, text, &error))?;
-        let wrong =
-            |key: &'static str, cause: &str| SceneError::Value { path: path.to_owned(), key, cause: cause.to_owned() };
+        let name = path.to_string_lossy();
+        let file: FileToml = toml_text::read(&name, text)?;
+        let wrong = |key: &str, cause: &str| -> SceneError {
+            toml_text::wrong(&name, text, key, format!("{key}: {cause}")).into()
+        };
 
         let mut scene = Self::of_world(world(path, file.world).map_err(|cause| wrong("world", &cause))?);
+        scene.file = Some(path.to_owned());
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
         scene.sun = Sun {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
@@ -247,8 +233,10 @@ impl Scene {
         }
         for (number, mesh) in file.meshes.into_iter().enumerate() {
             let placement = placement(path, mesh);
-            let placement =
-                placement.map_err(|(key, cause)| wrong(key, &format!("of mesh {}: {cause}", number + 1)))?;
+            let placement = placement.map_err(|(key, cause)| {
+                let place = format!("meshes[{number}].{key}");
+                toml_text::wrong(&name, text, &place, format!("meshes.{key}: of mesh {}: {cause}", number + 1))
+            })?;
             scene.meshes.push(placement);
         }
         Ok(scene)
@@ -267,7 +255,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, String> {
         (Some(DemToml::One(dem)), None, None) => Ok(World::File(beside(&dem))),
         (Some(DemToml::Several(dems)), None, None) => match dems.iter().find(|dem| dem.contains("://")) {
             _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err("dem is empty".into()),
-            Some(url) => Err(format!("{url}: a list holds files of this machine only")),
+            Some(url) => Err(format!("{}: a list holds files of this machine only", quoted(url))),
             None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
         },
         (dem, procedural, continent) => {
@@ -282,7 +270,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, String> {
 /// A mesh's place; the error is the key and what is wrong with it.
 fn placement(scene_path: &Path, mesh: MeshToml) -> Result<MeshPlacement, (&'static str, String)> {
     if mesh.file.is_empty() {
-        return Err(("meshes.file", "it is empty".to_owned()));
+        return Err(("file", "it is empty".to_owned()));
     }
     let (x_m, y_m, z) = mesh.at;
     let (z_m, height_above_ground) = match z {
@@ -291,18 +279,19 @@ fn placement(scene_path: &Path, mesh: MeshToml) -> Result<MeshPlacement, (&'stat
             // As cameras have it: `++5` is a slip, not a number.
             let number = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
             let height_m = number.and_then(|number| number.parse().ok());
-            (height_m.ok_or_else(|| ("meshes.at", format!("z is {text:?}, and must be a number or \"+h\"")))?, true)
+            let cause = || format!("z is {}, and must be a number or \"+h\"", quoted(&text));
+            (height_m.ok_or_else(|| ("at", cause()))?, true)
         }
     };
     let at_m = DVec3::new(x_m, y_m, z_m);
     if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
-        return Err(("meshes.at", format!("it must lie within {LARGEST_COORDINATE_M} m")));
+        return Err(("at", format!("it must lie within {LARGEST_COORDINATE_M} m")));
     }
     if !(-360_000.0..=360_000.0).contains(&mesh.yaw_deg) {
-        return Err(("meshes.yaw_deg", "it must lie within -360000 to 360000".to_owned()));
+        return Err(("yaw_deg", "it must lie within -360000 to 360000".to_owned()));
     }
     if !(1e-6..=1e6).contains(&mesh.scale) {
-        return Err(("meshes.scale", "it must lie within 0.000001 to 1000000".to_owned()));
+        return Err(("scale", "it must lie within 0.000001 to 1000000".to_owned()));
     }
     let file = scene_path.parent().unwrap_or(Path::new("")).join(mesh.file);
     let z_up = matches!(mesh.up, UpToml::Z);
@@ -326,29 +315,4 @@ fn color(text: &str) -> Option<[f32; 3]> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
     let number = u32::from_str_radix(digits, 16).ok()?;
     Some([16, 8, 0].map(|shift| f32::from((number >> shift) as u8) / 255.0))
-}
-
-fn toml_error(path: &Path, text: &str, error: &toml::de::Error) -> SceneError {
-    let span = error.span().unwrap_or(0..0);
-    let line = 1 + text.as_bytes().iter().take(span.start).filter(|&&byte| byte == b'\n').count();
-    let key = key_at(text, &span).map_or(String::new(), |key| format!("{key}: "));
-    // The parser's message may run over several lines; ours is one.
-    let cause = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-    SceneError::Toml { path: path.to_owned(), line, key, cause }
-}
-
-/// The key in whose line a span begins, with its section.
-fn key_at(text: &str, span: &Range<usize>) -> Option<String> {
-    let before = text.get(..span.start)?;
-    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    let line = text[line_start..].lines().next()?;
-    let section = text[..line_start]
-        .lines()
-        .rev()
-        .find_map(|line| line.trim().strip_prefix('[')?.trim_start_matches('[').split(']').next());
-    match (line.trim().strip_prefix('['), line.split_once('=')) {
-        (Some(header), _) => header.trim_start_matches('[').split(']').next().map(str::to_owned),
-        (None, Some((key, _))) => Some(section.map_or(key.trim().to_owned(), |name| format!("{name}.{}", key.trim()))),
-        (None, None) => None,
-    }
 }

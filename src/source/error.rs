@@ -5,14 +5,16 @@ use std::path::PathBuf;
 use tiff_reader::TiffError;
 
 use super::georeference::GeoreferenceError;
+use crate::file::message::{chain, named};
+use crate::file::toml_text::TomlError;
 
-/// Why a height file could not be read. The message is one line that names the file and the cause; `source()` goes on
-/// to the cause's own words where there are any.
+/// Why a height file could not be read. The message is one line that names the file and the cause; `source()` gives the
+/// cause as a value where there is one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SourceError {
     /// The file system says no.
-    #[error("{}: cannot be opened", path.display())]
+    #[error("{}: cannot be opened: {source}", named(path))]
     Open {
         /// Of the file.
         path: PathBuf,
@@ -21,22 +23,22 @@ pub enum SourceError {
         source: std::io::Error,
     },
     /// A folder, a pipe, a device.
-    #[error("{}: is not a regular file", path.display())]
+    #[error("{}: is not a regular file", named(path))]
     NotAFile {
         /// Of the file.
         path: PathBuf,
     },
     /// Zero bytes.
-    #[error("{}: is empty", path.display())]
+    #[error("{}: is empty", named(path))]
     Empty {
         /// Of the file.
         path: PathBuf,
     },
     /// None of the formats that are read.
     #[error(
-        "{}: {looks_like}; hachure reads GeoTIFF, SRTM .hgt (also zipped), DTED, USGS DEM, ESRI and GRASS ASCII grids, \
-         BIL, GridFloat and ENVI rasters, 16-bit PNG, raw .r16, terrain-RGB pictures and tiles, XYZ grids",
-        path.display()
+        "{}: {looks_like}; hachure reads GeoTIFF, .hgt, DTED, USGS DEM, ASCII and XYZ grids, BIL, ENVI, PNG and raw \
+         heightmaps",
+        named(path)
     )]
     UnknownFormat {
         /// Of the file.
@@ -45,7 +47,7 @@ pub enum SourceError {
         looks_like: &'static str,
     },
     /// The TIFF contradicts itself, or ends too early.
-    #[error("{}: is damaged or truncated", path.display())]
+    #[error("{}: is damaged or truncated: {}", named(path), chain(source))]
     Damaged {
         /// Of the file.
         path: PathBuf,
@@ -54,7 +56,7 @@ pub enum SourceError {
         source: TiffError,
     },
     /// The file contradicts itself or ends too early, in words of ours.
-    #[error("{}: is damaged: {what}", path.display())]
+    #[error("{}: is damaged: {what}", named(path))]
     Inconsistent {
         /// Of the file.
         path: PathBuf,
@@ -62,7 +64,7 @@ pub enum SourceError {
         what: String,
     },
     /// Sane, but written in a way that is not read here.
-    #[error("{}: {what} is not supported", path.display())]
+    #[error("{}: {what} is not supported", named(path))]
     Unsupported {
         /// Of the file.
         path: PathBuf,
@@ -70,7 +72,7 @@ pub enum SourceError {
         what: String,
     },
     /// A picture, but not of heights.
-    #[error("{}: holds {what}, not heights", path.display())]
+    #[error("{}: holds {what}, not heights", named(path))]
     NotHeights {
         /// Of the file.
         path: PathBuf,
@@ -78,7 +80,7 @@ pub enum SourceError {
         what: &'static str,
     },
     /// What the file leaves open has to be said elsewhere: in its name, a file beside it, an option.
-    #[error("{}: {why}", path.display())]
+    #[error("{}: {why}", named(path))]
     Unclear {
         /// Of the file.
         path: PathBuf,
@@ -86,13 +88,13 @@ pub enum SourceError {
         why: String,
     },
     /// A folder without a single height file.
-    #[error("{}: the folder holds no height files", path.display())]
+    #[error("{}: the folder holds no height files", named(path))]
     NoMembers {
         /// Of the folder.
         path: PathBuf,
     },
     /// A single row or column.
-    #[error("{}: has {width}×{height} samples, but a surface needs at least 2×2", path.display())]
+    #[error("{}: has {width}×{height} samples, but a surface needs at least 2×2", named(path))]
     TooSmall {
         /// Of the file.
         path: PathBuf,
@@ -104,7 +106,7 @@ pub enum SourceError {
     /// More samples than can be held at once.
     #[error(
         "{}: {width}×{height} samples are more than can be read at once; convert it to GeoTIFF, or bake it in parts",
-        path.display()
+        named(path)
     )]
     TooLarge {
         /// Of the file.
@@ -115,21 +117,24 @@ pub enum SourceError {
         height: u32,
     },
     /// Nothing to draw.
-    #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", path.display())]
+    #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", named(path))]
     AllNoData {
         /// Of the file.
         path: PathBuf,
     },
     /// Several files that are no single grid.
-    #[error("{}: {cause}", path.display())]
+    #[error("{}: {cause}", named(path))]
     Mosaic {
         /// Of the first file.
         path: PathBuf,
         /// What does not fit.
         cause: String,
     },
+    /// The file beside it that says what it means (`NAME.ext.toml`) does not hold.
+    #[error(transparent)]
+    SideFile(#[from] TomlError),
     /// The place on the earth is unknown or impossible.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", named(path))]
     Georeference {
         /// Of the file.
         path: PathBuf,

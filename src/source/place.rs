@@ -7,6 +7,7 @@ use std::time::UNIX_EPOCH;
 use super::georeference::{self, Georeference};
 use super::reader::Window;
 use super::{GeoKeys, SourceError, WorldMapping, geokeys as key};
+use crate::file::message::printable;
 use key::GeoKey;
 
 /// The keys of an EPSG code: `is_geographic` says whether it stands for longitudes and latitudes.
@@ -77,14 +78,17 @@ pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Resul
     Err(inconsistent(path, format!("a window of it lies outside of its {}×{} samples", size[0], size[1])))
 }
 
+/// Characters of a cause, at most: it may quote the file.
+const LONGEST_CAUSE: usize = 180;
+
 /// The file contradicts itself.
 pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {
-    SourceError::Inconsistent { path: path.into(), what: what.into() }
+    SourceError::Inconsistent { path: path.into(), what: printable(&what.into(), LONGEST_CAUSE) }
 }
 
 /// The file does not say all that is needed.
 pub(super) fn unclear(path: &Path, why: impl Into<String>) -> SourceError {
-    SourceError::Unclear { path: path.into(), why: why.into() }
+    SourceError::Unclear { path: path.into(), why: printable(&why.into(), LONGEST_CAUSE) }
 }
 
 /// The file system says no.

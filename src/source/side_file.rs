@@ -22,6 +22,8 @@ use serde::Deserialize;
 use super::georeference::Georeference;
 use super::place::{self, small_text, unclear};
 use super::{GeoKeys, SourceError, crs_catalogue as catalogue};
+use crate::file::message::quoted;
+use crate::file::toml_text;
 
 /// What a caller says of a file that does not say it itself. It goes before the file beside it. Formats that say these
 /// things themselves pass over it, with a warning.
@@ -95,10 +97,7 @@ impl Said {
     pub fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let side_path = side_path(path);
         let side = match &side_path {
-            Some(side_path) => {
-                let parsed = toml::from_str::<SideFile>(&small_text(side_path)?);
-                parsed.map_err(|error| unclear(side_path, error.message().replace('\n', " ")))?
-            }
+            Some(side_path) => toml_text::read::<SideFile>(&side_path.to_string_lossy(), &small_text(side_path)?)?,
             None => SideFile::default(),
         };
         let said = Self { side_path, side, options: *options };
@@ -169,12 +168,12 @@ impl Said {
         let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
         let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
         let (code, definition) =
-            definition.ok_or_else(|| unclear(path, format!("the crs {crs:?} of its side file is unknown")))?;
+            definition.ok_or_else(|| unclear(path, format!("the crs {} of its side file is unknown", quoted(crs))))?;
         match definition.kind {
             catalogue::Kind::Projected => Ok((place::epsg(code, false), Some(definition.unit))),
             catalogue::Kind::Geographic => Ok((place::epsg(code, true), None)),
             catalogue::Kind::Geocentric => {
-                Err(unclear(path, format!("the crs {crs:?} of its side file is geocentric")))
+                Err(unclear(path, format!("the crs {} of its side file is geocentric", quoted(crs))))
             }
         }
     }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Deserializer, de::Error};
 
+use crate::file::message::quoted;
+
 /// An sRGB colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Color([u8; 3]);
@@ -44,7 +46,7 @@ impl std::str::FromStr for Color {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let bad = || format!("{text:?} is not a colour like \"#1b1a17\"");
+        let bad = || format!("{} is not a colour like \"#1b1a17\"", quoted(text));
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii()).ok_or_else(bad)?;
         let byte = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).map_err(|_| bad());
         Ok(Self([byte(0)?, byte(1)?, byte(2)?]))

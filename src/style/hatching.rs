@@ -94,9 +94,8 @@ fn every_slope() -> [f32; 2] {
 }
 
 impl Hatching {
-    /// Checks the numbers and loads what the layers name; files lie in `folder`.
-    pub(super) fn complete(&mut self, name: &str, folder: &Path) -> Result<(), StyleError> {
-        self.check().map_err(|cause| StyleError::Parse { name: name.to_owned(), cause })?;
+    /// Loads what the layers name; files lie in `folder`.
+    pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
         self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
         for layer in &mut self.layers {
             layer.recipe = Some(Recipe::load(&layer.marks, folder)?);
@@ -104,18 +103,20 @@ impl Hatching {
         Ok(())
     }
 
-    fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
         if !(1..=MOST_LAYERS).contains(&self.layers.len()) {
-            return Err(format!("there are {} of hatching.layers, not 1 to {MOST_LAYERS}", self.layers.len()));
+            return Err(format!("hatching.layers has {} entries, not 1 to {MOST_LAYERS}", self.layers.len()));
         }
         within("hatching.softness", self.softness, 0.0, 0.5)?;
-        for layer in &self.layers {
-            within("hatching.layers.from", layer.from, 0.0, 0.99)?;
-            within("hatching.layers.size", layer.size, 0.25, 8.0)?;
-            within("hatching.layers.angle_deg", layer.angle_deg, -360.0, 360.0)?;
-            within("hatching.layers.level_deg", layer.level_deg, -360.0, 360.0)?;
-            within("hatching.layers.slope_deg", layer.slope_deg[1], 0.0, 90.0)?;
-            within("hatching.layers.slope_deg", layer.slope_deg[0], 0.0, layer.slope_deg[1])?;
+        for (number, layer) in self.layers.iter().enumerate() {
+            let within =
+                |key: &str, value, low, high| within(&format!("hatching.layers[{number}].{key}"), value, low, high);
+            within("from", layer.from, 0.0, 0.99)?;
+            within("size", layer.size, 0.25, 8.0)?;
+            within("angle_deg", layer.angle_deg, -360.0, 360.0)?;
+            within("level_deg", layer.level_deg, -360.0, 360.0)?;
+            within("slope_deg", layer.slope_deg[1], 0.0, 90.0)?;
+            within("slope_deg", layer.slope_deg[0], 0.0, layer.slope_deg[1])?;
         }
         Ok(())
     }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::StyleError;
+use crate::file::toml_text;
 
 /// The recipes that come with the program, by name.
 const RECIPES: &[(&str, &str)] = &[
@@ -146,8 +147,8 @@ impl Recipe {
     /// # Errors
     /// [`StyleError::Parse`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let recipe: Self = super::from_toml(name, text)?;
-        recipe.check().map_err(|cause| StyleError::Parse { name: name.to_owned(), cause })?;
+        let recipe: Self = toml_text::read(name, text)?;
+        recipe.check().map_err(|cause| super::misplaced(name, text, &cause))?;
         Ok(recipe)
     }
 
@@ -169,7 +170,7 @@ impl Recipe {
         }
         let (is_stack, images) = (self.kind == Kind::Stack, self.images.len());
         if is_stack && !(1..=MOST_IMAGES).contains(&images) {
-            return Err(format!("there are {images} images, not 1 to {MOST_IMAGES}"));
+            return Err(format!("images has {images} entries, not 1 to {MOST_IMAGES}"));
         }
         if !is_stack && images > 0 {
             return Err("images are given, but kind is not \"stack\"".to_owned());

@@ -12,6 +12,9 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::file::message::{did_you_mean, named, shown};
+use crate::file::toml_text::{self, TomlError};
+
 pub use color::Color;
 pub use lines::{Detector, Epsilon, Lines};
 pub use strokes::Strokes;
@@ -42,13 +45,13 @@ const PRESETS: &[(&str, &str)] = &[
 #[derive(Debug, thiserror::Error)]
 pub enum StyleError {
     /// Neither a preset nor a file.
-    #[error("{name}: no such style; there is {}, or the path of a style file (.toml)", names().join(", "))]
+    #[error("{}: no such style{}", shown(name), hint(name, &names(), "`hachure styles` lists them"))]
     Unknown {
         /// As given.
         name: String,
     },
     /// The file cannot be read.
-    #[error("{path}: cannot read the style")]
+    #[error("{}: cannot read the style: {source}", named(path))]
     Read {
         /// The file.
         path: String,
@@ -57,13 +60,13 @@ pub enum StyleError {
         source: std::io::Error,
     },
     /// Neither a stroke texture of the program nor a file.
-    #[error("{name}: no such stroke texture; there is {}, or the path of a file (.toml)", texture::names().join(", "))]
+    #[error("{}: no such stroke texture{}", shown(name), hint(name, &texture::names(), &there_is(&texture::names())))]
     UnknownTexture {
         /// As given.
         name: String,
     },
     /// The stroke texture's file cannot be read.
-    #[error("{path}: cannot read the stroke texture")]
+    #[error("{}: cannot read the stroke texture: {source}", named(path))]
     ReadTexture {
         /// The file.
         path: String,
@@ -72,13 +75,13 @@ pub enum StyleError {
         source: std::io::Error,
     },
     /// Neither marks of the program nor a file.
-    #[error("{name}: no such marks; there is {}, or the path of a file (.toml)", marks::names().join(", "))]
+    #[error("{}: no such marks{}", shown(name), hint(name, &marks::names(), &there_is(&marks::names())))]
     UnknownMarks {
         /// As given.
         name: String,
     },
     /// The marks' file cannot be read.
-    #[error("{path}: cannot read the marks")]
+    #[error("{}: cannot read the marks: {source}", named(path))]
     ReadMarks {
         /// The file.
         path: String,
@@ -87,7 +90,7 @@ pub enum StyleError {
         source: std::io::Error,
     },
     /// A picture of marks does not hold.
-    #[error("{path}: {cause}")]
+    #[error("{}: {cause}", named(path))]
     MarkImage {
         /// The picture.
         path: String,
@@ -95,13 +98,18 @@ pub enum StyleError {
         cause: String,
     },
     /// The text is not a style, not a stroke texture, or not marks.
-    #[error("{name}: {cause}")]
-    Parse {
-        /// The file or preset.
-        name: String,
-        /// What and where, in one line.
-        cause: String,
-    },
+    #[error(transparent)]
+    Parse(#[from] TomlError),
+}
+
+/// What a name was meant to be, or where the known names are told.
+fn hint(name: &str, known: &[&str], where_told: &str) -> String {
+    let meant = did_you_mean(name, known.iter().copied());
+    if meant.is_empty() { format!("; {where_told}, and a file ends with .toml") } else { meant }
+}
+
+fn there_is(names: &[&str]) -> String {
+    format!("there is {}", names.join(", "))
 }
 
 /// A style.
@@ -210,12 +218,12 @@ pub fn preset_text(name: &str) -> Option<&'static str> {
     PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
-/// What TOML says; a mistake is told in one line, with its place.
-fn from_toml<T: serde::de::DeserializeOwned>(name: &str, text: &str) -> Result<T, StyleError> {
-    toml::from_str(text).map_err(|error| {
-        let line = error.span().map_or(0, |span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-        StyleError::Parse { name: name.to_owned(), cause: format!("line {line}: {}", error.message()) }
-    })
+/// A number that is not what it may be: `cause` begins with its key, whose place in the text is told.
+fn misplaced(name: &str, text: &str, cause: &str) -> StyleError {
+    let (key, rest) = cause.split_once(' ').unwrap_or((cause, ""));
+    // The place tells which entry of a list it is.
+    let told = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect::<String>();
+    toml_text::wrong(name, text, key, format!("{told} {rest}")).into()
 }
 
 impl Style {
@@ -241,11 +249,12 @@ impl Style {
     /// # Errors
     /// [`StyleError`], but for [`StyleError::Unknown`] and [`StyleError::Read`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let mut style: Self = from_toml(name, text)?;
-        style.check().map_err(|cause| StyleError::Parse { name: name.to_owned(), cause })?;
+        let mut style: Self = toml_text::read(name, text)?;
+        style.check().map_err(|cause| misplaced(name, text, &cause))?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         if let Some(hatching) = &mut style.hatching {
-            hatching.complete(name, folder)?;
+            hatching.check().map_err(|cause| misplaced(name, text, &cause))?;
+            hatching.complete(folder)?;
         }
         if let Some(strokes) = &mut style.strokes {
             let load = |texture: &String| texture::Recipe::load(texture, folder);

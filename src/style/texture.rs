@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::StyleError;
+use crate::file::toml_text;
 
 /// The recipes that come with the program, by name.
 const RECIPES: &[(&str, &str)] = &[
@@ -124,8 +125,8 @@ impl Recipe {
     /// # Errors
     /// [`StyleError::Parse`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let recipe: Self = super::from_toml(name, text)?;
-        recipe.check().map_err(|cause| StyleError::Parse { name: name.to_owned(), cause })?;
+        let recipe: Self = toml_text::read(name, text)?;
+        recipe.check().map_err(|cause| super::misplaced(name, text, &cause))?;
         Ok(recipe)
     }
 
@@ -137,10 +138,10 @@ impl Recipe {
         power("tile.along_px", self.tile.along_px, 64, 2048)?;
         power("tile.across_px", self.tile.across_px, 16, 512)?;
         if !(1..=8).contains(&self.marks.len()) {
-            return Err(format!("there are {} of marks, not 1 to 8", self.marks.len()));
+            return Err(format!("marks has {} entries, not 1 to 8", self.marks.len()));
         }
         let (touch, pigment) = (&self.touch, &self.pigment);
-        let mut numbers = vec![
+        let numbers = [
             ("touch.nominal_width_px", touch.nominal_width_px, 1.0, 64.0),
             ("touch.spread", touch.spread, 0.0, 1.0),
             ("touch.softness", touch.softness, 0.01, 0.5),
@@ -154,16 +155,17 @@ impl Recipe {
             ("pigment.along_px", pigment.along_px, 1.0, 256.0),
             ("pigment.across_px", pigment.across_px, 1.0, 64.0),
         ];
-        for marks in &self.marks {
-            numbers.extend([
-                ("marks.along_px", marks.along_px, 1.0, 256.0),
-                ("marks.across_px", marks.across_px, 1.0, 64.0),
-                ("marks.weight", marks.weight, 1e-3, 16.0),
-                ("marks.wander_px", marks.wander_px, 0.0, 16.0),
-            ]);
+        for (what, value, low, high) in numbers {
+            super::within(what, value, low, high)?;
         }
-        let outside = numbers.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value));
-        outside
-            .map_or(Ok(()), |(what, value, low, high)| Err(format!("{what} is {value}, not between {low} and {high}")))
+        for (number, marks) in self.marks.iter().enumerate() {
+            let within =
+                |key: &str, value, low, high| super::within(&format!("marks[{number}].{key}"), value, low, high);
+            within("along_px", marks.along_px, 1.0, 256.0)?;
+            within("across_px", marks.across_px, 1.0, 64.0)?;
+            within("weight", marks.weight, 1e-3, 16.0)?;
+            within("wander_px", marks.wander_px, 0.0, 16.0)?;
+        }
+        Ok(())
     }
 }

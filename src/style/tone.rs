@@ -133,17 +133,17 @@ impl Toon {
 impl Ramp {
     fn check(&self) -> Result<(), String> {
         if !(1..=16).contains(&self.stops.len()) {
-            return Err(format!("there are {} of tone.ramp.stops, not 1 to 16", self.stops.len()));
+            return Err(format!("tone.ramp.stops has {} entries, not 1 to 16", self.stops.len()));
         }
         for pair in self.stops.windows(2) {
             if !(pair[1].at > pair[0].at && pair[1].at - pair[0].at < f32::INFINITY) {
-                return Err(format!("tone.ramp.stops do not rise from {} to {}", pair[0].at, pair[1].at));
+                return Err(format!("tone.ramp.stops must rise, and do not from {} to {}", pair[0].at, pair[1].at));
             }
         }
-        for stop in &self.stops {
-            within("tone.ramp.stops.at", stop.at, -1e9, 1e9)?;
+        for (number, stop) in self.stops.iter().enumerate() {
+            within(&format!("tone.ramp.stops[{number}].at"), stop.at, -1e9, 1e9)?;
             if !(1..=16).contains(&stop.colors.len()) {
-                return Err(format!("a stop of tone.ramp has {} colors, not 1 to 16", stop.colors.len()));
+                return Err(format!("tone.ramp.stops[{number}].colors has {} entries, not 1 to 16", stop.colors.len()));
             }
         }
         Ok(())

@@ -21,6 +21,7 @@ use super::cache::TileCache;
 use super::loader::Loader;
 use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::warp::Warp;
+use crate::file::message::chain;
 use crate::gpu::Gpu;
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 

@@ -1,5 +1,6 @@
 //! What a drawing of lines lies on: its own pixels, or a sheet of paper.
 
+use crate::file::message::quoted;
 use crate::file::svg::Unit;
 
 /// Names of paper and their sides in millimetres, the longer first.
@@ -76,7 +77,7 @@ fn sides_mm(paper: &str) -> Result<[f64; 2], String> {
     name.split_once('x').and_then(|(a, b)| Some([side(a)?, side(b)?])).map(|[a, b]| [a.max(b), a.min(b)]).ok_or_else(
         || {
             let known = PAPERS.map(|(name, _)| name).join(", ");
-            format!("--paper {paper:?}: it is {known}, or WIDTHxHEIGHT in millimetres like 300x200")
+            format!("--paper {}: it must be {known}, or WIDTHxHEIGHT in millimetres like 300x200", quoted(paper))
         },
     )
 }

@@ -62,9 +62,18 @@ impl Place {
 
     /// The one line with which the program fails.
     pub fn error(&self, arguments: &[&str]) -> String {
+        self.line(arguments, 1)
+    }
+
+    /// The one line with which the program refuses arguments.
+    pub fn misuse(&self, arguments: &[&str]) -> String {
+        self.line(arguments, 2)
+    }
+
+    fn line(&self, arguments: &[&str], status: i32) -> String {
         let output = self.hachure(arguments);
         let error = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {error}");
         assert!(output.stdout.is_empty(), "{arguments:?} printed {}", String::from_utf8_lossy(&output.stdout));
         let line = error.trim_end().strip_prefix("hachure: ").unwrap_or_else(|| panic!("{arguments:?}: {error}"));
         assert_eq!(line.lines().count(), 1, "{arguments:?}: {error}");
@@ -131,19 +140,24 @@ fn failures_are_one_line_that_names_the_file() {
         (&["info", "path.csv"], "path.csv:3", "here"),
         (&["bake", "nowhere.tif", "-o", "out.tif"], "nowhere.tif", "cannot be opened"),
         (&["bake", "notes.md", "-o", "out.tif"], "notes.md", "text file"),
-        (&["bake", "empty.tif", "-o", "out.png"], "out.png", "ends with .tif"),
         (&["bake", "empty.tif", "-o", "nowhere/out.tif"], "out.tif", "no folder"),
         (&["bake", "empty.tif", "notes.md", "-o", "out.tif"], "empty.tif", "empty"),
         (&["bake", "empty.tif", "-o", "out.tif", "--shard", "1/2"], "empty.tif", "empty"),
         (&["bench", "--path", "nowhere.csv", "-o", "out"], "nowhere.csv", "cannot read"),
         (&["bench", "--path", "path.csv", "-o", "out"], "path.csv:3", "here"),
+        (&["styles", "check", "nowhere.toml"], "nowhere.toml", "cannot read"),
+        (&["styles", "check", "broken.toml"], "broken.toml:2:", ""),
+    ] {
+        let line = place.error(arguments);
+        assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");
+    }
+    for (arguments, name, cause) in [
+        (&["bake", "empty.tif", "-o", "out.png"][..], "out.png", "ends with .tif"),
         (&["bench", "--path", "good.csv", "-o", "out", "--styles", "ink,oil"], "oil", "no such style"),
         (&["bench", "--path", "good.csv", "-o", "out", "--lod-error", "0"], "--lod-error", "above 0"),
         (&["styles", "show", "oil"], "oil", "no such style"),
-        (&["styles", "check", "nowhere.toml"], "nowhere.toml", "cannot read"),
-        (&["styles", "check", "broken.toml"], "broken.toml", "line 2"),
     ] {
-        let line = place.error(arguments);
+        let line = place.misuse(arguments);
         assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");
     }
     assert!(place.names().iter().all(|name| !name.starts_with("out")), "{:?}", place.names());

@@ -75,28 +75,31 @@ fn wrong_options_are_one_line() {
     let place = Place::empty();
     let strokes = ["render", "-o", "out.svg", "--style", "strokes"];
     for (more, name, cause) in [
-        (&["--tolerance-px", "0"][..], "--tolerance-px 0", "between"),
-        (&["--tolerance-px", "NaN"], "--tolerance-px NaN", "between"),
-        (&["--tolerance-px", "-1"], "--tolerance-px -1", "between"),
+        (&["--tolerance-px", "0"][..], "--tolerance-px \"0\"", "between"),
+        (&["--tolerance-px", "NaN"], "--tolerance-px \"NaN\"", "between"),
+        (&["--tolerance-px", "-1"], "--tolerance-px \"-1\"", "between"),
         (&["--paper", "b9"], "--paper", "WIDTHxHEIGHT"),
         (&["--paper", "a4", "--margin", "200"], "--margin 200", "297x210 mm"),
         (&["--margin", "5"], "--margin 5", "--paper"),
         (&["--aov", "depth"], "--aov", "out.svg"),
-        (&["--size", "60000x60000"], "out.svg", "60000x60000 is too large"),
-        (&["--size", "8000x8000"], "out.svg", "33554432 pixels"),
     ] {
-        let line = place.error(&[&strokes[..], more].concat());
+        let line = place.misuse(&[&strokes[..], more].concat());
         assert!(line.contains(name) && line.contains(cause), "{more:?}: {line}");
+    }
+    for (size, cause) in [("60000x60000", "60000x60000 is too large"), ("8000x8000", "33554432 pixels")] {
+        let line = place.error(&[&strokes[..], &["--size", size]].concat());
+        assert!(line.contains("out.svg") && line.contains(cause), "{size}: {line}");
     }
     for (arguments, name, cause) in [
         (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
-        (&["-o", "out/%d.svg", "--style", "plain"], "out/%d.svg", "the style plain has none"),
+        (&["-o", "out/%d.svg", "--style", "plain", "--path", "p.csv"], "out/%d.svg", "the style plain has none"),
         (&["-o", "out.png", "--paper", "a4"], "--paper", "only an .svg"),
         (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only an .svg"),
-        (&["-o", "nowhere/out.svg", "--style", "strokes"], "out.svg", "no folder"),
     ] {
-        let line = place.error(&[&["render"][..], arguments].concat());
+        let line = place.misuse(&[&["render"][..], arguments].concat());
         assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");
     }
+    let line = place.error(&["render", "-o", "nowhere/out.svg", "--style", "strokes"]);
+    assert!(line.contains("out.svg") && line.contains("no folder"), "{line}");
     assert!(place.names().is_empty(), "{:?}", place.names());
 }

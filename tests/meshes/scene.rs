@@ -48,8 +48,8 @@ fn what_is_wrong_with_a_mesh_is_named() {
         (format!("{good}yaw_deg = inf\n"), "meshes.yaw_deg: of mesh 1: "),
         (format!("{good}scale = 0\n"), "meshes.scale: of mesh 1: "),
         (format!("{good}scale = -1\n"), "meshes.scale: of mesh 1: "),
-        (format!("{good}up = \"x\"\n"), "meshes.up: "),
-        (format!("{good}colour = 3\n"), "meshes.colour: "),
+        (format!("{good}up = \"x\"\n"), "meshes.up cannot be \"x\""),
+        (format!("{good}colour = 3\n"), "there is no key \"meshes.colour\""),
         (format!("{good}{good}scale = nan\n"), "meshes.scale: of mesh 2: "),
         ("[[meshes]]\nfile = \"hut.obj\"\n".to_owned(), "meshes"),
     ] {

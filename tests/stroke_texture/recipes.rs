@@ -12,21 +12,21 @@ fn mistakes_are_told_in_one_line() {
         RECIPE.replacen(from, to, 1)
     };
     let spoiled = [
-        (spoil("fill = 1.0", "fil = 1.0"), "line 12: unknown field `fil`"),
-        (spoil("seed = 7\n", ""), "missing field `seed`"),
+        (spoil("fill = 1.0", "fil = 1.0"), "mine.toml:12:1: there is no key \"touch.fil\"; did you mean \"fill\"?"),
+        (spoil("seed = 7\n", ""), "the key \"tile.seed\" is missing"),
         (spoil("fill = 1.0", "fill = 1.5"), "touch.fill is 1.5, not between 0.05 and 1"),
         (spoil("softness = 0.1", "softness = 0.0"), "touch.softness is 0,"),
         (spoil("response = 1.0", "response = nan"), "touch.response is NaN"),
         (spoil("along_px = 128", "along_px = 100"), "tile.along_px is 100, not a power of two from 64 to 2048"),
-        (spoil("along_px = 128", "along_px = -1"), "line 4: "),
+        (spoil("along_px = 128", "along_px = -1"), ":4:"),
         (spoil("weight = 0.5", "weight = -0.5"), "marks.weight is -0.5"),
         (spoil("along_px = 12.3", "along_px = 1e9"), "marks.along_px is 1000000000"),
-        (RECIPE.split("[[marks]]").next().unwrap().to_owned() + "marks = []", "line"),
-        ("[".to_owned(), "line 1: "),
+        (RECIPE.split("[[marks]]").next().unwrap().to_owned() + "marks = []", "mine.toml:"),
+        ("[".to_owned(), ":1:"),
     ];
     for (text, cause) in spoiled {
         let error = Recipe::parse("mine.toml", &text).unwrap_err().to_string();
-        assert!(error.starts_with("mine.toml: ") && error.contains(cause), "{error}");
+        assert!(error.starts_with("mine.toml:") && error.contains(cause), "{error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
     assert!(Recipe::parse("mine.toml", RECIPE).is_ok());
@@ -48,10 +48,10 @@ fn a_style_names_a_texture_or_a_file_beside_it() {
     // What is wrong is told with the texture's own name.
     let error = style("crayon").unwrap_err();
     assert!(matches!(error, StyleError::UnknownTexture { .. }));
-    assert!(error.to_string().starts_with("crayon: no such stroke texture; there is pen, brush, pencil"), "{error}");
-    assert!(style("nowhere.toml").unwrap_err().to_string().ends_with("nowhere.toml: cannot read the stroke texture"));
+    assert!(error.to_string().starts_with("crayon: no such stroke texture; "), "{error}");
+    assert!(style("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml: cannot read the stroke texture: "));
     hachure::file::atomic::write(&folder.path().join("broken.toml"), b"tile = 3").unwrap();
     let error = style("broken.toml").unwrap_err().to_string();
-    assert!(error.contains("broken.toml: line 1: ") && error.lines().count() == 1, "{error}");
+    assert!(error.contains("broken.toml:1:") && error.lines().count() == 1, "{error}");
     assert!(Style::load("strokes").unwrap().strokes.unwrap().texture.is_none());
 }

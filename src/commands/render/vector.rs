@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 
+use super::super::misuse::Misuse;
 use super::{Job, RenderArgs};
+use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::svg::{self, Drawing, Unit};
 use crate::picture::strokes::render_strokes;
@@ -14,8 +16,6 @@ use crate::surface::view::Pose;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 
-/// Tolerances that make sense: below, numbers get long; above, nothing is left.
-const TOLERANCES_PX: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 /// What stays free on paper, unless somebody says otherwise.
 const MARGIN_MM: f64 = 10.0;
 
@@ -28,7 +28,7 @@ impl SvgOptions {
     /// # Errors
     /// A style without strokes; a tolerance, paper or margin that makes no sense, or of another output.
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
-        let output = args.output.display();
+        let output = named(&args.output);
         if !matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
             let given = [
                 ("--tolerance-px", args.tolerance_px.is_some()),
@@ -36,23 +36,22 @@ impl SvgOptions {
                 ("--margin", args.margin.is_some()),
             ];
             if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-                bail!("{option}: only an .svg has it, and the output is {output}");
+                return Err(Misuse(format!("{option}: only an .svg has it, and the output is {output}")).into());
             }
             return Ok(None);
         }
         let Some(strokes) = &style.strokes else {
-            bail!("{output}: an .svg holds strokes, and the style {} has none; --style strokes has", style.name);
+            let style = shown(&style.name);
+            let misuse =
+                format!("{output}: an .svg holds strokes, and the style {style} has none; --style strokes has");
+            return Err(Misuse(misuse).into());
         };
         let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX);
-        if !TOLERANCES_PX.contains(&tolerance_px) {
-            let (least, most) = (TOLERANCES_PX.start(), TOLERANCES_PX.end());
-            bail!("--tolerance-px {tolerance_px}: it must be a number between {least} and {most}");
-        }
         let sheet = match (&args.paper, args.margin) {
-            (Some(paper), margin) => {
-                Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size).map_err(anyhow::Error::msg)?
+            (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size).map_err(Misuse)?,
+            (None, Some(margin)) => {
+                return Err(Misuse(format!("--margin {margin}: it is a margin of --paper, which is not given")).into());
             }
-            (None, Some(margin)) => bail!("--margin {margin}: it is a margin of --paper, which is not given"),
             (None, None) => Sheet::pixels(args.size),
         };
         Ok(Some(Self(Settings { tolerance_px, sheet, ink: strokes.ink })))
@@ -89,7 +88,7 @@ impl Job<'_> {
         let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
         let request = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
         let (polylines, report) = render_strokes(&self.gpu, &mut self.frame, &mut self.world.terrain, &request)
-            .with_context(|| format!("cannot write {}", path.display()))?;
+            .with_context(|| format!("cannot write {}", named(path)))?;
         let report = self.whole(report)?;
         let (layers, drawn) = vector::layers(&polylines, settings);
         let [width, height] = self.args.size;

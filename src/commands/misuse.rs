@@ -1,0 +1,138 @@
+//! Arguments that cannot be meant, told in one line; the exit status is 2.
+
+use std::path::Path;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use crate::file::message::{did_you_mean, nearest, printable, quoted, shown};
+
+/// The commands of the program.
+pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styles"];
+
+/// Options that the flight does not have, and the command that is probably meant.
+const OF_COMMANDS: [(&str, &str); 12] = [
+    ("-o", "render"),
+    ("--output", "render"),
+    ("--path", "render"),
+    ("--fps", "render"),
+    ("--aov", "render"),
+    ("--paper", "render"),
+    ("--margin", "render"),
+    ("--tolerance-px", "render"),
+    ("--json", "info"),
+    ("--styles", "bench"),
+    ("--max-error", "bake"),
+    ("--resume", "bake"),
+];
+
+/// Arguments that contradict each other, or that name what there is not: the command was not begun.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Misuse(pub String);
+
+impl Misuse {
+    /// The same error as misuse.
+    pub fn of(error: impl std::error::Error + 'static) -> Self {
+        Self(crate::file::message::chain(&error))
+    }
+}
+
+/// What the parser of arguments complains about, in one line; `words` are the arguments without the program's name.
+pub fn told(error: &clap::Error, words: &[String]) -> String {
+    let text = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => text.clone(),
+        Some(ContextValue::Strings(texts)) => texts.join(", "),
+        Some(ContextValue::StyledStr(text)) => text.to_string(),
+        _ => String::new(),
+    };
+    let (argument, value) = (text(ContextKind::InvalidArg), text(ContextKind::InvalidValue));
+    // Without its `<VALUE>`.
+    let name = argument.split([' ', '=']).next().unwrap_or_default();
+    let known = words.iter().find(|word| COMMANDS.contains(&word.as_str()));
+    match error.kind() {
+        ErrorKind::ValueValidation => {
+            let cause = std::error::Error::source(error).map_or_else(String::new, ToString::to_string);
+            format!("{name} {}: {cause}", quoted(&value))
+        }
+        ErrorKind::InvalidValue if value.is_empty() => format!("{argument} needs a value"),
+        ErrorKind::InvalidValue => {
+            let valid = text(ContextKind::ValidValue);
+            format!("{name} {}: it must be one of {valid}", quoted(&value))
+        }
+        ErrorKind::UnknownArgument => {
+            if known.is_none()
+                && let Some(mistyped) = first_free(words).and_then(mistyped_command)
+            {
+                return mistyped;
+            }
+            let suggested = text(ContextKind::SuggestedArg);
+            let suggested = suggested.split([' ', '=']).next().unwrap_or_default();
+            let is_option = argument.starts_with('-');
+            match OF_COMMANDS.iter().find(|(option, _)| *option == name) {
+                Some((_, command)) if known.is_none() => {
+                    format!("{name} belongs to a command, which comes first: hachure {command} …")
+                }
+                _ if is_option && !suggested.is_empty() && suggested != "--" => {
+                    format!("there is no option {}; did you mean {suggested}?", quoted(name))
+                }
+                _ if is_option => format!("there is no option {}; see {} --help", quoted(name), command(known)),
+                _ => format!("{} is one argument too many; see {} --help", quoted(&argument), command(known)),
+            }
+        }
+        ErrorKind::InvalidSubcommand if known.is_none() => {
+            let given = text(ContextKind::InvalidSubcommand);
+            first_free(words)
+                .and_then(mistyped_command)
+                .unwrap_or_else(|| format!("{} is one argument too many; see hachure --help", quoted(&given)))
+        }
+        ErrorKind::InvalidSubcommand => {
+            let given = text(ContextKind::InvalidSubcommand);
+            let meant = did_you_mean(&given, ["list", "show", "check"]);
+            format!("{} has no {}{meant}", command(known), quoted(&given))
+        }
+        ErrorKind::MissingRequiredArgument => {
+            let (missing, verb) = match error.get(ContextKind::InvalidArg) {
+                Some(ContextValue::Strings(all)) if all.len() > 1 => (all.join(" and "), "are"),
+                _ => (argument, "is"),
+            };
+            format!("{missing} {verb} missing; see {} --help", command(known))
+        }
+        ErrorKind::ArgumentConflict => match text(ContextKind::PriorArg) {
+            prior if prior.is_empty() || prior == argument => format!("{name} is given twice"),
+            prior => format!("{argument} and {prior} exclude each other"),
+        },
+        _ => {
+            let told = error.to_string();
+            let first = told.lines().next().unwrap_or_default();
+            printable(first.strip_prefix("error: ").unwrap_or(first), 160)
+        }
+    }
+}
+
+fn command(known: Option<&String>) -> String {
+    known.map_or_else(|| "hachure".to_owned(), |known| format!("hachure {known}"))
+}
+
+/// The first argument that is neither an option nor the value of one.
+fn first_free(words: &[String]) -> Option<&str> {
+    let is_value = |before: &String| before.starts_with("--") && !before.contains('=') && before != "--verbose";
+    words
+        .iter()
+        .enumerate()
+        .find(|(at, word)| !word.starts_with('-') && (*at == 0 || !is_value(&words[at - 1])))
+        .map(|(_, word)| word.as_str())
+}
+
+/// That a word is no world, but nearly a command; none where it may be a world.
+pub fn mistyped_command(word: &str) -> Option<String> {
+    if word.contains(['.', '/', '\\']) || Path::new(word).exists() {
+        return None;
+    }
+    let meant = nearest(word, COMMANDS)?;
+    Some(format!("there is no command {0}, and no world {0}; did you mean \"{meant}\"?", quoted(word)))
+}
+
+/// That `argument` stands before the command.
+pub fn before_command(argument: &str, command: &str) -> Misuse {
+    Misuse(format!("{} stands before the command, and must stand after it: hachure {command} …", shown(argument)))
+}

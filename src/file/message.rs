@@ -1,0 +1,169 @@
+//! The words of messages: texts that come from elsewhere, names of files, causes, and the nearest known name.
+//!
+//! Arguments, the contents of files and the answers of servers may hold anything: megabytes, line breaks, or escape
+//! sequences that a terminal obeys. Whatever of them enters a message goes through [`shown`], [`quoted`] or [`named`].
+//!
+//! The rule for errors of this crate: `Display` tells the whole story in one line, causes included, and `source()` gives
+//! the causes as values. [`chain`] is for errors of which that is not known; it adds the causes that are not told yet.
+
+use std::error::Error;
+use std::path::Path;
+
+/// Characters of a foreign text, at most.
+const LONGEST_TEXT: usize = 80;
+/// Characters of a file's name with its folders, at most: more, for it is needed to find the file.
+const LONGEST_NAME: usize = 120;
+/// How similar two names must be for one to be suggested for the other, 0 to 1.
+const SIMILAR: f64 = 0.84;
+
+/// A foreign text as a message shows it: control characters are escaped, and of a long text the beginning and the end
+/// are left, 80 characters in all at most.
+pub fn shown(text: &str) -> String {
+    cut(text, LONGEST_TEXT)
+}
+
+/// [`shown`], between quotation marks.
+pub fn quoted(text: &str) -> String {
+    format!("\"{}\"", shown(text))
+}
+
+/// The name of a file as a message shows it: as [`shown`], but longer, with its end whole, where the file's own name is.
+pub fn named(path: impl AsRef<Path>) -> String {
+    cut(&path.as_ref().to_string_lossy(), LONGEST_NAME)
+}
+
+/// A whole message as a terminal may show it: in one line, control characters escaped, of `longest` characters at most.
+pub fn printable(message: &str, longest: usize) -> String {
+    cut(&super::one_line(message), longest)
+}
+
+/// A text of several lines as a terminal may show it: control characters other than line breaks and tabs are escaped.
+pub fn harmless(text: &str) -> String {
+    text.chars().map(|it| if matches!(it, '\n' | '\t') { it.to_string() } else { seen(it) }).collect()
+}
+
+/// Whether a character would act on a terminal or on the order of the text instead of being seen.
+fn acts(character: char) -> bool {
+    let directions = matches!(character, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    character.is_control() || directions || character == '\u{feff}'
+}
+
+/// A character that acts as an escape, another one as it is.
+fn seen(character: char) -> String {
+    if acts(character) { character.escape_default().to_string() } else { character.to_string() }
+}
+
+/// A text in `most` characters: what is too long loses its middle, and keeps more of its end than of its beginning.
+fn cut(text: &str, most: usize) -> String {
+    let within = |pieces: &mut dyn Iterator<Item = String>, most: usize| {
+        let mut length = 0;
+        let mut kept = Vec::new();
+        for piece in pieces {
+            length += piece.chars().count();
+            if length > most {
+                return (kept, false);
+            }
+            kept.push(piece);
+        }
+        (kept, true)
+    };
+    let (whole, fits) = within(&mut text.chars().map(seen), most);
+    if fits {
+        return whole.concat();
+    }
+    let (start, _) = within(&mut text.chars().map(seen), most / 3);
+    let (mut end, _) = within(&mut text.chars().rev().map(seen), most - most / 3 - 1);
+    end.reverse();
+    format!("{}…{}", start.concat(), end.concat())
+}
+
+/// An error and its causes: its own words, then those of each cause that they do not hold already.
+pub fn chain(error: &(dyn Error + 'static)) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let words = error.to_string();
+        if !text.contains(words.trim()) {
+            text = format!("{text}: {words}");
+        }
+        cause = error.source();
+    }
+    text
+}
+
+/// Of the known names the one that `name` was probably meant to be.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Longer ones are no slip of a hand, and their comparison would take long.
+    if name.chars().count() > LONGEST_TEXT {
+        return None;
+    }
+    let name = name.to_lowercase();
+    let likeness = |known: &str| {
+        let is_part = name.len() >= 4 && known.len() >= 4 && (known.contains(&name) || name.contains(known));
+        let alike = strsim::jaro_winkler(&name, known).max(strsim::normalized_damerau_levenshtein(&name, known) + 0.2);
+        if is_part { alike.max(SIMILAR) } else { alike }
+    };
+    let known = known.into_iter().map(|known| (likeness(known), known)).filter(|(alike, _)| *alike >= SIMILAR);
+    known.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, known)| known)
+}
+
+/// `; did you mean "ink"?` where a known name is near, else nothing.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    nearest(name, known).map_or(String::new(), |known| format!("; did you mean \"{known}\"?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn foreign_texts_are_short_and_harmless() {
+        assert_eq!(shown("terrain/alps.tif, α and 山"), "terrain/alps.tif, α and 山");
+        assert_eq!(shown("a\u{1b}[31m\nb\u{202e}\u{7f}"), "a\\u{1b}[31m\\nb\\u{202e}\\u{7f}");
+        let long = shown(&format!("begin{}end", "\u{1b}".repeat(1 << 20)));
+        assert!(long.chars().count() <= LONGEST_TEXT && long.starts_with("begin") && long.ends_with("end"), "{long}");
+        // No escape is cut in two.
+        assert_eq!(long.matches('{').count(), long.matches('}').count());
+        assert_eq!(shown(&"x".repeat(80)), "x".repeat(80));
+        let file = format!("/{}/ridge.tif", "deep/".repeat(99));
+        assert!(named(&file).ends_with("/ridge.tif") && named(&file).chars().count() <= LONGEST_NAME);
+        assert_eq!(printable("two\nlines \u{1b}", 99), "two lines \\u{1b}");
+    }
+
+    #[test]
+    fn near_names_are_found_and_far_ones_are_not() {
+        let styles = ["plain", "ink", "sobel", "strokes", "pen", "brush", "pencil", "hachures"];
+        for (name, expected) in [
+            ("inc", Some("ink")),
+            ("INK", Some("ink")),
+            ("stroke", Some("strokes")),
+            ("pencl", Some("pencil")),
+            ("hachure", Some("hachures")),
+            ("oil", None),
+            ("", None),
+            ("x", None),
+            ("photograph", None),
+        ] {
+            assert_eq!(nearest(name, styles), expected, "{name}");
+        }
+        let keys = ["azimuth_deg", "elevation_deg", "vertical_exaggeration"];
+        assert_eq!(nearest("azimut", keys), Some("azimuth_deg"));
+        assert_eq!(nearest("vertical_exageration", keys), Some("vertical_exaggeration"));
+        assert_eq!(nearest("exaggeration", keys), Some("vertical_exaggeration"));
+        assert_eq!(did_you_mean("colour", keys), "");
+    }
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("{words}")]
+    struct Told {
+        words: &'static str,
+        source: std::io::Error,
+    }
+
+    #[test]
+    fn causes_are_told_once() {
+        let told = |words| Told { words, source: std::io::Error::other("disk on fire") };
+        assert_eq!(chain(&told("a.tif: cannot be read")), "a.tif: cannot be read: disk on fire");
+        assert_eq!(chain(&told("a.tif: disk on fire, it seems")), "a.tif: disk on fire, it seems");
+    }
+}

@@ -1,0 +1,253 @@
+//! TOML that people write: scenes, styles, recipes of marks and stroke textures, side files.
+//!
+//! All of them are read by [`read`], so that a mistake is told in one way: the file, the line and the column, the key,
+//! and what would be right, in the words of the file format rather than of the program's types. `toml` parses the text;
+//! [`values`] hands its values to serde and knows where each of them stands.
+
+mod mistake;
+mod values;
+
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use self::mistake::Mistake;
+use super::message::{named, printable};
+
+/// Why a text is no TOML, or not the one that is wanted. One line.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}{}: {cause}", named(name), at.map_or(String::new(), |[line, column]| format!(":{line}:{column}")))]
+pub struct TomlError {
+    /// Of the file.
+    pub name: String,
+    /// Line and column, counted from 1, where they are known; a column is a character.
+    pub at: Option<[usize; 2]>,
+    /// The key, what is wrong with it, and what would be right.
+    pub cause: String,
+}
+
+/// Reads a text; `name` stands for the file in errors.
+///
+/// # Errors
+/// A text that is no TOML; a key that is unknown or missing; a value of another kind.
+pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
+    let table = parse(name, text)?;
+    T::deserialize(values::Root(&table)).map_err(|mistake| told(name, text, &mistake))
+}
+
+/// Whether a text is TOML, and if so, the keys at its top.
+///
+/// # Errors
+/// A text that is no TOML.
+pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
+    Ok(parse(name, text)?.get_ref().keys().map(|key| key.get_ref().to_string()).collect())
+}
+
+/// That the value of `key` makes no sense, in the words of `cause`. The key is written with its sections, and `[2]`
+/// behind that of a list means its third entry: `hatching.layers[2].from`. A key that is not in the text has no place.
+pub fn wrong(name: &str, text: &str, key: &str, cause: impl Into<String>) -> TomlError {
+    let at = parse(name, text).ok().and_then(|table| place_of(table.get_ref(), key)).map(|at| position(text, at.start));
+    TomlError { name: name.to_owned(), at, cause: cause.into() }
+}
+
+fn parse<'a>(name: &str, text: &'a str) -> Result<Spanned<DeTable<'a>>, TomlError> {
+    DeTable::parse(text).map_err(|error| {
+        let at = error.span().map(|span| position(text, span.start));
+        TomlError { name: name.to_owned(), at, cause: printable(error.message(), 120) }
+    })
+}
+
+fn told(name: &str, text: &str, mistake: &Mistake) -> TomlError {
+    let at = mistake.at.as_ref().map_or(0, |span| span.start);
+    TomlError { name: name.to_owned(), at: Some(position(text, at)), cause: mistake.cause() }
+}
+
+/// Line and column of a byte, counted from 1.
+fn position(text: &str, byte: usize) -> [usize; 2] {
+    let before = &text[..text.floor_char_boundary(byte)];
+    let line = before.rsplit('\n').next().unwrap_or(before);
+    [before.matches('\n').count() + 1, line.trim_start_matches('\u{feff}').chars().count() + 1]
+}
+
+/// Where the value of a key stands.
+fn place_of(table: &DeTable<'_>, key: &str) -> Option<Range<usize>> {
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    let (first, index) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
+        Some((first, index)) => (first, index.parse().ok()),
+        None => (first, None),
+    };
+    let mut value = table.get(first)?;
+    if let (Some(index), DeValue::Array(list)) = (index, value.get_ref()) {
+        value = list.get::<usize>(index)?;
+    }
+    match (rest, value.get_ref()) {
+        (Some(rest), DeValue::Table(table)) => place_of(table, rest),
+        (Some(_), _) => None,
+        (None, _) => Some(value.span()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only their types count")]
+    struct Sheet {
+        title: String,
+        #[serde(default)]
+        copies: u32,
+        frame: Option<Frame>,
+        #[serde(default)]
+        dots: Vec<Dot>,
+        fold: Option<Fold>,
+        ink: Option<Ink>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only their types count")]
+    struct Frame {
+        width_px: f32,
+        #[serde(default)]
+        rounded: bool,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only their types count")]
+    struct Dot {
+        at: [f64; 2],
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Fold {
+        Half,
+        Letter,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields, rename_all = "lowercase", tag = "kind")]
+    #[expect(dead_code, reason = "only their types count")]
+    enum Ink {
+        Plain,
+        Mixed {
+            parts: f32,
+            #[serde(default)]
+            tints: Vec<Tint>,
+        },
+    }
+
+    /// A text with a meaning.
+    #[derive(Debug)]
+    struct Tint;
+
+    impl<'de> Deserialize<'de> for Tint {
+        fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            let text = String::deserialize(deserializer)?;
+            let cause = || serde::de::Error::custom(format!("{} is no tint", super::super::message::quoted(&text)));
+            (text == "red").then_some(Self).ok_or_else(cause)
+        }
+    }
+
+    fn mistake(text: &str) -> String {
+        read::<Sheet>("sheet.toml", text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_holds_is_read() {
+        let text = "title = \"a\"\ncopies = 3\nfold = \"half\"\ndots = [{ at = [1, 2.5] }]\n\
+                    [frame]\nwidth_px = 2\n[ink]\nkind = \"mixed\"\nparts = 1\n";
+        let sheet: Sheet = read("sheet.toml", text).unwrap();
+        assert!(sheet.copies == 3 && sheet.dots[0].at == [1.0, 2.5] && sheet.frame.unwrap().width_px == 2.0);
+        assert!(matches!((sheet.fold, sheet.ink), (Some(Fold::Half), Some(Ink::Mixed { parts: 1.0, .. }))));
+    }
+
+    #[test]
+    fn mistakes_have_a_place_and_what_would_be_right() {
+        for (text, expected) in [
+            ("titel = \"a\"", "sheet.toml:1:1: there is no key \"titel\"; did you mean \"title\"?"),
+            ("", "sheet.toml:1:1: the key \"title\" is missing"),
+            ("title = \"a\"\n[frame]\n", "sheet.toml:2:1: the key \"frame.width_px\" is missing"),
+            ("title = 3", "sheet.toml:1:9: title must be a text, and 3 is a number"),
+            (
+                "title = \"a\"\n\n[frame]\n  width_px = \"thin\"",
+                "sheet.toml:4:14: frame.width_px must be a number, and \"thin\" is a text",
+            ),
+            (
+                "title = \"a\"\n[frame]\nwidth_px = 1\nrounded = 1",
+                "sheet.toml:4:11: frame.rounded must be true or false, and 1 is a number",
+            ),
+            ("title = \"ä\"\nframe = 3", "sheet.toml:2:9: frame must be a table, and 3 is a number"),
+            (
+                "title = \"\"\ncopies = -1",
+                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is -1",
+            ),
+            (
+                "title = \"\"\ncopies = 1.5",
+                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is 1.5",
+            ),
+            ("title = \"\"\ndots = 3", "sheet.toml:2:8: dots must be a list, and 3 is a number"),
+            ("title = \"\"\ndots = [{ at = [1] }]", "sheet.toml:2:16: dots.at must be a list of 2, and it has 1"),
+            ("title = \"\"\n[[dots]]\nat = [1, true]", "sheet.toml:3:10: dots.at must be a number, and it is true"),
+            ("title = \"\"\nfold = \"leter\"", "sheet.toml:2:8: fold cannot be \"leter\"; did you mean \"letter\"?"),
+            ("title = \"\"\nfold = \"thrice\"", "sheet.toml:2:8: fold cannot be \"thrice\"; there is half, letter"),
+            ("title = \"\"\nfold = 2", "sheet.toml:2:8: fold must be one of half, letter, and 2 is a number"),
+            // Of a table that is one of several kinds, serde keeps no places; they are found again.
+            (
+                "title = \"\"\n[ink]\nkind = \"mixed\"\npart = 3",
+                "sheet.toml:4:1: there is no key \"ink.part\"; did you mean \"parts\"?",
+            ),
+            (
+                "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = \"all\"",
+                "sheet.toml:4:9: ink.parts must be a number, and \"all\" is a text",
+            ),
+            (
+                "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = 1\ntints = [\"red\", \"loud\"]",
+                "sheet.toml:5:17: ink.tints: \"loud\" is no tint",
+            ),
+            ("title = \"a\"\ntitle = \"b\"", "sheet.toml:2:1: duplicate key"),
+            ("title = \"a\"\n[frame\n", "sheet.toml:2:"),
+        ] {
+            let error = mistake(text);
+            assert!(error.starts_with(expected), "{error}\n{expected}");
+            assert!(!error.contains('\n') && error.chars().count() < 200, "{error}");
+        }
+    }
+
+    #[test]
+    fn foreign_texts_are_harmless() {
+        for text in [
+            format!("title = [\"{}\"]", "x".repeat(9999)),
+            format!("title = \"\"\nfold = \"{}\"", "\\u001b".repeat(9999)),
+            format!("title = \"\"\n\"\\u001b{}\" = 3", "k".repeat(9999)),
+            format!("title = \"\"\n\"{}\".\"{}\" = 3", "a".repeat(9999), "b".repeat(9999)),
+            format!("title = {}", "9".repeat(9999)),
+            format!("title = {}", "[".repeat(9999)),
+        ] {
+            let error = mistake(&text);
+            assert!(!error.chars().any(char::is_control) && error.chars().count() < 300, "{error}");
+        }
+    }
+
+    #[test]
+    fn values_have_their_places() {
+        let text = "a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = 1\n[[d]]\ne = 2\n";
+        for (key, at) in [
+            ("a", Some([1, 5])),
+            ("b.c", Some([3, 5])),
+            ("b.c[1]", Some([3, 9])),
+            ("d[1].e", Some([7, 5])),
+            ("d[2].e", None),
+            ("b.f", None),
+            ("", None),
+        ] {
+            assert_eq!(wrong("x", text, key, "").at, at, "{key}");
+        }
+    }
+}

@@ -1,0 +1,218 @@
+//! What is wrong with a value, told to people: serde's errors, without the names of types.
+
+use std::fmt::Display;
+use std::ops::Range;
+
+use serde::de::{Error, Expected, Unexpected};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::super::message::{did_you_mean, named, quoted, shown};
+
+/// Names that may be listed where none is near, in characters all together.
+const LISTED: usize = 70;
+
+/// A mistake, and where it is.
+#[derive(Clone, Debug)]
+pub(super) struct Mistake {
+    pub kind: Kind,
+    /// The bytes of the value or key.
+    pub at: Option<Range<usize>>,
+    /// The keys that lead to it, from the outermost on.
+    pub path: Vec<String>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Kind {
+    UnknownKey {
+        key: String,
+        known: &'static [&'static str],
+    },
+    UnknownName {
+        name: String,
+        known: &'static [&'static str],
+    },
+    MissingKey(&'static str),
+    /// "a number", and what there is instead: "\"thin\" is a text".
+    Wanted {
+        wanted: String,
+        found: String,
+    },
+    /// Words of ours, or of a type that is read from a text.
+    Other(String),
+}
+
+impl From<Kind> for Mistake {
+    fn from(kind: Kind) -> Self {
+        Self { kind, at: None, path: Vec::new() }
+    }
+}
+
+impl Mistake {
+    /// That a value is not what is wanted.
+    pub fn wanted(wanted: impl Into<String>, found: impl Into<String>) -> Self {
+        Kind::Wanted { wanted: wanted.into(), found: found.into() }.into()
+    }
+
+    /// The mistake in a value of `key`.
+    pub fn within(mut self, key: &str, value: &DeValue<'_>, at: Range<usize>) -> Self {
+        self.path.insert(0, key.to_owned());
+        if self.at.is_none() {
+            // It was made in a copy of the value that has no places.
+            let found = match value {
+                DeValue::Table(table) => self.search(table),
+                _ => None,
+            };
+            let (keys, place) = found.unwrap_or((Vec::new(), at));
+            self.path.extend(keys);
+            self.at = Some(place);
+        }
+        self
+    }
+
+    /// The keys below `table` that lead to the mistake, and its place.
+    fn search(&self, table: &DeTable<'_>) -> Option<(Vec<String>, Range<usize>)> {
+        if let Kind::UnknownKey { key, .. } = &self.kind
+            && let Some((key, _)) = table.get_key_value(key.as_str())
+        {
+            return Some((Vec::new(), key.span()));
+        }
+        for (key, value) in table {
+            if let Some((mut keys, place)) = self.search_value(value) {
+                keys.insert(0, key.get_ref().to_string());
+                return Some((keys, place));
+            }
+        }
+        None
+    }
+
+    /// The same in a value.
+    fn search_value(&self, value: &Spanned<DeValue<'_>>) -> Option<(Vec<String>, Range<usize>)> {
+        let is_it = match &self.kind {
+            Kind::Wanted { found, .. } => *found == described(value.get_ref()),
+            Kind::UnknownName { name, .. } => value.get_ref().as_str() == Some(name),
+            // Of a text that says something else than it must, the message begins with it.
+            Kind::Other(words) => value.get_ref().as_str().is_some_and(|text| words.starts_with(&quoted(text))),
+            _ => false,
+        };
+        match value.get_ref() {
+            _ if is_it => Some((Vec::new(), value.span())),
+            DeValue::Table(table) => self.search(table),
+            DeValue::Array(list) => list.iter().find_map(|entry| self.search_value(entry)),
+            _ => None,
+        }
+    }
+
+    /// In words.
+    pub fn cause(&self) -> String {
+        let section = self.path.join(".");
+        let key = |key: &str| if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
+        let it = if section.is_empty() { "it".to_owned() } else { named(&section) };
+        match &self.kind {
+            Kind::UnknownKey { key: unknown, known } => {
+                format!("there is no key {}{}", quoted(&key(unknown)), meant(unknown, known))
+            }
+            Kind::UnknownName { name, known } => format!("{it} cannot be {}{}", quoted(name), meant(name, known)),
+            Kind::MissingKey(missing) => format!("the key {} is missing", quoted(&key(missing))),
+            Kind::Wanted { wanted, found } => format!("{it} must be {wanted}, and {found}"),
+            Kind::Other(words) => format!("{it}: {words}"),
+        }
+    }
+}
+
+/// The nearest name, or the few that there are.
+fn meant(name: &str, known: &[&'static str]) -> String {
+    let meant = did_you_mean(name, known.iter().copied());
+    let all = known.join(", ");
+    match meant.is_empty() && !known.is_empty() && all.len() <= LISTED {
+        true => format!("; there is {all}"),
+        false => meant,
+    }
+}
+
+/// A value as a subject with its verb: `"thin" is a text`.
+pub(super) fn described(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::String(text) => format!("{} is a text", quoted(text)),
+        DeValue::Integer(number) => format!("{} is a number", shown(&number.to_string())),
+        DeValue::Float(number) => format!("{} is a number", shown(number.as_str())),
+        DeValue::Boolean(value) => format!("it is {value}"),
+        DeValue::Datetime(_) => "it is a date".to_owned(),
+        DeValue::Array(_) => "it is a list".to_owned(),
+        DeValue::Table(_) => "it is a table".to_owned(),
+    }
+}
+
+/// What serde wants, by the names that its types give themselves.
+fn wanted(expected: &dyn Expected) -> String {
+    let words = expected.to_string();
+    let first = words.split_whitespace().next().unwrap_or_default();
+    match words.as_str() {
+        "f32" | "f64" => "a number".to_owned(),
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more".to_owned(),
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".to_owned(),
+        "a boolean" | "bool" => "true or false".to_owned(),
+        "a string" | "string" | "str" | "a borrowed string" | "path string" => "a text".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        "a map" => "a table".to_owned(),
+        _ if first == "struct" => "a table".to_owned(),
+        _ if words.starts_with("an array of length ") => words.replace("an array of length", "a list of"),
+        _ if words.starts_with("a tuple of size ") => words.replace("a tuple of size", "a list of"),
+        _ => "of another kind".to_owned(),
+    }
+}
+
+fn found(unexpected: &Unexpected<'_>) -> String {
+    match unexpected {
+        Unexpected::Bool(value) => format!("it is {value}"),
+        Unexpected::Unsigned(number) => format!("{number} is a number"),
+        Unexpected::Signed(number) => format!("{number} is a number"),
+        Unexpected::Float(number) => format!("{number} is a number"),
+        Unexpected::Str(text) => format!("{} is a text", quoted(text)),
+        Unexpected::Seq => "it is a list".to_owned(),
+        Unexpected::Map | Unexpected::StructVariant => "it is a table".to_owned(),
+        _ => "it is not".to_owned(),
+    }
+}
+
+impl std::error::Error for Mistake {}
+
+impl Display for Mistake {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(&self.cause())
+    }
+}
+
+impl Error for Mistake {
+    fn custom<T: Display>(words: T) -> Self {
+        Kind::Other(super::printable(&words.to_string(), 160)).into()
+    }
+
+    fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::wanted(wanted(expected), found(&unexpected))
+    }
+
+    fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::wanted(wanted(expected), found(&unexpected))
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        Self::wanted(wanted(expected), format!("it has {length}"))
+    }
+
+    fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
+        Kind::UnknownName { name: name.to_owned(), known }.into()
+    }
+
+    fn unknown_field(key: &str, known: &'static [&'static str]) -> Self {
+        Kind::UnknownKey { key: key.to_owned(), known }.into()
+    }
+
+    fn missing_field(key: &'static str) -> Self {
+        Kind::MissingKey(key).into()
+    }
+
+    fn duplicate_field(key: &'static str) -> Self {
+        Kind::Other(format!("the key {} stands there twice", quoted(key))).into()
+    }
+}

@@ -1,0 +1,110 @@
+//! Arguments that cannot be meant.
+
+use std::fs;
+
+use crate::Place;
+
+#[test]
+fn misuse_is_told_in_one_line() {
+    let place = Place::new();
+    place.file("x.tif", "junk");
+    place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+9,0,0,50\n");
+    let render = ["render", "-o", "o.png"];
+    let svg = ["render", "-o", "o.svg", "--style", "strokes"];
+    let bench = ["bench", "--path", "p.csv", "-o", "out"];
+    let cases: &[(&[&str], &[&str], &[&str])] = &[
+        // Values.
+        (&render, &["--fps", "0"], &["--fps", "\"0\"", "above 0"]),
+        (&render, &["--fps", "-3"], &["--fps", "\"-3\""]),
+        (&render, &["--fps", "fast"], &["--fps", "\"fast\"", "number"]),
+        (&render, &["--fps", "1e9"], &["at most 1000"]),
+        (&render, &["--lod-error", "0"], &["--lod-error", "above 0"]),
+        (&render, &["--lod-error", "nan"], &["--lod-error", "\"nan\""]),
+        (&render, &["--size", "10"], &["--size", "1280x720"]),
+        (&render, &["--camera", "1,2"], &["--camera", "x,y,z,yaw,pitch,fov"]),
+        (&render, &["--camera", "1,2,here,4,5,6"], &["z is `here`"]),
+        (&render, &["--tile-memory", "0"], &["--tile-memory", "1 to 1048576"]),
+        (&render, &["--tile-memory", "lots"], &["whole number"]),
+        (&render, &["--eyes", "three"], &["--eyes", "mono"]),
+        (&render, &["--aov", "depth"], &["--aov", ".exr", "o.png"]),
+        (&["render", "-o", "o.exr"], &["--aov", "dept"], &["--aov dept", "depth"]),
+        (&["render", "-o", "o.exr"], &["--aov", "lsa", "--style", "plain"], &["--aov lsa", "plain"]),
+        (&svg, &["--paper", "a9"], &["--paper", "\"a9\"", "a4"]),
+        (&svg, &["--paper", "a4", "--margin", "-1"], &["--margin", "\"-1\""]),
+        (&svg, &["--paper", "a4", "--margin", "200"], &["--margin 200"]),
+        (&svg, &["--tolerance-px", "0"], &["--tolerance-px", "0.01"]),
+        (&render, &["--paper", "a4"], &["--paper", ".svg"]),
+        (&render, &["--style", "inc"], &["inc: no such style; did you mean \"ink\"?"]),
+        (&render, &["--style", "oil"], &["oil: no such style", "hachure styles"]),
+        (&render, &["--style"], &["--style", "needs a value"]),
+        (&bench, &["--styles", "ink,oil"], &["oil: no such style"]),
+        (&bench, &["--lod-error", "-1"], &["--lod-error"]),
+        (&bench, &["--sweep", "size"], &["\"--sweep\"", "hachure bench --help"]),
+        (&bench, &["--frames", "0"], &["--frames", "1 to 1000000"]),
+        (&["bake", "x.tif", "-o", "y.tif"], &["--max-error", "-1"], &["--max-error", "\"-1\""]),
+        (&["bake", "x.tif", "-o", "y.tif"], &["--shard", "3/2"], &["--shard", "3/8"]),
+        (&["bake", "x.tif", "-o", "y.tif"], &["--spacing", "0"], &["--spacing", "above 0"]),
+        (&["bake", "x.tif", "-o", "y.tif"], &["--raw-size", "3"], &["--raw-size"]),
+        (&["styles", "show"], &["pencl"], &["did you mean \"pencil\"?"]),
+        // Outputs.
+        (&["render", "x.tif"], &["-o", "o.gif"], &["o.gif", ".png"]),
+        (&["render", "x.tif"], &["-o", "o"], &["o: an output ends in"]),
+        (&["render", "x.tif"], &["-o", "%x.png", "--path", "p.csv"], &["%x.png", "%05d"]),
+        (&["bake", "x.tif"], &["-o", "o.png"], &["o.png", ".tif"]),
+        // One picture or many.
+        (&["render", "x.tif"], &["-o", "o.mp4"], &["o.mp4", "--path"]),
+        (&["render", "x.tif"], &["-o", "o%04d.png"], &["o%04d.png", "--path"]),
+        (&["render", "x.tif", "--path", "p.csv"], &["-o", "o.png"], &["o.png", "%05d.png", "--camera"]),
+        (&["render", "x.tif", "--path", "p.csv"], &["-o", "o.exr"], &["o.exr", "%05d.png"]),
+        (&["render", "x.tif", "--path", "p.csv"], &["-o", "o.svg", "--style", "strokes"], &["o.svg", "%05d.png"]),
+        (&["x.tif"], &["-o", "o.mp4"], &["-o", "hachure render"]),
+        // Commands.
+        (&["rendr"], &["x.tif"], &["\"rendr\"", "did you mean \"render\"?"]),
+        (&["rendr"], &["x.tif", "-o", "o.png"], &["did you mean \"render\"?"]),
+        (&["rendr"], &[], &["did you mean \"render\"?"]),
+        (&["-v", "rendr"], &["x.tif"], &["did you mean \"render\"?"]),
+        (&["--adapter", "software", "rendr"], &["x.tif"], &["did you mean \"render\"?"]),
+        (&["x.tif"], &["y.tif"], &["\"y.tif\"", "too many"]),
+        (&["styles"], &["chekc"], &["did you mean \"check\"?"]),
+        (&["info"], &[], &["<FILE>", "missing"]),
+        (&["info", "a.tif"], &["b.tif"], &["\"b.tif\"", "too many"]),
+        (&["info"], &["https://me:hush@example.org/a.tif"], &["files of this machine"]),
+        (&["bake"], &["https://example.org/a.tif", "-o", "o.tif"], &["files of this machine"]),
+        (&["render"], &["x.tif"], &["--output", "missing"]),
+        (&["bake"], &[], &["--output", "are missing"]),
+        (&["render", "-o", "o.png"], &["--stile", "ink"], &["\"--stile\"", "--style"]),
+        (&["render", "-o", "o.png"], &["-o", "p.png"], &["--output", "twice"]),
+        (&["render", "-o", "o.mp4"], &["--path", "p.csv", "--camera", "0,0,9,0,0,50"], &["--path", "--camera"]),
+        (&["--style", "ink", "render"], &["-o", "o.png"], &["--style", "hachure render"]),
+        (&["x.tif", "render"], &["-o", "o.png"], &["x.tif", "hachure render"]),
+        (&["render", ""], &["-o", "o.png"], &["WORLD is empty"]),
+    ];
+    for (start, rest, words) in cases {
+        place.refused(&[*start, *rest].concat(), 2, words);
+    }
+    let left: Vec<_> = fs::read_dir(place.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "nothing was begun: {left:?}");
+}
+
+#[test]
+fn options_of_all_commands_stand_anywhere() {
+    let place = Place::new();
+    place.file("s.toml", "[world]\nprocedural = { seed = 4 }\n");
+    for arguments in [
+        &["-v", "info", "s.toml"][..],
+        &["info", "-v", "s.toml"],
+        &["info", "s.toml", "-vv"],
+        &["--adapter", "software", "info", "s.toml"],
+        &["info", "--adapter", "software", "s.toml"],
+        &["-v", "--adapter=software", "styles"],
+    ] {
+        let output = place.hachure(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+    // Without a command they are a flight's, which asks for a display or begins with its world.
+    place.refused(&["-v", "none.tif"], 1, &["none.tif: there is no such file"]);
+    place.refused(&["none.tif", "--adapter", "software", "-v"], 1, &["none.tif: there is no such file"]);
+    place.refused(&["--adapter", "software", "render", "none.tif", "-o", "o.png"], 1, &["none.tif"]);
+    let help = String::from_utf8(place.hachure(&["--help"]).stdout).unwrap();
+    assert!(help.contains("hachure [OPTIONS] [WORLD]") && help.contains("hachure [OPTIONS] <COMMAND>"), "{help}");
+}

@@ -1,0 +1,85 @@
+//! Scenes, styles, recipes and side files with mistakes in them.
+
+use crate::Place;
+
+pub const WORLD: &str = "[world]\nprocedural = { seed = 1 }\n";
+pub const STYLE: &str = "name = \"x\"\ndescription = \"y\"\n[tone]\nkind = \"plain\"\n";
+
+#[test]
+fn toml_has_places_and_near_names() {
+    let place = Place::new();
+    place.file("hut.obj", "v 0 0 0\nv 1 0 0\n# far\nv 0 1 0\nf 1 2 9\n");
+    place.file("mine.toml", "description = \"\"\nkind = \"dash\"\nlenght_px = 3\n");
+    place.file("tool.toml", "description = \"\"\n\n[tile]\nalong_px = 1.5\n");
+    for (text, words) in [
+        (
+            format!("vertical_exageration = 2\n{WORLD}"),
+            "f.toml:1:1: there is no key \"vertical_exageration\"; did you mean \"vertical_exaggeration\"?",
+        ),
+        (
+            WORLD.replace("procedural", "proceduarl"),
+            "f.toml:2:1: there is no key \"world.proceduarl\"; did you mean \"procedural\"?",
+        ),
+        (WORLD.replace("1", "-1"), "f.toml:2:23: world.procedural.seed must be a whole number"),
+        (
+            format!("{WORLD}[sun]\nazimuth_deg = \"north\"\n"),
+            "f.toml:4:15: sun.azimuth_deg must be a number, and \"north\" is a text",
+        ),
+        (format!("{WORLD}[sun]\nelevation_deg = 99\n"), "f.toml:4:17: sun.elevation_deg: it must lie within"),
+        ("[world]\ndem = 3\n".to_owned(), "f.toml:2:7: world.dem: it must be a file's name or a list of them"),
+        (
+            format!("{WORLD}[[meshes]]\nfile = \"hut.obj\"\nat = [1, 2]\n"),
+            "f.toml:5:6: meshes.at must be a list of 3, and it has 2",
+        ),
+        (
+            format!("{WORLD}[[meshes]]\nfile = \"hut.obj\"\nat = [1, 2, \"+0\"]\n"),
+            "f.toml: cannot read the mesh hut.obj: line 5: the face names vertex 9, and there are 3",
+        ),
+        (format!("{WORLD}[sun\n"), "f.toml:3:5: unclosed table"),
+        (
+            "[world]\ndem = \"a\\u001b[31m.tif\"\n[[meshes]]\nfile = \"b.obj\"\nat = [1, 2, 3]\n".to_owned(),
+            "f.toml: a\\u{1b}[31m.tif, b.obj are not there",
+        ),
+        (
+            format!("{STYLE}[strokes]\nwidth_px = \"thin\"\n"),
+            "f.toml:6:12: strokes.width_px must be a number, and \"thin\" is a text",
+        ),
+        (
+            format!("{STYLE}[strokes]\nwidth = 3\n"),
+            "f.toml:6:1: there is no key \"strokes.width\"; did you mean \"width_px\"?",
+        ),
+        (format!("{STYLE}[strokes]\nwidth_px = 99\n"), "f.toml:6:12: strokes.width_px is 99, not between 0.5 and 64"),
+        (format!("{STYLE}[paper]\ncolor = \"white\"\n"), "f.toml:6:9: paper.color: \"white\" is not a colour like"),
+        (STYLE.replace("plain", "toone"), "f.toml:4:8: tone.kind cannot be \"toone\""),
+        (
+            STYLE.replace("plain", "toon") + "steps = \"many\"\ndarkest = 0\n",
+            "f.toml:5:9: tone.steps must be a whole number",
+        ),
+        (
+            format!("{STYLE}[[hatching.layers]]\nmarks = \"line\"\n[[hatching.layers]]\nmarks = \"line\"\nfrom = 2\n"),
+            "f.toml:9:8: hatching.layers.from is 2",
+        ),
+        (format!("{STYLE}[[hatching.layers]]\nmarks = \"lien\"\n"), "lien: no such marks; did you mean \"line\"?"),
+        (
+            format!("{STYLE}[[hatching.layers]]\nmarks = \"mine.toml\"\n"),
+            "mine.toml:3:1: there is no key \"lenght_px\"; did you mean \"length_px\"?",
+        ),
+        (
+            format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"tool.toml\"\n"),
+            "tool.toml:4:12: tile.along_px must be a whole number",
+        ),
+    ] {
+        place.file("f.toml", &text);
+        place.refused(&["info", "f.toml"], 1, &[words]);
+    }
+    // Side files.
+    place.file("h.r16", [0; 32]);
+    for (text, words) in [
+        ("spacing = 3\n", "h.r16.toml:1:1: there is no key \"spacing\"; did you mean \"spacing_m\"?"),
+        ("width = 4\nheight = \"x\"\n", "h.r16.toml:2:10: height must be a whole number"),
+        ("endian = \"middle\"\n", "h.r16.toml:1:10: endian cannot be \"middle\"; there is little, big"),
+    ] {
+        place.file("h.r16.toml", text);
+        place.refused(&["info", "h.r16"], 1, &[words]);
+    }
+}
