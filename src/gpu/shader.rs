@@ -33,6 +33,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/seen"),
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
+    shader!("shared/ordered"),
     shader!("shared/chain_lengths"),
     shader!("shared/stroke_samples"),
     shader!("shared/wobble"),

@@ -10,7 +10,7 @@
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
@@ -23,6 +23,7 @@ use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::warp::Warp;
 use crate::file::message::chain;
 use crate::gpu::Gpu;
+use crate::pyramid::ground::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 /// How far ahead tiles are asked for, in seconds: the second is for what shows only when the first has come.
@@ -117,6 +118,19 @@ impl Residency {
     /// A tile that is in memory.
     pub fn in_memory(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         self.cache.peek(address)
+    }
+
+    /// The ground's height in metres at a grid position, by the finest tile that the view needs and that is in memory.
+    /// Others are in memory by chance, and no picture may depend on them. It is fine enough: what a view sees of the land
+    /// before the camera lies in tiles that reach under it.
+    pub fn height_m(&self, grid: DVec2) -> Option<f64> {
+        let levels = self.store.levels();
+        // Coarse levels come first.
+        let tiles = self.needed.iter().rev().map(|tile| tile.address);
+        let under = tiles.filter(|tile| tile_at(levels, tile.level, grid.x, grid.y) == Some(*tile));
+        under
+            .filter_map(|tile| Some((tile, self.in_memory(tile)?)))
+            .find_map(|(tile, loaded)| height_in_tile(levels, tile, &loaded.tile, grid.x, grid.y))
     }
 
     /// Whether a tile is not here but may still come.

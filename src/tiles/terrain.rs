@@ -308,7 +308,8 @@ impl Terrain {
             tiles = Loaded { loaded, ..update };
             // Without the tile that cannot be read there is no picture, so nothing more is waited for.
             let waits = !streams && tiles.failed == 0;
-            if waits && tiles.pending > 0 {
+            // What came last may want more: only a look at all of it decides.
+            if waits && (tiles.pending > 0 || update.loaded > 0) {
                 self.asked = movement.asked;
                 now_s = self.start.elapsed().as_secs_f64();
                 idle = if update.loaded > 0 || self.residency.is_busy(now_s) { 0 } else { idle + 1 };
@@ -329,7 +330,7 @@ impl Terrain {
             if let Some(seen) = &mut self.seen {
                 let most = if streams { TILES_PER_FRAME } else { usize::MAX };
                 let residency = &self.residency;
-                tiles.late |= seen.plan(&residency.atlas, self.store.levels(), &residency.needed, most, self.frame) > 0;
+                tiles.late |= seen.plan(residency, self.store.levels(), most, self.frame) > 0;
             }
             self.tell(gpu, &rule);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
@@ -343,9 +344,9 @@ impl Terrain {
         Bending { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
     }
 
-    /// No part of the surface is nearer to a camera than this: half its height above ground, by the heights at hand.
+    /// No part of the surface is nearer to a camera than this: half its height above the ground of the last view.
     pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
-        let ground_m = self.height_at_hand_m(camera_m.truncate());
+        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
         let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
         (0.5 * clearance_m).max(0.02)
     }
@@ -353,7 +354,7 @@ impl Terrain {
     /// Chooses the patches; what they miss is asked for in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>) -> Selection {
         let camera_m = view.camera_m;
-        let ground_m = self.height_at_hand_m(camera_m.truncate());
+        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
         // Beside the land one looks under it.
         let highest_m = f64::from(self.store.range_m()[1]);
         let viewpoint = Viewpoint {
