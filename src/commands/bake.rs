@@ -12,6 +12,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::describe::{Heights, Levels};
+use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::{tell, tell_json};
 use crate::pyramid::{self, BakeOptions, BakeWork, Baked, Pyramid, PyramidError, parts_path, sidecar_path};
@@ -51,6 +52,8 @@ pub struct BakeArgs {
     /// Height of a heightmap's 0
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// Tiles along the side of a chunk, as a power of 2; for tests
     #[arg(long, hide = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=6))]
     pub chunk_levels: u32,
@@ -68,6 +71,7 @@ impl BakeArgs {
             height_scale_m: self.height_scale,
             height_offset_m: self.height_offset,
             big_endian: self.raw_big_endian,
+            ..self.heights.options()
         }
     }
 }

@@ -9,6 +9,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::describe::{Heights, Levels};
+use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::{styles, tell, tell_json};
 use crate::frame::Requirements;
@@ -17,13 +18,15 @@ use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
 use crate::scene::path::CameraPath;
 use crate::scene::{MeshPlacement, Scene, World};
-use crate::source;
+use crate::source::{self, OpenOptions};
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// A DEM, a baked pyramid, a scene, a style or a camera path
     pub file: PathBuf,
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// Print for programs
     #[arg(long)]
     pub json: bool,
@@ -114,18 +117,18 @@ struct PathInfo {
 /// # Errors
 /// A file that is none of these, or does not hold.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    let answer = Answer { info: look_at(&args.file)?, file: args.file.clone() };
+    let answer = Answer { info: look_at(&args.file, &args.heights.options())?, file: args.file.clone() };
     if args.json {
         return tell_json(&answer);
     }
     tell(&answer.text())
 }
 
-fn look_at(file: &Path) -> anyhow::Result<Info> {
+fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
     // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
-    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, None) };
+    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
-        return dem(file, None);
+        return dem(file, options, None);
     }
     let cannot_read = || format!("{}: cannot be read", file.display());
     let mut head = Vec::new();
@@ -145,7 +148,7 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
         return Ok(info);
     }
     if !sidecar_path(file).exists() {
-        return dem(file, None);
+        return dem(file, options, None);
     }
     match Pyramid::open(file) {
         Ok(pyramid) => {
@@ -153,13 +156,13 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
             let heights = Heights::of_pyramid(&pyramid).with_context(of)?;
             Ok(Info::Pyramid { heights, levels: Levels::of(&pyramid).with_context(of)? })
         }
-        Err(error) if error.wants_bake() => dem(file, Some(error.to_string())),
+        Err(error) if error.wants_bake() => dem(file, options, Some(error.to_string())),
         Err(error) => Err(error.into()),
     }
 }
 
-fn dem(file: &Path, stale: Option<String>) -> anyhow::Result<Info> {
-    let grid = source::open(file, &Bar::default())?;
+fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Result<Info> {
+    let grid = source::read_all(&*source::open_reader_with(file, options)?, file, &Bar::default())?;
     let of = || file.display().to_string();
     let file_bytes = std::fs::metadata(file).with_context(of)?.len();
     Ok(Info::Dem { heights: Heights::of_grid(&grid).with_context(of)?, file_bytes, stale })

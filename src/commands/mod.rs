@@ -3,6 +3,7 @@
 pub mod bake;
 pub mod bench;
 mod describe;
+pub mod height_args;
 pub mod info;
 pub mod fly;
 pub mod progress;

@@ -12,7 +12,7 @@ use super::bytes::fnv;
 use super::link::has_sidecar;
 use super::sidecar::{self, sidecar_path};
 use super::{BakeOptions, BakeWork, Pyramid, PyramidError, bake, bake_reader};
-use crate::source::{self, HeightGrid, Progress, SourceError};
+use crate::source::{self, HeightGrid, OpenOptions, Progress, SourceError};
 
 /// How much the cache may hold: 8 GiB.
 pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
@@ -58,12 +58,17 @@ where
 ///
 /// # Errors
 /// As [`open_or_bake`].
-pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+pub fn open_or_bake_file(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError> {
     let load = |error: SourceError| PyramidError::Load(Box::new(error));
     if has_sidecar(path) || !path.exists() {
-        return open_or_bake(path, || source::open(path, progress), None, progress);
+        let open = || source::read_all(&*source::open_reader_with(path, options)?, path, progress);
+        return open_or_bake(path, open, None, progress);
     }
-    let reader = source::open_reader(path).map_err(load)?;
+    let reader = source::open_reader_with(path, options).map_err(load)?;
     let [width, height] = reader.size();
     let (key, name) = (reader.identity(), path.display().to_string());
     let is_large = u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES;
@@ -144,7 +149,7 @@ fn file_name(key: &str, name: &str) -> String {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
     let stem: String =
         stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(40).collect();
-    let versioned = format!("{}\n{key}", sidecar::VERSION);
+    let versioned = format!("{}\n{}\n{key}", sidecar::VERSION, source::VERSION);
     format!("{stem}.{:016x}.tif", fnv(versioned.as_bytes()))
 }
 

@@ -62,11 +62,11 @@ pub enum SourceError {
         what: String,
     },
     /// Sane, but written in a way that is not read here.
-    #[error("{}: {what} is not supported", path.display())]
+    #[error("{}: {what} is not supported; gdal_translate may convert it", path.display())]
     Unsupported {
         /// Of the file.
         path: PathBuf,
-        /// The compression or sample type: "compression LZMA (34925)".
+        /// The compression or sample type: "compression JPEG 2000 (34712)".
         what: String,
     },
     /// A picture, but not of heights.

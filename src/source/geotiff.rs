@@ -3,16 +3,20 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use tiff_reader::{ByteOrder, OpenOptions, TagValue, TiffError, TiffFile};
+use tiff_reader::cache::BlockCache;
+use tiff_reader::{ByteOrder, Ifd, OpenOptions, TagValue, TiffError, TiffFile};
 
 use super::flat::{Description, FlatReader};
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::samples::{BandMetadata, Meaning, Tally, Told, parse_no_data};
-use super::{GeoKeys, SourceError, WorldMapping};
+use super::masked::{Mask, Masked};
+use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
+use super::tiff_blocks::{self as tiff_blocks, Blocks};
+use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
 
 const TAG_PIXEL_SCALE: u16 = 33550;
 const TAG_TIE_POINTS: u16 = 33922;
@@ -29,8 +33,9 @@ const CACHE_BYTES: usize = 32 << 20;
 /// A TIFF whose header has been checked.
 pub(super) struct GeoTiffReader {
     path: PathBuf,
-    file: TiffFile,
-    layout: Layout,
+    file: Arc<TiffFile>,
+    cache: Arc<BlockCache>,
+    blocks: Arc<Blocks>,
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
@@ -55,33 +60,37 @@ impl GeoTiffReader {
             decode_output_bytes: usize::MAX / 2,
             ..OpenOptions::default()
         };
-        let file = TiffFile::open_with_options(path, options).map_err(damaged)?;
-        let layout = layout::check(&file, file_bytes, path)?;
+        let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged)?);
+        let Layout { width, height, blocks, strides } = layout::check(&file, file_bytes, path)?;
+        let blocks = Arc::new(blocks);
+        let ifd = file.ifd(blocks.ifd).map_err(damaged)?;
 
         let located = |source| SourceError::Georeference { path: path.into(), source };
-        let tags = geo_tags(&layout);
-        let meaning = meaning(&layout, &tags.geokeys, path);
+        let tags = geo_tags(ifd);
+        let meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
         let mut georeference = georeference::from_tags(tags, &path.display().to_string()).map_err(located)?;
-        WorldMapping::new(&georeference, layout.width, layout.height).map_err(located)?;
+        WorldMapping::new(&georeference, width, height).map_err(located)?;
         if georeference::vertical_metres_per_unit(&georeference.geokeys).is_some() {
             georeference.geokeys.declare_vertical_metres();
         }
         let identity = place::identity(&[path], "");
+        let cache = tiff_blocks::cache(CACHE_BYTES);
+        let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
         // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
-        if let Some(strides) = layout.strides {
-            let (size, is_big_endian) = ([layout.width, layout.height], file.byte_order() == ByteOrder::BigEndian);
+        let heights: Box<dyn HeightReader> = if let Some(strides) = strides {
+            let (size, is_big_endian) = ([width, height], file.byte_order() == ByteOrder::BigEndian);
             let described = Description { size, strides, is_big_endian, meaning, georeference, identity };
-            return Ok(Box::new(FlatReader::new(path, None, described)?));
-        }
-        let told = Told::default();
-        Ok(Box::new(Self { path: path.into(), file, layout, meaning, georeference, identity, told }))
+            Box::new(FlatReader::new(path, None, described)?)
+        } else {
+            Box::new(Self { path: path.into(), file, cache, blocks, meaning, georeference, identity, told: Told::default() })
+        };
+        Ok(Masked::over(heights, masks, path))
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);
         let bytes = self
-            .file
-            .read_band_window_bytes_from_ifd(&self.layout.ifd, 0, y, x, height, width)
+            .blocks
+            .read(&self.file, &self.cache, 0, window)
             .map_err(|source| decode_error(source, &self.path))?;
         if bytes.len() != window.samples() * self.meaning.sample_type.bytes() {
             return Err(inconsistent(&self.path, "a strip or tile decodes to the wrong size"));
@@ -92,10 +101,9 @@ impl GeoTiffReader {
         self.told.tell(&self.path, &tally);
         // A sparse file leaves blocks out; they hold the no-data value, or zeros where it names none, as in GDAL.
         if self.meaning.no_data.is_some() {
-            for [columns, rows] in self.layout.absent_in(window) {
-                for row in rows {
-                    heights_m[row * width..][columns.clone()].fill(f32::NAN);
-                }
+            let absent = self.blocks.parts(window).filter(|part| self.blocks.place(part.block).is_none());
+            for part in absent {
+                part.window.fill(window, &mut heights_m, f32::NAN);
             }
         }
         Ok(heights_m)
@@ -104,7 +112,7 @@ impl GeoTiffReader {
 
 impl HeightReader for GeoTiffReader {
     fn size(&self) -> [u32; 2] {
-        [self.layout.width, self.layout.height]
+        self.blocks.size
     }
 
     fn georeference(&self) -> &Georeference {
@@ -120,8 +128,8 @@ impl HeightReader for GeoTiffReader {
     }
 
     fn block(&self) -> [u32; 2] {
-        let [width, height] = self.layout.block;
-        [(width as u32).min(self.layout.width), (height as u32).min(self.layout.height)]
+        let ([columns, rows], [width, height]) = (self.blocks.block, self.blocks.size);
+        [columns.min(width), rows.min(height)]
     }
 
     fn identity(&self) -> String {
@@ -138,8 +146,8 @@ pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, SourceErr
     })
 }
 
-pub(super) fn geo_tags(layout: &Layout) -> GeoTags {
-    let value = |tag| layout.ifd.tag(tag).map(|tag| &tag.value);
+pub(super) fn geo_tags(ifd: &Ifd) -> GeoTags {
+    let value = |tag| ifd.tag(tag).map(|tag| &tag.value);
     let numbers = |tag| value(tag).and_then(TagValue::as_f64_vec).unwrap_or_default();
     let directory = value(TAG_GEO_DIRECTORY).and_then(TagValue::as_u16_slice).unwrap_or_default();
     let ascii = value(TAG_GEO_ASCII).and_then(TagValue::as_str).unwrap_or_default();
@@ -147,12 +155,12 @@ pub(super) fn geo_tags(layout: &Layout) -> GeoTags {
         pixel_scale: numbers(TAG_PIXEL_SCALE),
         tie_points: numbers(TAG_TIE_POINTS),
         transformation: numbers(TAG_TRANSFORMATION),
-        geokeys: GeoKeys::parse(directory, &numbers(TAG_GEO_DOUBLES), ascii),
+        geokeys: esri_citation::understood(GeoKeys::parse(directory, &numbers(TAG_GEO_DOUBLES), ascii)),
     }
 }
 
-pub(super) fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meaning {
-    let text = |tag| layout.ifd.tag(tag).and_then(|tag| tag.value.as_str());
+pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, path: &Path) -> Meaning {
+    let text = |tag| ifd.tag(tag).and_then(|tag| tag.value.as_str());
     let no_data = text(TAG_GDAL_NODATA).and_then(|text| {
         let no_data = parse_no_data(text);
         if no_data.is_none() {
@@ -163,7 +171,7 @@ pub(super) fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meanin
     let band = BandMetadata::parse(text(TAG_GDAL_METADATA).unwrap_or_default());
     let by_keys = || georeference::vertical_metres_per_unit(geokeys);
     Meaning {
-        sample_type: layout.sample_type,
+        sample_type,
         no_data,
         scale: band.scale.unwrap_or(1.0),
         offset: band.offset.unwrap_or(0.0),

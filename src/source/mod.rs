@@ -16,6 +16,7 @@ mod ehdr;
 mod envi;
 mod erosion;
 mod error;
+mod esri_citation;
 mod flat;
 mod folder;
 mod format;
@@ -25,6 +26,7 @@ mod geotiff;
 mod geotiff_layout;
 mod hgt;
 mod hillslope;
+mod masked;
 mod memory;
 pub mod mosaic;
 mod picture;
@@ -40,6 +42,8 @@ mod samples;
 mod side_file;
 mod terrain_rgb;
 mod text;
+mod tiff_blocks;
+mod tiff_samples;
 mod tile_folder;
 mod usgs_dem;
 mod valley;
@@ -56,7 +60,7 @@ pub use geokeys::{GeoKey, GeoKeyValue, GeoKeys};
 use georeference::Georeference;
 pub use georeference::GeoreferenceError;
 pub use reader::{HeightReader, Window};
-pub use side_file::OpenOptions;
+pub use side_file::{Encoding, OpenOptions};
 pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.
@@ -84,6 +88,10 @@ pub struct Silent;
 impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
 }
+
+/// Another number where files give other heights, or another place, than they did before: what was baked of them then is
+/// baked anew.
+pub const VERSION: u32 = 2;
 
 /// More samples than this are not read into memory at once: 8 GiB of heights.
 const MAX_SAMPLES: u64 = 1 << 31;

@@ -23,6 +23,14 @@ impl Window {
     pub fn samples(self) -> usize {
         self.width as usize * self.height as usize
     }
+
+    /// Sets the samples of this window in those of `around`, in which it lies.
+    pub(crate) fn fill<T: Copy>(self, around: Window, samples: &mut [T], value: T) {
+        for row in self.y - around.y..self.y - around.y + self.height {
+            let start = row as usize * around.width as usize + (self.x - around.x) as usize;
+            samples[start..start + self.width as usize].fill(value);
+        }
+    }
 }
 
 /// A height grid that is read a window at a time, from any thread. It may be larger than memory.

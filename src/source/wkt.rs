@@ -199,7 +199,7 @@ fn geographic_code(node: &Node) -> Option<u16> {
 }
 
 /// The EPSG code of a zone of UTM by a name such as `WGS_1984_UTM_Zone_10N` and the code of its geographic CRS.
-fn utm_code(name: &str, geographic: u16) -> Option<u16> {
+pub(super) fn utm_code(name: &str, geographic: u16) -> Option<u16> {
     let name = name.to_ascii_uppercase().replace('_', " ");
     let (_, zone) = name.split_once("UTM ZONE ")?;
     let digits = zone.len() - zone.trim_start_matches(|c: char| c.is_ascii_digit()).len();
