@@ -109,7 +109,11 @@ fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
 }
 
 /// A DEM, or several as one world.
-fn several(files: &[PathBuf], options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+fn several(
+    files: &[PathBuf],
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, WorldError> {
     let mut stores = files.iter().map(|file| open_file(file, options, progress)).collect::<Result<Vec<_>, _>>()?;
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }

@@ -52,6 +52,7 @@ pub struct BakeArgs {
     /// Height of a heightmap's 0
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
+    /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// Tiles along the side of a chunk, as a power of 2; for tests

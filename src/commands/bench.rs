@@ -58,6 +58,7 @@ const FPS: f64 = 30.0;
 pub struct BenchArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov

@@ -20,6 +20,7 @@ use crate::world::{self, OpenWorld};
 pub struct FlyArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// A preset or a style file

@@ -25,6 +25,7 @@ use crate::source::{self, OpenOptions};
 pub struct InfoArgs {
     /// A DEM, a baked pyramid, a scene, a style or a camera path
     pub file: PathBuf,
+    /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// Print for programs

@@ -35,6 +35,7 @@ use crate::world::{self, OpenWorld};
 pub struct RenderArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png

@@ -34,8 +34,8 @@ pub enum SourceError {
     },
     /// None of the formats that are read.
     #[error(
-        "{}: {looks_like}; hachure reads GeoTIFF, SRTM .hgt (also zipped), DTED, USGS DEM, ESRI and GRASS ASCII grids, \
-         BIL, GridFloat and ENVI rasters, 16-bit PNG, raw .r16, terrain-RGB pictures and tiles, XYZ grids",
+        "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, raw, \
+         terrain-RGB, XYZ",
         path.display()
     )]
     UnknownFormat {

@@ -24,9 +24,8 @@ pub(super) fn understood(keys: GeoKeys) -> GeoKeys {
         return keys;
     }
     let citations = [key::PROJECTED_CITATION, key::CITATION, key::GEOGRAPHIC_CITATION];
-    let after = |mark: &str| {
-        citations.into_iter().find_map(|id| Some(keys.ascii(id)?.split_once(mark)?.1)).map(str::to_owned)
-    };
+    let after =
+        |mark: &str| citations.into_iter().find_map(|id| Some(keys.ascii(id)?.split_once(mark)?.1)).map(str::to_owned);
     let stated = after(WELL_KNOWN_TEXT).and_then(|text| wkt::keys(&text));
     if let Some(stated) = stated {
         return with(&keys, stated.keys);

@@ -11,11 +11,12 @@ use tiff_reader::{ByteOrder, Ifd, OpenOptions, TagValue, TiffError, TiffFile};
 use super::flat::{Description, FlatReader};
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
+use super::masked::{Mask, Masked};
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::masked::{Mask, Masked};
 use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
+use super::tiff_side_files::SideFiles;
 use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
 
 const TAG_PIXEL_SCALE: u16 = 33550;
@@ -66,14 +67,21 @@ impl GeoTiffReader {
         let ifd = file.ifd(blocks.ifd).map_err(damaged)?;
 
         let located = |source| SourceError::Georeference { path: path.into(), source };
-        let tags = geo_tags(ifd);
-        let meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
-        let mut georeference = georeference::from_tags(tags, &path.display().to_string()).map_err(located)?;
+        let side_files = SideFiles::of(path);
+        let mut tags = geo_tags(ifd);
+        let mut meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
+        side_files.overrule(&mut meaning);
+        let name = path.display().to_string();
+        let mut georeference = match side_files.place(&mut tags) {
+            Some(crs_from_grid) => georeference::from_transform(crs_from_grid, tags.geokeys, &name).map_err(located)?,
+            None => georeference::nowhere(&name),
+        };
         WorldMapping::new(&georeference, width, height).map_err(located)?;
         if georeference::vertical_metres_per_unit(&georeference.geokeys).is_some() {
             georeference.geokeys.declare_vertical_metres();
         }
-        let identity = place::identity(&[path], "");
+        let files: Vec<&Path> = std::iter::once(path).chain(side_files.files.iter().map(PathBuf::as_path)).collect();
+        let identity = place::identity(&files, "");
         let cache = tiff_blocks::cache(CACHE_BYTES);
         let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
         // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
@@ -82,16 +90,23 @@ impl GeoTiffReader {
             let described = Description { size, strides, is_big_endian, meaning, georeference, identity };
             Box::new(FlatReader::new(path, None, described)?)
         } else {
-            Box::new(Self { path: path.into(), file, cache, blocks, meaning, georeference, identity, told: Told::default() })
+            Box::new(Self {
+                path: path.into(),
+                file,
+                cache,
+                blocks,
+                meaning,
+                georeference,
+                identity,
+                told: Told::default(),
+            })
         };
         Ok(Masked::over(heights, masks, path))
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        let bytes = self
-            .blocks
-            .read(&self.file, &self.cache, 0, window)
-            .map_err(|source| decode_error(source, &self.path))?;
+        let bytes =
+            self.blocks.read(&self.file, &self.cache, 0, window).map_err(|source| decode_error(source, &self.path))?;
         if bytes.len() != window.samples() * self.meaning.sample_type.bytes() {
             return Err(inconsistent(&self.path, "a strip or tile decodes to the wrong size"));
         }

@@ -44,6 +44,7 @@ mod terrain_rgb;
 mod text;
 mod tiff_blocks;
 mod tiff_samples;
+pub(crate) mod tiff_side_files;
 mod tile_folder;
 mod usgs_dem;
 mod valley;

@@ -19,12 +19,12 @@ use super::side_file::{Encoding, Said};
 const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_100.0..=9_100.0;
 /// Of the pixels that hold a height at all, so many must be plausible.
 const PLAUSIBLE_SHARE: f64 = 0.95;
-/// Where neighbours differ by one in a byte, the next lower byte of heights nearly always wraps around: from 255 to 0, or
-/// a little less where the land is steep. In a picture both channels change alike, and nothing wraps. So many of such
-/// places must be there, and such a share of them must wrap by more than half of the range.
+/// Where neighbours differ by one in a byte, the next lower byte of heights goes the other way: from 255 to 0, or a
+/// little less where the land is steep. In a picture both channels change alike, or independently. So many of such places
+/// must be there, and at such a share of them the lower byte must go back by more than so many steps.
 const CARRIES: u64 = 32;
 const CARRY_SHARE: f64 = 0.9;
-const WRAP: i32 = 128;
+const WRAP: i32 = 64;
 
 /// Metres for each step of Mapbox's encoding, where nothing else is said.
 pub(super) const MAPBOX_INTERVAL_M: f64 = 0.1;
@@ -75,8 +75,8 @@ impl Packing {
         Err(unclear(
             path,
             format!(
-                "holds colours that need not be heights; if they are terrain-RGB, say so with --encoding {which} \
-                 (or encoding = in {side_file}.toml)"
+                "holds a colour picture, not heights, for all that its colours prove; if it is terrain-RGB, say so: \
+                 --encoding {which}, or encoding in {side_file}.toml"
             ),
         ))
     }

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 use tiff_reader::cache::{BlockCache, BlockKey, BlockKind};
-use tiff_reader::{Ifd, TagValue, TiffError, TiffFile};
+use tiff_reader::{ByteOrder, Ifd, TagValue, TiffError, TiffFile};
 
 use super::SourceError;
 use super::reader::Window;
@@ -79,8 +79,7 @@ impl Blocks {
             return Err(inconsistent("its strips or tiles have no size"));
         }
         // The places of tiles may stand under the tags of strips, and the other way round.
-        let (tiles, strips) =
-            ([TAG_TILE_OFFSETS, TAG_TILE_BYTE_COUNTS], [TAG_STRIP_OFFSETS, TAG_STRIP_BYTE_COUNTS]);
+        let (tiles, strips) = ([TAG_TILE_OFFSETS, TAG_TILE_BYTE_COUNTS], [TAG_STRIP_OFFSETS, TAG_STRIP_BYTE_COUNTS]);
         let order = if tile.is_some() { [tiles, strips] } else { [strips, tiles] };
         let [offsets, counts] = order.into_iter().find(|tags| ifd.tag(tags[0]).is_some()).unwrap_or(order[0]);
         let offsets = numbers(ifd, offsets).ok_or_else(|| inconsistent("it does not say where its samples are"))?;
@@ -171,18 +170,17 @@ impl Blocks {
     ///
     /// # Errors
     /// What cannot be read or decoded.
-    pub fn read(
-        &self,
-        file: &TiffFile,
-        cache: &BlockCache,
-        band: usize,
-        window: Window,
-    ) -> Result<Vec<u8>, TiffError> {
+    pub fn read(&self, file: &TiffFile, cache: &BlockCache, band: usize, window: Window) -> Result<Vec<u8>, TiffError> {
+        let sample_bytes = self.samples.decoded.bytes();
         if matches!(self.codec, CODEC_JPEG | CODEC_LERC | CODEC_WEBP) {
             let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);
-            return file.read_band_window_bytes_from_ifd(file.ifd(self.ifd)?, band, y, x, height, width);
+            let mut bytes = file.read_band_window_bytes_from_ifd(file.ifd(self.ifd)?, band, y, x, height, width)?;
+            // libtiff swaps what LERC holds, as it swaps the samples of every codec, though LERC has an order of its own.
+            if self.codec == CODEC_LERC && file.byte_order() == ByteOrder::BigEndian && sample_bytes > 1 {
+                bytes.chunks_exact_mut(sample_bytes).for_each(<[u8]>::reverse);
+            }
+            return Ok(bytes);
         }
-        let sample_bytes = self.samples.decoded.bytes();
         let mut out = Vec::new();
         let length = window.samples().saturating_mul(sample_bytes);
         out.try_reserve_exact(length).map_err(|error| TiffError::DecodeOutputAllocationFailed {
@@ -213,7 +211,7 @@ impl Blocks {
                     }
                 }
             }
-            Ok(())
+            Ok::<(), TiffError>(())
         })?;
         Ok(out.into_inner().unwrap_or_else(PoisonError::into_inner))
     }

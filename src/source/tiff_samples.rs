@@ -86,8 +86,7 @@ impl Samples {
             2 => true,
             other => return Err(damaged(TiffError::UnsupportedPlanarConfiguration(other))),
         };
-        let predictor =
-            if CODECS_WITH_PREDICTOR.contains(&ifd.compression()) { ifd.predictor() } else { 1 };
+        let predictor = if CODECS_WITH_PREDICTOR.contains(&ifd.compression()) { ifd.predictor() } else { 1 };
         match (predictor, bits) {
             (1, _) | (2, 8 | 16 | 32 | 64) | (3, 16 | 32 | 64) => {}
             (2 | 3, _) => return Err(unsupported("a predictor on bit-packed samples".to_owned())),
@@ -95,9 +94,8 @@ impl Samples {
         }
         // Bands beyond those of the colour model come last.
         let extra = ifd.extra_samples().unwrap_or_default();
-        let is_alpha = |kind: &ExtraSample| {
-            matches!(kind, ExtraSample::AssociatedAlpha | ExtraSample::UnassociatedAlpha)
-        };
+        let is_alpha =
+            |kind: &ExtraSample| matches!(kind, ExtraSample::AssociatedAlpha | ExtraSample::UnassociatedAlpha);
         let alpha = extra.iter().position(is_alpha).and_then(|at| (at + per_pixel).checked_sub(extra.len()));
         let alpha = alpha.filter(|&band| band > 0);
         Ok(Self { bits, format, predictor, per_pixel, is_planar, decoded, alpha })
@@ -137,7 +135,10 @@ impl Samples {
             }
             24 => {
                 let threes = bytes.as_chunks::<3>().0.iter();
-                let whole = threes.map(|&[a, b, c]| match is_big_endian {
+                // GDAL writes whole numbers of 24 bits as a stream of bits, which libtiff then swaps in files of the other
+                // byte order, so that the highest byte comes first in little-endian files and last in others.
+                let is_highest_first = is_big_endian == (self.format == FLOATING);
+                let whole = threes.map(|&[a, b, c]| match is_highest_first {
                     true => u32::from_be_bytes([0, a, b, c]),
                     false => u32::from_le_bytes([a, b, c, 0]),
                 });

@@ -117,7 +117,8 @@ fn parse(text: &mut &str, depth: usize) -> Option<Node> {
 fn projected_keys(node: &Node) -> Option<Vec<GeoKey>> {
     let geographic = node.find(&GEOGRAPHIC);
     let base = geographic.and_then(geographic_code);
-    let code = node.epsg().or_else(|| utm_code(node.name(), base?));
+    let web_mercator = || (node.name() == "WGS_1984_Web_Mercator_Auxiliary_Sphere").then_some(3857);
+    let code = node.epsg().or_else(|| utm_code(node.name(), base?)).or_else(web_mercator);
     let mut keys = vec![
         GeoKey::short(key::MODEL_TYPE, 1),
         GeoKey::short(key::PROJECTED_CRS, code.unwrap_or(USER_DEFINED)),
