@@ -127,7 +127,7 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
     {
         return Ok(store);
     }
-    Ok(Arc::new(pyramid::open_or_bake_file(path, options, progress)?))
+    Ok(Arc::new(pyramid::open_or_bake_file_with(path, options, progress)?))
 }
 
 impl OpenWorld {

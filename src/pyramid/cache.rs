@@ -58,7 +58,19 @@ where
 ///
 /// # Errors
 /// As [`open_or_bake`].
-pub fn open_or_bake_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+    open_or_bake_file_with(path, &OpenOptions::default(), progress)
+}
+
+/// The same for a file that does not say all of itself. Other options are another pyramid.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file_with(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError> {
     let load = |error: SourceError| PyramidError::Load(Box::new(error));
     if has_sidecar(path) || !path.exists() {
         let open = || source::read_all(&*source::open_reader_with(path, options)?, path, progress);

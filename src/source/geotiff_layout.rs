@@ -113,7 +113,10 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
         FREE_BYTES.saturating_add(file_bytes.saturating_mul(MAX_RATIO))
     };
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
-    let band_bytes = (u64::from(width) * u64::from(height)).saturating_mul(sample_bytes);
+    // What the file leaves out needs no bytes in it, and is never decoded.
+    let stored = blocks.stored();
+    let stored_samples = u64::from(blocks.block[0]).saturating_mul(blocks.block[1].into()).saturating_mul(stored);
+    let band_bytes = (u64::from(width) * u64::from(height)).min(stored_samples).saturating_mul(sample_bytes);
     let row_bytes = blocks.row_bytes() as u64;
     let is_plain = ifd.compression() == CODEC_NONE
         && samples.are_plain()
@@ -133,7 +136,7 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
         return Err(too_large());
     }
     // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
-    if band_bytes > allowed || block_bytes > allowed.max(FREE_BYTES) {
+    if band_bytes > allowed || stored > 0 && block_bytes > allowed.max(FREE_BYTES) {
         return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
     }
     Ok(Layout { width, height, blocks, strides })

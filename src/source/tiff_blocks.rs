@@ -126,6 +126,16 @@ impl Blocks {
         self.is_tiled
     }
 
+    /// Blocks of the first band that the file holds.
+    pub fn stored(&self) -> u64 {
+        self.places.iter().take(self.per_band()).filter(|&&place| !is_absent(place)).count() as u64
+    }
+
+    /// Whether the file leaves out all blocks of the first band that a window touches.
+    pub fn is_absent(&self, window: Window) -> bool {
+        self.parts(window).all(|part| self.place(part.block).is_none())
+    }
+
     /// Whether the file leaves a block of the first band out.
     pub fn is_sparse(&self) -> bool {
         self.places.iter().take(self.per_band()).any(|&place| is_absent(place))
