@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use tiff_reader::{ByteOrder, OpenOptions, TagValue, TiffError, TiffFile};
 
 use super::flat::{Description, FlatReader};
+use super::memory;
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
 use super::place::{self, cannot_open, check_window, inconsistent};
@@ -55,8 +56,13 @@ impl GeoTiffReader {
             decode_output_bytes: usize::MAX / 2,
             ..OpenOptions::default()
         };
-        let file = TiffFile::open_with_options(path, options).map_err(damaged)?;
+        let mut file = TiffFile::open_with_options(path, options).map_err(damaged)?;
         let layout = layout::check(&file, file_bytes, path)?;
+        if layout.strides.is_none() && layout.block_bytes > CACHE_BYTES as u64 {
+            // Else a strip of the whole picture would be decoded again for each window.
+            let options = OpenOptions { block_cache_bytes: layout.block_bytes as usize, ..options };
+            file = TiffFile::open_with_options(path, options).map_err(damaged)?;
+        }
 
         let located = |source| SourceError::Georeference { path: path.into(), source };
         let tags = geo_tags(&layout);
@@ -79,6 +85,11 @@ impl GeoTiffReader {
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);
+        if self.is_serial() {
+            // The decoder would end the program where a block has no room.
+            memory::room::<u8>(&self.path, self.size(), self.layout.block_bytes)?;
+        }
+        let mut heights_m = memory::window_room(&self.path, window)?;
         let bytes = self
             .file
             .read_band_window_bytes_from_ifd(&self.layout.ifd, 0, y, x, height, width)
@@ -86,7 +97,6 @@ impl GeoTiffReader {
         if bytes.len() != window.samples() * self.meaning.sample_type.bytes() {
             return Err(inconsistent(&self.path, "a strip or tile decodes to the wrong size"));
         }
-        let mut heights_m = Vec::with_capacity(window.samples());
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
         self.told.tell(&self.path, &tally);
@@ -116,7 +126,24 @@ impl HeightReader for GeoTiffReader {
         if window.samples() == 0 {
             return Ok(Vec::new());
         }
+        if let Some(height_m) = self.known_m(window) {
+            let mut heights_m = memory::window_room(&self.path, window)?;
+            heights_m.resize(window.samples(), height_m);
+            return Ok(heights_m);
+        }
         guarded(&self.path, || self.read_unguarded(window))
+    }
+
+    fn known_m(&self, window: Window) -> Option<f32> {
+        // Blocks that are left out hold the no-data value, or zeros where the file names none, as in GDAL.
+        self.layout.is_absent(window).then(|| match self.meaning.no_data {
+            Some(_) => f32::NAN,
+            None => self.meaning.height_m(0.0, &mut Tally::default()),
+        })
+    }
+
+    fn is_serial(&self) -> bool {
+        self.layout.block_bytes > CACHE_BYTES as u64
     }
 
     fn block(&self) -> [u32; 2] {

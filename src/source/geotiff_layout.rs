@@ -29,6 +29,8 @@ pub(super) struct Layout {
     pub sample_type: SampleType,
     /// Size of a strip or tile in samples.
     pub block: [usize; 2],
+    /// Of one that is decoded, with all bands that lie in it.
+    pub block_bytes: u64,
     /// Where samples that are not compressed lie one after the other from the first strip to the last.
     pub strides: Option<Strides>,
     /// For each of the first band's strips or tiles, by rows, whether the file leaves it out. Empty where it leaves out
@@ -37,6 +39,23 @@ pub(super) struct Layout {
 }
 
 impl Layout {
+    /// Whether the file leaves out all of the blocks that a window touches.
+    pub fn is_absent(&self, window: Window) -> bool {
+        let is_inside = |at: u32, count: u32, size: u32| count > 0 && at.checked_add(count).is_some_and(|it| it <= size);
+        if self.is_absent.is_empty()
+            || !is_inside(window.x, window.width, self.width)
+            || !is_inside(window.y, window.height, self.height)
+        {
+            return false;
+        }
+        let [columns, rows] = self.block;
+        let blocks_across = (self.width as usize).div_ceil(columns);
+        let blocks = |at: u32, count: u32, size: usize| at as usize / size..(at as usize + count as usize).div_ceil(size);
+        let across = blocks(window.x, window.width, columns);
+        blocks(window.y, window.height, rows)
+            .all(|row| self.is_absent[row * blocks_across..][across.clone()].iter().all(|&it| it))
+    }
+
     /// Columns and rows, from the window's first sample on, of the blocks in it that the file leaves out.
     pub fn absent_in(&self, window: Window) -> impl Iterator<Item = [Range<usize>; 2]> + '_ {
         let window = [window.x, window.y, window.width, window.height].map(|it| it as usize);
@@ -178,7 +197,7 @@ pub(super) fn check_image(ifd: &Ifd, file_bytes: u64, path: &Path) -> Result<Lay
     }
 
     let block = block.map(|size| size as usize);
-    Ok(Layout { ifd: ifd.clone(), width, height, sample_type, block, strides, is_absent: absent })
+    Ok(Layout { ifd: ifd.clone(), width, height, sample_type, block, block_bytes, strides, is_absent: absent })
 }
 
 fn is_bit_packed(ifd: &Ifd) -> bool {
