@@ -16,6 +16,7 @@ use crate::frame::Requirements;
 use crate::mesh::placed::Stance;
 use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
+use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::{MeshPlacement, Scene, World};
 use crate::source::{self, OpenOptions};
@@ -35,6 +36,8 @@ pub struct InfoArgs {
 
 /// So much of a file tells what it is.
 const HEAD_BYTES: u64 = 64 * 1024;
+/// The length of a camera path is measured over so many frames at most: over an hour at 30 per second.
+const LENGTH_FRAMES: usize = 1 << 17;
 /// A longer file is neither a scene nor a style.
 const LARGEST_TOML_BYTES: u64 = 1 << 20;
 
@@ -163,10 +166,11 @@ fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
 }
 
 fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Result<Info> {
-    let grid = source::read_all(&*source::open_reader_with(file, options)?, file, &Bar::default())?;
+    let reader = source::open_reader_with(file, options)?;
+    let statistics = source::statistics(&*reader, file, &Bar::default())?;
     let of = || file.display().to_string();
     let file_bytes = std::fs::metadata(file).with_context(of)?.len();
-    Ok(Info::Dem { heights: Heights::of_grid(&grid).with_context(of)?, file_bytes, stale })
+    Ok(Info::Dem { heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
 }
 
 /// Whether the first line that counts is the header of a camera path, or meant to be one.
@@ -181,7 +185,12 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
     let path = CameraPath::read_on_ground(file, |_, _| 0.0)?;
     let mut ground_length_m = 0.0;
     let mut before = None;
-    for camera in path.frames(30.0) {
+    // A year of frames takes minutes; of a long path some will do.
+    let frames: Box<dyn Iterator<Item = Camera>> = match path.frame_count(30.0) {
+        count if count <= LENGTH_FRAMES => Box::new(path.frames(30.0)),
+        _ => Box::new(path.spread(LENGTH_FRAMES)),
+    };
+    for camera in frames {
         let here = camera.position_m.truncate();
         ground_length_m += before.replace(here).map_or(0.0, |before| here.distance(before));
     }

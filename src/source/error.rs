@@ -34,8 +34,8 @@ pub enum SourceError {
     },
     /// None of the formats that are read.
     #[error(
-        "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, raw, \
-         terrain-RGB, XYZ",
+        "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, \
+         terrain-RGB, raw .r16 and XYZ",
         path.display()
     )]
     UnknownFormat {
@@ -101,9 +101,9 @@ pub enum SourceError {
         /// Rows.
         height: u32,
     },
-    /// More samples than can be held at once.
+    /// More samples than a format is read with that has to be decoded whole.
     #[error(
-        "{}: {width}×{height} samples are more than can be read at once; convert it to GeoTIFF, or bake it in parts",
+        "{}: {width}×{height} samples are more than can be decoded at once; convert it to a tiled GeoTIFF",
         path.display()
     )]
     TooLarge {
@@ -113,6 +113,22 @@ pub enum SourceError {
         width: u32,
         /// Rows.
         height: u32,
+    },
+    /// The system does not give the memory.
+    #[error(
+        "{}: {width}×{height} samples at once need {} MB of memory, which cannot be had",
+        path.display(),
+        needed_bytes.div_ceil(1_000_000)
+    )]
+    Memory {
+        /// Of the file.
+        path: PathBuf,
+        /// Samples per row, of what was to be read at once.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// That were asked for.
+        needed_bytes: u64,
     },
     /// Nothing to draw.
     #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", path.display())]

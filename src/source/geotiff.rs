@@ -12,6 +12,7 @@ use super::flat::{Description, FlatReader};
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
 use super::masked::{Mask, Masked};
+use super::memory;
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
@@ -37,6 +38,8 @@ pub(super) struct GeoTiffReader {
     file: Arc<TiffFile>,
     cache: Arc<BlockCache>,
     blocks: Arc<Blocks>,
+    /// Of one that is decoded, with all bands that lie in it.
+    block_bytes: u64,
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
@@ -61,9 +64,15 @@ impl GeoTiffReader {
             decode_output_bytes: usize::MAX / 2,
             ..OpenOptions::default()
         };
-        let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged)?);
-        let Layout { width, height, blocks, strides } = layout::check(&file, file_bytes, path)?;
-        let blocks = Arc::new(blocks);
+        let mut file = TiffFile::open_with_options(path, options).map_err(damaged)?;
+        let Layout { width, height, blocks, block_bytes, strides } = layout::check(&file, file_bytes, path)?;
+        // Else a strip of the whole picture would be decoded again for each window.
+        let cache_bytes = CACHE_BYTES.max(block_bytes as usize);
+        if strides.is_none() && cache_bytes > CACHE_BYTES {
+            let options = OpenOptions { block_cache_bytes: cache_bytes, ..options };
+            file = TiffFile::open_with_options(path, options).map_err(damaged)?;
+        }
+        let (file, blocks) = (Arc::new(file), Arc::new(blocks));
         let ifd = file.ifd(blocks.ifd).map_err(damaged)?;
 
         let located = |source| SourceError::Georeference { path: path.into(), source };
@@ -82,7 +91,7 @@ impl GeoTiffReader {
         }
         let files: Vec<&Path> = std::iter::once(path).chain(side_files.files.iter().map(PathBuf::as_path)).collect();
         let identity = place::identity(&files, "");
-        let cache = tiff_blocks::cache(CACHE_BYTES);
+        let cache = tiff_blocks::cache(cache_bytes);
         let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
         // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
         let heights: Box<dyn HeightReader> = if let Some(strides) = strides {
@@ -95,6 +104,7 @@ impl GeoTiffReader {
                 file,
                 cache,
                 blocks,
+                block_bytes,
                 meaning,
                 georeference,
                 identity,
@@ -105,12 +115,16 @@ impl GeoTiffReader {
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        if self.is_serial() {
+            // The decoder would end the program where a block has no room.
+            memory::room::<u8>(&self.path, self.size(), self.block_bytes)?;
+        }
+        let mut heights_m = memory::window_room(&self.path, window)?;
         let bytes =
             self.blocks.read(&self.file, &self.cache, 0, window).map_err(|source| decode_error(source, &self.path))?;
         if bytes.len() != window.samples() * self.meaning.sample_type.bytes() {
             return Err(inconsistent(&self.path, "a strip or tile decodes to the wrong size"));
         }
-        let mut heights_m = Vec::with_capacity(window.samples());
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
         self.told.tell(&self.path, &tally);
@@ -139,7 +153,24 @@ impl HeightReader for GeoTiffReader {
         if window.samples() == 0 {
             return Ok(Vec::new());
         }
+        if let Some(height_m) = self.known_m(window) {
+            let mut heights_m = memory::window_room(&self.path, window)?;
+            heights_m.resize(window.samples(), height_m);
+            return Ok(heights_m);
+        }
         guarded(&self.path, || self.read_unguarded(window))
+    }
+
+    fn known_m(&self, window: Window) -> Option<f32> {
+        // Blocks that are left out hold the no-data value, or zeros where the file names none, as in GDAL.
+        self.blocks.is_absent(window).then(|| match self.meaning.no_data {
+            Some(_) => f32::NAN,
+            None => self.meaning.height_m(0.0, &mut Tally::default()),
+        })
+    }
+
+    fn is_serial(&self) -> bool {
+        self.block_bytes > CACHE_BYTES as u64
     }
 
     fn block(&self) -> [u32; 2] {

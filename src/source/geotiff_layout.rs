@@ -29,6 +29,8 @@ pub(super) struct Layout {
     pub width: u32,
     pub height: u32,
     pub blocks: Blocks,
+    /// Of a block that is decoded, with all bands that lie in it.
+    pub block_bytes: u64,
     /// Where samples that are not compressed lie one after the other from the first strip to the last.
     pub strides: Option<Strides>,
 }
@@ -139,7 +141,7 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
     if band_bytes > allowed || stored > 0 && block_bytes > allowed.max(FREE_BYTES) {
         return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
     }
-    Ok(Layout { width, height, blocks, strides })
+    Ok(Layout { width, height, blocks, block_bytes, strides })
 }
 
 fn require_heights(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {

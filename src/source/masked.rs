@@ -12,7 +12,7 @@ use tiff_reader::{OpenOptions, TiffFile};
 use super::SourceError;
 use super::georeference::Georeference;
 use super::geotiff::{decode_error, guarded};
-use super::geotiff_layout::{check_mask, is_mask};
+use super::geotiff_layout::{Layout, check_mask, is_mask};
 use super::place::{self, cannot_open, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
@@ -67,8 +67,12 @@ impl Mask {
         if let Some((index, ifd)) = file.ifds().iter().enumerate().find(|(_, ifd)| of_size(ifd))
             && index != blocks.ifd
         {
-            let layout = check_mask(ifd, index, file_bytes, path)?;
-            return Ok(Some(mask(Arc::new(layout.blocks), 0)));
+            let Layout { blocks, block_bytes, .. } = check_mask(ifd, index, file_bytes, path)?;
+            let mask = mask(Arc::new(blocks), 0);
+            // A strip of the whole picture is not decoded again for each window.
+            let is_large = block_bytes > CACHE_BYTES as u64;
+            let own = || Self { cache: tiff_blocks::cache(block_bytes as usize), ..mask.clone() };
+            return Ok(Some(if is_large { own() } else { mask }));
         }
         Ok(blocks.samples.alpha.map(|band| mask(blocks.clone(), band)))
     }
@@ -84,8 +88,9 @@ impl Mask {
             tracing::warn!("{}: is of another size than the file that it masks, and passed over", path.display());
             return Ok(None);
         }
-        let blocks = Arc::new(check_mask(ifd, 0, file_bytes, path)?.blocks);
-        Ok(Some(Self { name: path.into(), file, cache: tiff_blocks::cache(CACHE_BYTES), blocks, band: 0 }))
+        let Layout { blocks, block_bytes, .. } = check_mask(ifd, 0, file_bytes, path)?;
+        let cache = tiff_blocks::cache(CACHE_BYTES.max(block_bytes as usize));
+        Ok(Some(Self { name: path.into(), file, cache, blocks: Arc::new(blocks), band: 0 }))
     }
 
     /// Makes NaN of the heights of a window where the mask is 0.
@@ -152,6 +157,15 @@ impl HeightReader for Masked {
 
     fn block(&self) -> [u32; 2] {
         self.heights.block()
+    }
+
+    fn known_m(&self, window: Window) -> Option<f32> {
+        // Masks add voids to heights, so that only voids are known without them.
+        self.heights.known_m(window).filter(|height_m| height_m.is_nan())
+    }
+
+    fn is_serial(&self) -> bool {
+        self.heights.is_serial()
     }
 
     fn identity(&self) -> String {

@@ -5,7 +5,8 @@
 //! comes out is metres, or NaN.
 //!
 //! Each format has a file of its own. Those with an index or samples at fixed places (GeoTIFF, `.hgt`, DTED, BIL,
-//! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory.
+//! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory, at 2 to
+//! 4 bytes for each sample. [`statistics`] reads a grid of any size without holding it.
 
 mod ascii_grid;
 pub(crate) mod cog;
@@ -40,6 +41,7 @@ pub mod reader;
 mod relief;
 mod samples;
 mod side_file;
+mod statistics;
 mod terrain_rgb;
 mod text;
 mod tiff_blocks;
@@ -62,6 +64,7 @@ use georeference::Georeference;
 pub use georeference::GeoreferenceError;
 pub use reader::{HeightReader, Window};
 pub use side_file::{Encoding, OpenOptions};
+pub use statistics::{Statistics, statistics};
 pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.
@@ -137,7 +140,7 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
     let said = || side_file::Said::of(path, options);
     Ok(match format {
         Format::GeoTiff => geotiff::GeoTiffReader::open(path)?,
-        Format::Png => Box::new(geotiff::guarded(path, || png16::open(path, &said()?))?),
+        Format::Png => geotiff::guarded(path, || png16::open(path, &said()?))?,
         Format::Hgt => Box::new(hgt::open(path)?),
         Format::ZippedHgt => Box::new(geotiff::guarded(path, || hgt::open_zip(path))?),
         Format::Dted { offset } => Box::new(dted::DtedReader::open(path, offset)?),
@@ -157,12 +160,10 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
 pub fn read_all(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<HeightGrid, SourceError> {
     let [width, height] = reader.size();
     let samples = u64::from(width) * u64::from(height);
-    let too_large = || SourceError::TooLarge { path: path.into(), width, height };
     if samples > MAX_SAMPLES {
-        return Err(too_large());
+        return Err(SourceError::TooLarge { path: path.into(), width, height });
     }
-    let mut heights_m = Vec::new();
-    heights_m.try_reserve_exact(samples as usize).map_err(|_| too_large())?;
+    let mut heights_m = memory::room(path, [width, height], samples)?;
     // Whole rows of blocks, so that none is decoded twice.
     let block_rows = u64::from(reader.block()[1].max(1));
     let rows_at_once = (SAMPLES_PER_REPORT / u64::from(width) / block_rows).max(1) * block_rows;

@@ -50,6 +50,19 @@ pub trait HeightReader: Send + Sync {
     /// What a window should begin and end at so that nothing is decoded twice: columns and rows of a block.
     fn block(&self) -> [u32; 2];
 
+    /// The height in metres of every sample of a window, NaN for voids, where that is known without reading any: the
+    /// file leaves those blocks out. `None` where the window has to be read.
+    fn known_m(&self, window: Window) -> Option<f32> {
+        let _ = window;
+        None
+    }
+
+    /// Whether windows are to be read by one thread and from the top down, because what is decoded for one of them
+    /// serves the next: rows of a stream, or parts of a strip that is too large to be decoded twice.
+    fn is_serial(&self) -> bool {
+        false
+    }
+
     /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two
     /// readers with one identity give the same heights.
     fn identity(&self) -> String;

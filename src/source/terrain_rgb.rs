@@ -7,12 +7,14 @@
 //! them the colours must prove it ([`Packing::of`]): plausible heights in one encoding, and carries as only numbers of
 //! several bytes have them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::SourceError;
-use super::memory::{self, MemoryReader};
+use super::georeference::Georeference;
+use super::memory;
 use super::picture::{self, Picture};
-use super::place::unclear;
+use super::place::{check_window, unclear};
+use super::reader::{HeightReader, Window};
 use super::side_file::{Encoding, Said};
 
 /// From below the deepest trench to above the highest mountain, metres.
@@ -119,13 +121,49 @@ impl Packing {
     }
 }
 
+/// A picture in memory, as its file has it: 3 bytes for each sample, 4 with an alpha channel.
+pub(super) struct ColourReader {
+    path: PathBuf,
+    picture: Picture,
+    packing: Packing,
+    georeference: Georeference,
+    identity: String,
+}
+
+impl HeightReader for ColourReader {
+    fn size(&self) -> [u32; 2] {
+        self.picture.size
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        check_window(&self.path, window, self.picture.size)?;
+        let mut heights_m = memory::window_room(&self.path, window)?;
+        let channels = self.picture.channels.max(3);
+        for row in window.y as usize..(window.y + window.height) as usize {
+            let first = (row * self.picture.size[0] as usize + window.x as usize) * channels;
+            let pixels = &self.picture.bytes[first..first + window.width as usize * channels];
+            heights_m.extend(pixels.chunks_exact(channels).map(|pixel| self.packing.height_m(pixel)));
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        [self.picture.size[0], 256.min(self.picture.size[1])]
+    }
+
+    fn identity(&self) -> String {
+        self.identity.clone()
+    }
+}
+
 /// Reads a single picture.
-pub(super) fn open(path: &Path, said: &Said) -> Result<MemoryReader, SourceError> {
+pub(super) fn open(path: &Path, said: &Said) -> Result<ColourReader, SourceError> {
     let picture = picture::decode(path)?;
     let packing = Packing::of(path, said, std::slice::from_ref(&picture))?;
     let georeference = said.georeference(path, picture.size)?;
-    let mut heights_m = memory::room(path, picture.size)?;
-    heights_m.extend(packing.heights_m(&picture));
-    let identity = said.identity(path);
-    Ok(MemoryReader { path: path.into(), size: picture.size, heights_m, georeference, identity })
+    Ok(ColourReader { path: path.into(), picture, packing, georeference, identity: said.identity(path) })
 }

@@ -133,7 +133,11 @@ impl Blocks {
 
     /// Whether the file leaves out all blocks of the first band that a window touches.
     pub fn is_absent(&self, window: Window) -> bool {
-        self.parts(window).all(|part| self.place(part.block).is_none())
+        let is_inside =
+            |at: u32, count: u32, size: u32| count > 0 && at.checked_add(count).is_some_and(|it| it <= size);
+        is_inside(window.x, window.width, self.size[0])
+            && is_inside(window.y, window.height, self.size[1])
+            && self.parts(window).all(|part| self.place(part.block).is_none())
     }
 
     /// Whether the file leaves a block of the first band out.
