@@ -14,7 +14,7 @@ use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidErro
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{MeshPlacement, Scene, World};
-use crate::source::{self, Kind, Progress, Silent};
+use crate::source::{self, Kind, OpenOptions, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
@@ -99,8 +99,8 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
 
 fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let store: Arc<dyn TileStore> = match &scene.world {
-        World::File(path) => several(&files_of(std::slice::from_ref(path))?, progress)?,
-        World::Files(paths) => several(&files_of(paths)?, progress)?,
+        World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
+        World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
         World::Url(url) => pyramid::open_remote(url)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
@@ -130,27 +130,31 @@ fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
 }
 
 /// A DEM, or several as one world.
-fn several(files: &[PathBuf], progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    let mut stores = files.iter().map(|file| open_file(file, progress)).collect::<Result<Vec<_>, _>>()?;
+fn several(
+    files: &[PathBuf],
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, WorldError> {
+    let mut stores = files.iter().map(|file| open_file(file, options, progress)).collect::<Result<Vec<_>, _>>()?;
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
-fn open_file(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let as_it_is = match !pyramid::sidecar_path(path).exists() && path.is_file() {
         true => pyramid::open_local_cog(path)?,
         false => None,
     };
     match as_it_is {
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
-        Some(store) => match pyramid::open_or_bake_store(path, progress) {
+        Some(store) => match pyramid::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
                 tracing::warn!("{error}. {} is read as it is, and its errors are estimates", path.display());
                 Ok(store)
             }
             opened => Ok(opened?),
         },
-        None => Ok(pyramid::open_or_bake_store(path, progress)?),
+        None => Ok(pyramid::open_or_bake_store(path, options, progress)?),
     }
 }
 

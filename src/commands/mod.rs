@@ -4,6 +4,7 @@ pub mod arguments;
 pub mod bake;
 pub mod bench;
 mod describe;
+pub mod height_args;
 pub mod info;
 pub mod fly;
 pub mod misuse;

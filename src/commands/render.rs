@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use self::vector::SvgOptions;
 use super::arguments;
+use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use crate::file::FileError;
@@ -36,6 +37,9 @@ use crate::world::{self, OpenWorld};
 pub struct RenderArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
@@ -147,7 +151,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let mut scene = world::scene_of(args.world.as_deref())?;
+    scene.heights = args.heights.options();
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {

@@ -16,7 +16,7 @@ use super::link::has_sidecar;
 use super::sidecar::{self, sidecar_path};
 use super::store::TileStore;
 use super::{BakeOptions, BakeWork, Pyramid, PyramidError, bake, bake_reader};
-use crate::source::{self, HeightGrid, HeightReader, Progress, Silent, SourceError};
+use crate::source::{self, HeightGrid, HeightReader, OpenOptions, Progress, Silent, SourceError};
 
 /// How much the cache may hold: 8 GiB.
 pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
@@ -60,24 +60,41 @@ where
 /// # Errors
 /// As [`open_or_bake`].
 pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+    open_or_bake_file_with(path, &OpenOptions::default(), progress)
+}
+
+/// The same for a file that does not say all of itself. Other options are another pyramid.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file_with(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError> {
     if has_sidecar(path) || !path.exists() {
-        return open_or_bake(path, || source::open(path, progress), None, progress);
+        let open = || source::read_all(&*source::open_reader_with(path, options)?, path, progress);
+        return open_or_bake(path, open, None, progress);
     }
-    file_of_cache(path, progress).map(|(pyramid, _)| pyramid)
+    file_of_cache(path, options, progress).map(|(pyramid, _)| pyramid)
 }
 
 /// The same as a store of tiles: a pyramid of the cache that turns out to be damaged is made anew while it is read.
 ///
 /// # Errors
 /// As [`open_or_bake`].
-pub fn open_or_bake_store(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, PyramidError> {
+pub fn open_or_bake_store(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, PyramidError> {
     if has_sidecar(path) || !path.exists() {
-        return Ok(Arc::new(open_or_bake_file(path, progress)?));
+        return Ok(Arc::new(open_or_bake_file_with(path, options, progress)?));
     }
-    let (pyramid, entry) = file_of_cache(path, progress)?;
-    let (path, key) = (path.to_owned(), entry.key().to_owned());
+    let (pyramid, entry) = file_of_cache(path, options, progress)?;
+    let (path, options, key) = (path.to_owned(), options.clone(), entry.key().to_owned());
     let make = move |out: &Path| {
-        let reader = source::open_reader(&path).map_err(load_error)?;
+        let reader = source::open_reader_with(&path, &options).map_err(load_error)?;
         if reader.identity() != key {
             let cause = "has changed since it was opened".to_owned();
             return Err(PyramidError::Mismatch { path: path.clone(), cause });
@@ -91,8 +108,12 @@ fn load_error(error: SourceError) -> PyramidError {
     PyramidError::Load(Box::new(error))
 }
 
-fn file_of_cache(path: &Path, progress: &dyn Progress) -> Result<(Pyramid, Entry), PyramidError> {
-    let reader = source::open_reader(path).map_err(load_error)?;
+fn file_of_cache(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<(Pyramid, Entry), PyramidError> {
+    let reader = source::open_reader_with(path, options).map_err(load_error)?;
     let entry = entry_of(&reader.identity(), &path.display().to_string(), None)?;
     let pyramid = entry.open_or_make(|out| bake_file(&*reader, path, out, progress))?;
     Ok((pyramid, entry))
@@ -179,7 +200,7 @@ fn file_name(key: &str, name: &str) -> String {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
     let stem: String =
         stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(40).collect();
-    let versioned = format!("{}\n{key}", sidecar::VERSION);
+    let versioned = format!("{}\n{}\n{key}", sidecar::VERSION, source::VERSION);
     format!("{stem}.{:016x}.tif", fnv(versioned.as_bytes()))
 }
 

@@ -155,6 +155,8 @@ impl Meaning {
         // The tag is decimal text, the sample binary: "-3.4e+38" must match the f32 next to it. Beyond the range of
         // f32 the conversion gives an infinity, which a finite sample never equals, so the largest f32 stands in.
         value == no_data
+            // Of whole numbers, GDAL compares what is left of a mark without its decimals.
+            || !matches!(self.sample_type, SampleType::F32 | SampleType::F64) && value == no_data.trunc()
             || self.sample_type == SampleType::F32 && {
                 let nearest = (no_data as f32).clamp(f32::MIN, f32::MAX);
                 (value - f64::from(nearest)).abs() <= 2.0 * f64::from(f32::EPSILON) * f64::from(nearest.abs())
