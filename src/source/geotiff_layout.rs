@@ -172,7 +172,10 @@ pub(super) fn check_image(ifd: &Ifd, file_bytes: u64, path: &Path) -> Result<Lay
         FREE_BYTES.saturating_add(file_bytes.saturating_mul(MAX_RATIO))
     };
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
-    let band_bytes = samples.saturating_mul(sample_bytes);
+    // What the file leaves out needs no bytes in it, and is never decoded.
+    let stored = block_count - absent.iter().filter(|&&it| it).count() as u64;
+    let stored_samples = u64::from(block[0]).saturating_mul(block[1].into()).saturating_mul(stored);
+    let band_bytes = samples.min(stored_samples).saturating_mul(sample_bytes);
     let row_bytes = u64::from(width) * interleaved * sample_bytes;
     let is_plain = ifd.compression() == 1
         && ifd.predictor() == 1
@@ -192,7 +195,7 @@ pub(super) fn check_image(ifd: &Ifd, file_bytes: u64, path: &Path) -> Result<Lay
         return Err(too_large());
     }
     // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
-    if band_bytes > allowed || block_bytes > allowed.max(FREE_BYTES) {
+    if band_bytes > allowed || (stored > 0 && block_bytes > allowed.max(FREE_BYTES)) {
         return Err(inconsistent(&format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
     }
 

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
 mod compare;
-mod damage;
 mod dem;
 mod folders;
 mod gdal;
