@@ -60,7 +60,7 @@ pub enum GeoreferenceError {
     #[error("its pixel size is zero or not finite")]
     PixelSize,
     /// Units or axes that cannot be.
-    #[error("its {what} is {value}")]
+    #[error("its {what} is {value:?}")]
     Impossible {
         /// Which number.
         what: &'static str,

@@ -138,7 +138,7 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
         return Err(too_large());
     }
     // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
-    if band_bytes > allowed || stored > 0 && block_bytes > allowed.max(FREE_BYTES) {
+    if band_bytes > allowed || (stored > 0 && block_bytes > allowed.max(FREE_BYTES)) {
         return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
     }
     Ok(Layout { width, height, blocks, block_bytes, strides })

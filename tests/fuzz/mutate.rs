@@ -79,7 +79,9 @@ impl Random {
         let fold = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         let mut random = Self(text.bytes().fold(0xcbf2_9ce4_8422_2325, fold) | 1);
         // Texts that differ in their last letter begin alike.
-        (0..8).for_each(|_| drop(random.next()));
+        for _ in 0..8 {
+            random.next();
+        }
         random
     }
 
@@ -222,7 +224,7 @@ fn in_text(text: &str, random: &mut Random) -> String {
             let depth = *random.one_of(&[3, 200, 20_000]);
             insert(text, &(open.repeat(depth) + &close.repeat(depth)), random)
         }
-        4 => insert(text, random.one_of(WORDS), random),
+        4 => insert(text, random.one_of::<&str>(WORDS), random),
         5 => insert(text, &random.one_of(&["a", "9", "é", " ", "\n", "-"]).repeat(1 + random.below(5000)), random),
         choice => {
             let words = words(text);
@@ -232,7 +234,7 @@ fn in_text(text: &str, random: &mut Random) -> String {
             let is_for_numbers = choice < 10;
             let among = if is_for_numbers && !numbers.is_empty() { &numbers } else { &names };
             if among.is_empty() {
-                return insert(text, random.one_of(NUMBERS), random);
+                return insert(text, random.one_of::<&str>(NUMBERS), random);
             }
             let word = if random.below(3) == 0 {
                 among[random.below(among.len().min(12))].clone()
