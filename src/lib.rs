@@ -8,6 +8,8 @@
 //!
 //! `ARCHITECTURE.md` tells the whole path with the reasons for each decision.
 
+#![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
+
 pub mod file;
 pub mod gpu;
 pub mod remote;

@@ -1,10 +1,13 @@
 //! Arguments only; the work is in `commands`.
+#![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use hachure::commands;
+use hachure::file::one_line;
+use hachure::file::standard::complain;
 use hachure::gpu::device::AdapterWish;
 
 /// Draws real terrain of any size in real time as ink, pencil, wash or print
@@ -53,6 +56,8 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
+        // A log that cannot be written is no reason to stop, and telling of it would go the same way.
+        .log_internal_errors(false)
         .init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
@@ -67,7 +72,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // The whole chain of causes on one line.
-            eprintln!("hachure: {}", hachure::file::one_line(&format!("{error:#}")));
+            complain(&format!("hachure: {}", one_line(&format!("{error:#}"))));
             ExitCode::FAILURE
         }
     }

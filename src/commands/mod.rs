@@ -9,17 +9,13 @@ pub mod progress;
 pub mod render;
 pub mod styles;
 
-use std::io::{ErrorKind, Write};
-
 use serde::Serialize;
 
-/// Writes `text` and a line's end to standard output. A reader that has heard enough (`… | head`) is no failure.
+use crate::file::standard;
+
+/// What a command answers; see [`standard::tell`].
 fn tell(text: &str) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
-        _ => Ok(()),
-    }
+    Ok(standard::tell(text)?)
 }
 
 /// [`tell`] for programs.

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use self::vector::SvgOptions;
 use super::progress::Bar;
+use super::{tell, tell_json};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -173,11 +174,12 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     if args.json {
         let report = job.report(&cameras, report);
-        println!("{}", serde_json::to_string_pretty(&report)?);
-    } else if let Some(svg) = &job.svg {
-        println!("{}", svg.told(&job.drawn));
+        return tell_json(&report);
     }
-    Ok(())
+    match &job.svg {
+        Some(svg) => tell(&svg.told(&job.drawn)),
+        None => Ok(()),
+    }
 }
 
 struct Job<'a> {

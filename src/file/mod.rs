@@ -6,6 +6,7 @@ pub mod exr;
 pub mod pattern;
 pub mod png;
 pub mod random_access;
+pub mod standard;
 pub mod svg;
 pub mod video;
 
