@@ -9,6 +9,8 @@
 //! `ARCHITECTURE.md` is the map: it follows one frame and one tile through the modules. `docs/decisions` has one page
 //! for each decision, with its reasons.
 
+#![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
+
 pub mod file;
 pub mod gpu;
 pub mod remote;

@@ -13,6 +13,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
+use super::{tell, tell_json};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::message::named;
@@ -178,11 +179,12 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     if args.json {
         let report = job.report(&cameras, report);
-        println!("{}", serde_json::to_string_pretty(&report)?);
-    } else if let Some(svg) = &job.svg {
-        println!("{}", svg.told(&job.drawn));
+        return tell_json(&report);
     }
-    Ok(())
+    match &job.svg {
+        Some(svg) => tell(&svg.told(&job.drawn)),
+        None => Ok(()),
+    }
 }
 
 /// A path is for many pictures, and many pictures are of a path: else somebody waits for a film of one frame.
