@@ -12,7 +12,7 @@ use std::sync::Arc;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::pyramid::{self, PyramidError, TileAddress, open_or_bake_store};
-use hachure::source::Silent;
+use hachure::source::{OpenOptions, Silent};
 
 /// SplitMix64.
 fn next(state: &mut u64) -> u64 {
@@ -223,7 +223,7 @@ fn what_somebody_baked_is_left_alone() {
     bytes[100_000..103_000].fill(0);
     fs::write(&own, &bytes).unwrap();
     let sidecar = fs::read(pyramid::sidecar_path(&own)).unwrap();
-    let store = open_or_bake_store(&own, &Silent).unwrap();
+    let store = open_or_bake_store(&own, &OpenOptions::default(), &Silent).unwrap();
     let load = |x, y| Arc::clone(&store).load(TileAddress { level: 0, x, y });
     let damaged: Vec<_> = [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().filter_map(|(x, y)| load(x, y).err()).collect();
     assert!(!damaged.is_empty() && damaged.iter().all(PyramidError::wants_bake), "{damaged:?}");

@@ -21,7 +21,6 @@ use super::cache::TileCache;
 use super::loader::Loader;
 use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::warp::Warp;
-use crate::file::message::chain;
 use crate::gpu::Gpu;
 use crate::pyramid::ground::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
