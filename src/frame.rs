@@ -160,7 +160,7 @@ impl Frame {
                 surface_id: &targets.surface_id,
             };
             passes.terrain.run(gpu, recorder, &inputs);
-            if let (true, Some(pass)) = (finds_edges, &passes.strokes) {
+            if let (true, Some(pass)) = (finds_edges, &mut passes.strokes) {
                 let mesh = &passes.vertices;
                 pass.find(
                     gpu,
@@ -223,7 +223,7 @@ impl Frame {
 
         let mut ink = &targets.no_line;
         // Strokes: see what is visible of the edges, chain it, draw it.
-        if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &passes.strokes, &targets.strokes) {
+        if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &mut passes.strokes, &targets.strokes) {
             if finds_edges {
                 pass.update(gpu, recorder, view_resource(), &targets.depth, drawn);
             } else {

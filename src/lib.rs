@@ -1,12 +1,15 @@
 //! hachure draws real terrain of any size in real time as ink, pencil, wash or print.
 //!
-//! The modules stand in the order in which data flows; a module uses only what stands above it.
+//! The modules are listed in the order in which data flows. A module uses only modules that stand above it.
 //!
 //! ```text
 //! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window
 //! ```
 //!
-//! `ARCHITECTURE.md` tells the whole path with the reasons for each decision.
+//! `ARCHITECTURE.md` is the map: it follows one frame and one tile through the modules. `docs/decisions` has one page
+//! for each decision, with its reasons.
+
+#![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
 
 pub mod file;
 pub mod gpu;

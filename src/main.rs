@@ -1,4 +1,5 @@
 //! Arguments only; the work is in `commands`.
+#![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -8,6 +9,7 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use hachure::commands;
 use hachure::commands::misuse::{self, Misuse};
 use hachure::file::message::{chain, printable};
+use hachure::file::standard::complain;
 use hachure::gpu::device::AdapterWish;
 use tracing_subscriber::fmt::format::debug_fn;
 
@@ -70,6 +72,8 @@ fn main() -> ExitCode {
             "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
             name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
         }))
+        // A log that cannot be written is no reason to stop, and telling of it would go the same way.
+        .log_internal_errors(false)
         .init();
     let result = match &cli.command {
         Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
@@ -91,7 +95,7 @@ fn main() -> ExitCode {
 
 /// One line on standard error, whatever names of files and words of servers are in it.
 fn fail(message: &str, status: u8) -> ExitCode {
-    eprintln!("hachure: {}", printable(message, LONGEST_LINE));
+    complain(&format!("hachure: {}", printable(message, LONGEST_LINE)));
     ExitCode::from(status)
 }
 

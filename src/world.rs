@@ -14,7 +14,7 @@ use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidErro
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{MeshPlacement, Scene, World};
-use crate::source::{self, Kind, Progress, Silent};
+use crate::source::{self, Kind, OpenOptions, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
@@ -47,15 +47,12 @@ pub enum WorldError {
         /// Why.
         source: TerrainError,
     },
+    /// The ground under a camera or a mesh, from which its height is counted.
+    #[error("the ground could not be read")]
+    Ground(#[source] Arc<PyramidError>),
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// Not on this machine.
-    #[error("{}: hachure reads files of this machine; worlds over the network come later", named(url))]
-    Remote {
-        /// Its address.
-        url: String,
-    },
 }
 
 impl WorldError {
@@ -102,13 +99,14 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
 
 fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let store: Arc<dyn TileStore> = match &scene.world {
-        World::File(path) => several(&files_of(std::slice::from_ref(path))?, progress)?,
-        World::Files(paths) => several(&files_of(paths)?, progress)?,
+        World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
+        World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
         World::Url(url) => pyramid::open_remote(url)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
-            let load = || Ok::<_, std::convert::Infallible>(source::procedural::generate(*seed, progress));
-            Arc::new(pyramid::open_or_bake_key(&key, &format!("procedural-{seed}"), load, None, progress)?)
+            let seed = *seed;
+            let grow = move |progress: &dyn Progress| source::procedural::generate(seed, progress);
+            pyramid::open_or_grow_store(&key, &format!("procedural-{seed}"), grow, None, progress)?
         }
         World::Continent { seed, size_samples, spacing_m } => {
             Arc::new(ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?)
@@ -132,21 +130,32 @@ fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
 }
 
 /// A DEM, or several as one world.
-fn several(files: &[PathBuf], progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    let mut stores = files.iter().map(|file| open_file(file, progress)).collect::<Result<Vec<_>, _>>()?;
+fn several(
+    files: &[PathBuf],
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, WorldError> {
+    let mut stores = files.iter().map(|file| open_file(file, options, progress)).collect::<Result<Vec<_>, _>>()?;
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
-fn open_file(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    if !pyramid::sidecar_path(path).exists()
-        && path.is_file()
-        && let Some(store) = pyramid::open_local_cog(path)?
-        && store.levels()[0].samples() > BAKED_SAMPLES
-    {
-        return Ok(store);
+fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    let as_it_is = match !pyramid::sidecar_path(path).exists() && path.is_file() {
+        true => pyramid::open_local_cog(path)?,
+        false => None,
+    };
+    match as_it_is {
+        Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
+        Some(store) => match pyramid::open_or_bake_store(path, options, progress) {
+            Err(error @ PyramidError::Cache { .. }) => {
+                tracing::warn!("{error}. {} is read as it is, and its errors are estimates", path.display());
+                Ok(store)
+            }
+            opened => Ok(opened?),
+        },
+        None => Ok(pyramid::open_or_bake_store(path, options, progress)?),
     }
-    Ok(Arc::new(pyramid::open_or_bake_file(path, progress)?))
 }
 
 impl OpenWorld {
@@ -218,6 +227,14 @@ impl OpenWorld {
     /// Height of the ground in metres; in holes and outside, the lowest height.
     pub fn ground_m(&self, east_m: f64, north_m: f64) -> f64 {
         self.terrain.height_m(DVec2::new(east_m, north_m)).unwrap_or_else(|| f64::from(self.terrain.range_m()[0]))
+    }
+
+    /// Whether [`OpenWorld::ground_m`] was right so far: where a tile could not be read, it was not.
+    ///
+    /// # Errors
+    /// [`WorldError::Ground`].
+    pub fn ground_was_read(&self) -> Result<(), WorldError> {
+        self.terrain.ground().failure().map_or(Ok(()), |failure| Err(WorldError::Ground(failure)))
     }
 
     /// A camera as an eye: heights above ground become heights.

@@ -160,7 +160,7 @@ impl Bench {
         let mut recorder = self.timer.record(&self.gpu);
         let lists = &self.lists;
         self.id_image.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), depth, &ids, lists);
-        self.extract.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), &ids.ids, lists);
+        self.extract.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), &ids.ids, lists, &self.scan);
         if chains {
             self.chain.run(&self.gpu, &mut recorder, lists.pieces.buffer(), lists.counts.buffer());
             self.points.run(&self.gpu, &mut recorder, lists, &self.chain, &self.scan);

@@ -3,6 +3,8 @@
 // Heights are bicubic (Catmull-Rom, a = -0.5) over the samples of a pyramid level, which `terrain` chooses by place and
 // distance alone. Two patches of the mesh that share a vertex therefore compute the same height for it to the bit,
 // whatever their own levels are.
+//
+// Why: docs/decisions/one-surface.md.
 #define_import_path hachure::surface
 #import hachure::terrain::{terrain, levels, tiles, place_on_level, surface_level, LevelPlace, SurfaceLevel}
 #import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT}

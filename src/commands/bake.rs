@@ -12,6 +12,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::describe::{Heights, Levels};
+use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::{arguments, tell, tell_json};
@@ -53,6 +54,9 @@ pub struct BakeArgs {
     /// Height of a heightmap's 0
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
+    /// What height files leave open.
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// Tiles along the side of a chunk, as a power of 2; for tests
     #[arg(long, hide = true, default_value_t = 4, value_parser = arguments::whole::<u32>(1, 6))]
     pub chunk_levels: u32,
@@ -70,6 +74,7 @@ impl BakeArgs {
             height_scale_m: self.height_scale,
             height_offset_m: self.height_offset,
             big_endian: self.raw_big_endian,
+            ..self.heights.options()
         }
     }
 }

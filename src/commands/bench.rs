@@ -18,6 +18,7 @@ use clap::Args;
 
 use self::pairs::PairPlan;
 use super::arguments;
+use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::{tell, tell_json};
@@ -58,6 +59,9 @@ const FPS: f64 = 30.0;
 pub struct BenchArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov
     #[arg(long)]
     pub path: PathBuf,
@@ -106,12 +110,14 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Baked once, where it is not yet; then each style opens its own.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let mut scene = world::scene_of(args.world.as_deref())?;
+    scene.heights = args.heights.options();
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
     let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, &flight[..], |x, y| flights[0].world.ground_m(x, y))?;
+    flights[0].world.ground_was_read()?;
     fly(&gpu, &path, args, &mut flights)?;
 
     let report = Report {

@@ -3,12 +3,11 @@
 use std::fmt::Write as _;
 
 use glam::DVec2;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::pyramid::{LevelSize, LevelSummary, Pyramid, TILE_SAMPLES, sidecar_path};
 use crate::source::georeference::Georeference;
-use crate::source::{GeoreferenceError, HeightGrid, WorldMapping};
+use crate::source::{GeoreferenceError, HeightReader, Statistics, WorldMapping};
 
 /// A field of heights.
 #[derive(Serialize)]
@@ -68,15 +67,11 @@ pub struct Level {
 }
 
 impl Heights {
-    /// Of a grid in memory.
-    pub fn of_grid(grid: &HeightGrid) -> Result<Self, GeoreferenceError> {
-        let heights_m = grid.heights_m.par_iter().copied();
-        let void_samples = heights_m.clone().filter(|height_m| height_m.is_nan()).count() as u64;
-        // f32::min and max take the other operand for NaN.
-        let min_m = heights_m.clone().reduce(|| f32::NAN, f32::min);
-        let max_m = heights_m.reduce(|| f32::NAN, f32::max);
-        let size = LevelSize { width: grid.width, height: grid.height };
-        Self::new(&grid.georeference, size, [min_m, max_m], void_samples)
+    /// Of a grid and what its heights are.
+    pub fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
+        let [width, height] = reader.size();
+        let Statistics { min_m, max_m, void_samples } = statistics;
+        Self::new(reader.georeference(), LevelSize { width, height }, [min_m, max_m], void_samples)
     }
 
     /// Of the finest level of a pyramid.

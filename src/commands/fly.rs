@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::Args;
 
 use super::arguments;
+use super::height_args::HeightArgs;
 use super::render::parse_size;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
@@ -17,6 +18,9 @@ use crate::world::{self, OpenWorld};
 pub struct FlyArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// A preset or a style file
     #[arg(long, default_value = "ink")]
     pub style: String,
@@ -52,7 +56,8 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
     // As early: a DEM that is seen for the first time takes a while to bake.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let mut scene = world::scene_of(args.world.as_deref())?;
+    scene.heights = args.heights.options();
     let store = world::open_store(&scene, &super::progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
@@ -62,6 +67,9 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let world = OpenWorld::on_gpu(gpu, scene, store, options)?;
         let start = args.camera.unwrap_or_else(|| world.default_camera());
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
+        if let Err(error) = world.ground_was_read() {
+            tracing::warn!("{:#}", anyhow::Error::new(error));
+        }
         Ok(FlightWorld {
             name: title(args.world.as_deref()),
             light: world.light(),

@@ -9,6 +9,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::describe::{Heights, Levels};
+use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::{arguments, styles, tell, tell_json};
 use crate::file::message::{named, printable, shown};
@@ -17,15 +18,19 @@ use crate::frame::Requirements;
 use crate::mesh::placed::Stance;
 use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
+use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::{MeshPlacement, Scene, World};
-use crate::source;
+use crate::source::{self, OpenOptions};
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// A DEM, a baked pyramid, a scene, a style or a camera path
     pub file: PathBuf,
+    /// What height files leave open.
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// Print for programs
     #[arg(long)]
     pub json: bool,
@@ -33,6 +38,8 @@ pub struct InfoArgs {
 
 /// So much of a file tells what it is.
 const HEAD_BYTES: u64 = 64 * 1024;
+/// The length of a camera path is measured over so many frames at most: over an hour at 30 per second.
+const LENGTH_FRAMES: usize = 1 << 17;
 /// A longer file is neither a scene nor a style.
 const LARGEST_TOML_BYTES: u64 = 1 << 20;
 
@@ -117,18 +124,18 @@ struct PathInfo {
 /// A file that is none of these, or does not hold.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
     arguments::check_local(&args.file, "info")?;
-    let answer = Answer { info: look_at(&args.file)?, file: args.file.clone() };
+    let answer = Answer { info: look_at(&args.file, &args.heights.options())?, file: args.file.clone() };
     if args.json {
         return tell_json(&answer);
     }
     tell(&answer.text())
 }
 
-fn look_at(file: &Path) -> anyhow::Result<Info> {
+fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
     // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
-    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, None) };
+    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
-        return dem(file, None);
+        return dem(file, options, None);
     }
     let cannot_read = || format!("{}: cannot be read", named(file));
     let mut head = Vec::new();
@@ -152,7 +159,7 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
         bail!("{}: is no TOML: it is {}", named(file), if is_large { "too large" } else { "not in UTF-8" });
     }
     if !sidecar_path(file).exists() {
-        return dem(file, None);
+        return dem(file, options, None);
     }
     match Pyramid::open(file) {
         Ok(pyramid) => {
@@ -160,16 +167,17 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
             let heights = Heights::of_pyramid(&pyramid).with_context(of)?;
             Ok(Info::Pyramid { heights, levels: Levels::of(&pyramid).with_context(of)? })
         }
-        Err(error) if error.wants_bake() => dem(file, Some(error.to_string())),
+        Err(error) if error.wants_bake() => dem(file, options, Some(error.to_string())),
         Err(error) => Err(error.into()),
     }
 }
 
-fn dem(file: &Path, stale: Option<String>) -> anyhow::Result<Info> {
-    let grid = source::open(file, &Bar::default())?;
+fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Result<Info> {
+    let reader = source::open_reader_with(file, options)?;
+    let statistics = source::statistics(&*reader, file, &Bar::default())?;
     let of = || named(file);
     let file_bytes = std::fs::metadata(file).with_context(of)?.len();
-    Ok(Info::Dem { heights: Heights::of_grid(&grid).with_context(of)?, file_bytes, stale })
+    Ok(Info::Dem { heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
 }
 
 /// Whether the first line that counts is the header of a camera path, or meant to be one.
@@ -184,7 +192,12 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
     let path = CameraPath::read_on_ground(file, |_, _| 0.0)?;
     let mut ground_length_m = 0.0;
     let mut before = None;
-    for camera in path.frames(30.0) {
+    // A year of frames takes minutes; of a long path some will do.
+    let frames: Box<dyn Iterator<Item = Camera>> = match path.frame_count(30.0) {
+        count if count <= LENGTH_FRAMES => Box::new(path.frames(30.0)),
+        _ => Box::new(path.spread(LENGTH_FRAMES)),
+    };
+    for camera in frames {
         let here = camera.position_m.truncate();
         ground_length_m += before.replace(here).map_or(0.0, |before| here.distance(before));
     }

@@ -4,6 +4,7 @@ pub mod arguments;
 pub mod bake;
 pub mod bench;
 mod describe;
+pub mod height_args;
 pub mod info;
 pub mod fly;
 pub mod misuse;
@@ -11,19 +12,14 @@ pub mod progress;
 pub mod render;
 pub mod styles;
 
-use std::io::{ErrorKind, Write};
-
 use serde::Serialize;
 
 use crate::file::message::harmless;
+use crate::file::standard;
 
-/// Writes `text` and a line's end to standard output, control characters escaped. A reader that has heard enough (`… | head`) is no failure.
+/// What a command answers, with control characters escaped; see [`standard::tell`].
 fn tell(text: &str) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match writeln!(out, "{}", harmless(text.trim_end())).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error.into()),
-        _ => Ok(()),
-    }
+    Ok(standard::tell(&harmless(text))?)
 }
 
 /// [`tell`] for programs.

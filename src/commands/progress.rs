@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::file::standard;
 use crate::source::Progress;
 
 /// Between two lines where there is no terminal.
@@ -73,7 +74,8 @@ impl Progress for Bar {
             state.last_line = now;
             let left = Duration::from_secs_f64((seconds / share * f64::from(1.0 - done)).clamp(0.0, 1e9));
             let left = indicatif::HumanDuration(left);
-            eprintln!("{what}: {:.1} %, {millions:.1} M samples/s, {left} left", 100.0 * done);
+            let percent = 100.0 * done;
+            standard::complain(&format!("{what}: {percent:.1} %, {millions:.1} M samples/s, {left} left"));
         }
     }
 }

@@ -4,14 +4,16 @@ mod vector;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use serde::Serialize;
 
 use self::vector::SvgOptions;
 use super::arguments;
+use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
+use super::{tell, tell_json};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::message::named;
@@ -36,6 +38,9 @@ use crate::world::{self, OpenWorld};
 pub struct RenderArgs {
     /// Scene file, DEM or baked pyramid; without one, the embedded world
     pub world: Option<String>,
+    /// What height files leave open.
+    #[command(flatten)]
+    pub heights: HeightArgs,
     /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
@@ -147,7 +152,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let mut scene = world::scene_of(args.world.as_deref())?;
+    scene.heights = args.heights.options();
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {
@@ -159,6 +165,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
     let mut job = Job { args, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
     let cameras = job.cameras()?;
+    job.world.ground_was_read()?;
     if args.json {
         job.warm_up(&cameras[0])?;
     }
@@ -172,11 +179,12 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     if args.json {
         let report = job.report(&cameras, report);
-        println!("{}", serde_json::to_string_pretty(&report)?);
-    } else if let Some(svg) = &job.svg {
-        println!("{}", svg.told(&job.drawn));
+        return tell_json(&report);
     }
-    Ok(())
+    match &job.svg {
+        Some(svg) => tell(&svg.told(&job.drawn)),
+        None => Ok(()),
+    }
 }
 
 /// A path is for many pictures, and many pictures are of a path: else somebody waits for a film of one frame.
@@ -325,12 +333,14 @@ impl Job<'_> {
 
     /// The report, if it is of all that was to be drawn.
     fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
-        // A drawing of something else than the data is no drawing; what went wrong was told as it happened.
-        if report.tiles_failed > 0 {
-            let path = self.world.terrain.store().name();
-            bail!("{path}: {} tiles could not be read; the file is damaged", report.tiles_failed);
+        self.world.ground_was_read()?;
+        // A drawing of something else than the data is no drawing.
+        match (report.tiles_failed, self.world.terrain.failure()) {
+            (0, _) => Ok(report),
+            (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
+            (tiles, Some(failure)) => Err(anyhow!(failure).context(format!("{tiles} tiles could not be read"))),
+            (tiles, None) => bail!("{}: {tiles} tiles could not be read", self.world.terrain.store().name()),
         }
-        Ok(report)
     }
 
     /// The eye in the world's frame: what turns camera-relative positions into places.

@@ -1,4 +1,6 @@
 //! Files that appear whole or not at all: write beside the final name, then rename.
+//!
+//! Why: `docs/decisions/errors-and-outputs.md`.
 
 use std::fs;
 use std::io::{self, BufWriter, Write};

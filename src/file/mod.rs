@@ -7,6 +7,7 @@ pub mod message;
 pub mod pattern;
 pub mod png;
 pub mod random_access;
+pub mod standard;
 pub mod svg;
 pub mod toml_text;
 pub mod video;

@@ -120,7 +120,6 @@ mod tests {
 
     #[derive(Debug, Deserialize)]
     #[serde(deny_unknown_fields)]
-    #[expect(dead_code, reason = "only their types count")]
     struct Dot {
         at: [f64; 2],
     }

@@ -88,7 +88,7 @@ impl Requirements {
         // Edges are found while the vertices of their batch are there, the rest is drawn with the lines.
         let (edges, strokes) =
             if self.strokes.is_some() { strokes::PASSES.split_at(strokes::FINDING) } else { Default::default() };
-        let (of_land, of_meshes) = edges.split_at(edges.len().min(1));
+        let (of_land, of_meshes) = edges.split_at(edges.len().min(strokes::FINDING_ON_LAND));
         let meshes = if self.meshes { &["surface/mesh_vertices", "surface/meshes"] } else { [].as_slice() };
         let of_meshes = if self.meshes { of_meshes } else { &[] };
         let surface = [&["surface/vertices", "surface/terrain"], of_land, meshes, of_meshes].concat();

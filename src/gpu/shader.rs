@@ -2,6 +2,8 @@
 //!
 //! Every shader is embedded, so that the program is one file. The table [`SHADERS`] is the only list of them; a test
 //! parses and validates each without a GPU.
+//!
+//! Why: `docs/decisions/shaders-and-passes.md`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -31,6 +33,7 @@ const MODULES: &[(&str, &str)] = &[
     shader!("shared/seen"),
     shader!("shared/strokes"),
     shader!("shared/stroke_edges"),
+    shader!("shared/ordered"),
     shader!("shared/chain_lengths"),
     shader!("shared/stroke_samples"),
     shader!("shared/wobble"),

@@ -3,6 +3,8 @@
 //! On a GPU the clock is the GPU's: timestamps around each pass, through wgpu-profiler, read a few frames later without
 //! waiting. On a software driver timestamps do not time compute passes (Mesa's writes both when the next picture is
 //! rasterised), but the driver's work is the CPU's: there each pass is submitted by itself and timed until it is done.
+//!
+//! Why: `docs/decisions/timing.md`.
 
 use std::time::Instant;
 

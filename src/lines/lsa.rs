@@ -1,4 +1,6 @@
 //! Local Surface Approximation contours. See `shaders/lines/lsa.wgsl`.
+//!
+//! Why: `docs/decisions/lsa-contours.md`.
 
 use bytemuck::{Pod, Zeroable};
 

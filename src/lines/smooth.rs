@@ -1,4 +1,6 @@
 //! Anti-aliasing of lines. See `shaders/lines/smooth.wgsl`.
+//!
+//! Why: `docs/decisions/line-smoothing.md`.
 
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, texture};

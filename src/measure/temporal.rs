@@ -19,6 +19,8 @@
 //! E_warp is the warping error of Lai et al. 2018 (Learning Blind Video Temporal Consistency, section 4) with exact
 //! motion in the place of an estimate. Paper grain is fixed to the sheet and not to the world: E_warp counts it as a
 //! change, since eyes do.
+//!
+//! Why: `docs/decisions/temporal-steadiness.md`.
 
 mod follow;
 mod lines;

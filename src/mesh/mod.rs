@@ -2,6 +2,8 @@
 //!
 //! A [`Mesh`] is what a file holds ([`obj`]), welded and joined ([`build`]), with a normal at each corner of each
 //! triangle ([`normals`]). [`placed`] puts meshes into the world and says which of them a view sees.
+//!
+//! Why: `docs/decisions/mesh-passes.md`.
 
 pub mod build;
 pub mod normals;

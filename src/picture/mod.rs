@@ -2,6 +2,8 @@
 //!
 //! A part is rendered with a margin, since lines look at their neighbours. The level of detail follows from the whole
 //! picture's pixels, and the surface is a function of place and distance: both sides of a seam compute the same.
+//!
+//! Why: `docs/decisions/large-pictures.md`.
 
 pub mod aov;
 pub mod strokes;
@@ -24,7 +26,7 @@ use crate::style::Style;
 use crate::style::color::srgb_from_linear;
 use crate::surface::view::{Part, Pose, View};
 use crate::tiles::Terrain;
-use crate::tiles::terrain::Prepared;
+use crate::tiles::terrain::{Loading, Prepared};
 use crate::tones::balance;
 
 /// Bytes of a band of rows in memory, at most.
@@ -180,6 +182,10 @@ pub fn render_in_parts<E>(
             planes: request.planes.iter().map(|plane| plane.source.samples(pixels)).collect(),
         };
         for first_column in (0..width).step_by(part_columns as usize) {
+            if report.tiles_failed > 0 && terrain.options().loading == Loading::Wait {
+                // The picture is of no use; the rest of it must not wait for tiles that cannot be read either.
+                break;
+            }
             let columns = part_columns.min(width - first_column);
             let (part, inset) =
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);

@@ -1,18 +1,22 @@
 //! Pyramids that hachure bakes for itself: kept in a folder of the system's cache, found again by what they were made
 //! from, and removed, the longest unused first, when they grow too many.
+//! What is damaged is made anew (`entry`, `healing`).
 //!
 //! The folder is the one that the caller names, else `HACHURE_CACHE`, else the system's cache folder for hachure.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::sync::Arc;
+use std::time::{Duration, UNIX_EPOCH};
 
 use super::bytes::fnv;
+use super::entry::{self, Entry};
+use super::healing::Healing;
 use super::link::has_sidecar;
 use super::sidecar::{self, sidecar_path};
+use super::store::TileStore;
 use super::{BakeOptions, BakeWork, Pyramid, PyramidError, bake, bake_reader};
-use crate::source::{self, HeightGrid, Progress, SourceError};
+use crate::source::{self, HeightGrid, HeightReader, OpenOptions, Progress, Silent, SourceError};
 
 /// How much the cache may hold: 8 GiB.
 pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
@@ -22,9 +26,6 @@ const IN_MEMORY_SAMPLES: u64 = 1 << 27;
 
 /// A partial file this old belongs to no running bake.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
-
-/// Two threads must not bake one pyramid at a time: their partial files would be the same.
-static BAKING: Mutex<()> = Mutex::new(());
 
 /// Opens `path` itself if it is a pyramid with a valid sidecar; else the pyramid that was baked from it before; else
 /// bakes one from the heights that `load` gives. A file counts as the same if its absolute path, size and time of
@@ -59,24 +60,80 @@ where
 /// # Errors
 /// As [`open_or_bake`].
 pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
-    let load = |error: SourceError| PyramidError::Load(Box::new(error));
+    open_or_bake_file_with(path, &OpenOptions::default(), progress)
+}
+
+/// The same for a file that does not say all of itself. Other options are another pyramid.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file_with(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError> {
     if has_sidecar(path) || !path.exists() {
-        return open_or_bake(path, || source::open(path, progress), None, progress);
+        let open = || source::read_all(&*source::open_reader_with(path, options)?, path, progress);
+        return open_or_bake(path, open, None, progress);
     }
-    let reader = source::open_reader(path).map_err(load)?;
-    let [width, height] = reader.size();
-    let (key, name) = (reader.identity(), path.display().to_string());
-    let is_large = u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES;
-    cached(&key, &name, None, |out| {
-        if is_large {
-            let work = BakeWork { in_folder: true, resume: true, ..BakeWork::default() };
-            bake_reader(&*reader, out, &BakeOptions::default(), &work, progress)?;
-        } else {
-            let grid = source::read_all(&*reader, path, progress).map_err(load)?;
-            bake(&grid, out, &BakeOptions::default(), progress)?;
+    file_of_cache(path, options, progress).map(|(pyramid, _)| pyramid)
+}
+
+/// The same as a store of tiles: a pyramid of the cache that turns out to be damaged is made anew while it is read.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_store(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, PyramidError> {
+    if has_sidecar(path) || !path.exists() {
+        return Ok(Arc::new(open_or_bake_file_with(path, options, progress)?));
+    }
+    let (pyramid, entry) = file_of_cache(path, options, progress)?;
+    let (path, options, key) = (path.to_owned(), options.clone(), entry.key().to_owned());
+    let make = move |out: &Path| {
+        let reader = source::open_reader_with(&path, &options).map_err(load_error)?;
+        if reader.identity() != key {
+            let cause = "has changed since it was opened".to_owned();
+            return Err(PyramidError::Mismatch { path: path.clone(), cause });
         }
-        Ok(())
-    })
+        bake_file(&*reader, &path, out, &Silent)
+    };
+    Ok(Arc::new(Healing::new(pyramid, entry, Box::new(make))))
+}
+
+fn load_error(error: SourceError) -> PyramidError {
+    PyramidError::Load(Box::new(error))
+}
+
+fn file_of_cache(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<(Pyramid, Entry), PyramidError> {
+    let reader = source::open_reader_with(path, options).map_err(load_error)?;
+    let entry = entry_of(&reader.identity(), &path.display().to_string(), None)?;
+    let pyramid = entry.open_or_make(|out| bake_file(&*reader, path, out, progress))?;
+    Ok((pyramid, entry))
+}
+
+fn bake_file(
+    reader: &dyn HeightReader,
+    path: &Path,
+    out: &Path,
+    progress: &dyn Progress,
+) -> Result<(), PyramidError> {
+    let [width, height] = reader.size();
+    if u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES {
+        let work = BakeWork { in_folder: true, resume: true, ..BakeWork::default() };
+        bake_reader(reader, out, &BakeOptions::default(), &work, progress)?;
+    } else {
+        let grid = source::read_all(reader, path, progress).map_err(load_error)?;
+        bake(&grid, out, &BakeOptions::default(), progress)?;
+    }
+    Ok(())
 }
 
 /// The same for heights that no file holds: `key` says all that they depend on, `name` stands in messages and in the
@@ -94,37 +151,36 @@ pub fn open_or_bake_key<E>(
 where
     E: Into<Box<dyn std::error::Error + Send + Sync>>,
 {
-    cached(key, name, cache_dir, |out| {
+    let mut load = Some(load);
+    entry_of(key, name, cache_dir)?.open_or_make(|out| {
+        let Some(load) = load.take() else { return Err(PyramidError::Stopped) };
         let grid = load().map_err(|source: E| PyramidError::Load(source.into()))?;
         bake(&grid, out, &BakeOptions::default(), progress).map(drop)
     })
 }
 
-/// The pyramid of a key, which `make` bakes where there is none.
-fn cached(
+/// The same as a store of tiles, for heights that can be grown again: if the pyramid turns out to be damaged, it is made
+/// anew while it is read.
+///
+/// # Errors
+/// If the cache cannot be written.
+pub fn open_or_grow_store(
     key: &str,
     name: &str,
+    grow: impl Fn(&dyn Progress) -> HeightGrid + Send + Sync + 'static,
     cache_dir: Option<&Path>,
-    make: impl FnOnce(&Path) -> Result<(), PyramidError>,
-) -> Result<Pyramid, PyramidError> {
-    let folder = cache_folder(cache_dir)?;
-    let cached = folder.join(file_name(key, name));
-    // The lock guards no data, so a panic elsewhere does not spoil it.
-    let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
-    if cached.exists() {
-        match Pyramid::open(&cached) {
-            Ok(pyramid) => {
-                mark_used(&cached);
-                return Ok(pyramid);
-            }
-            Err(error) if error.wants_bake() => tracing::warn!("{error}; baking anew"),
-            Err(error) => return Err(error),
-        }
-    }
-    fs::create_dir_all(&folder).map_err(PyramidError::io(&folder, "creating"))?;
-    make(&cached)?;
-    trim(&folder, &cached, CACHE_LIMIT_BYTES);
-    Pyramid::open(&cached)
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, PyramidError> {
+    let entry = entry_of(key, name, cache_dir)?;
+    let make = move |out: &Path, progress: &dyn Progress| {
+        bake(&grow(progress), out, &BakeOptions::default(), progress).map(drop)
+    };
+    let pyramid = entry.open_or_make(|out| make(out, progress))?;
+    Ok(Arc::new(Healing::new(pyramid, entry, Box::new(move |out| make(out, &Silent)))))
+}
+
+fn entry_of(key: &str, name: &str, cache_dir: Option<&Path>) -> Result<Entry, PyramidError> {
+    Ok(Entry::new(cache_folder(cache_dir)?, &file_name(key, name), key))
 }
 
 /// The folder of cached pyramids, and of all else that hachure keeps.
@@ -144,16 +200,8 @@ fn file_name(key: &str, name: &str) -> String {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
     let stem: String =
         stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(40).collect();
-    let versioned = format!("{}\n{key}", sidecar::VERSION);
+    let versioned = format!("{}\n{}\n{key}", sidecar::VERSION, source::VERSION);
     format!("{stem}.{:016x}.tif", fnv(versioned.as_bytes()))
-}
-
-/// The time of change of a cached pyramid is that of its last use. It is only a hint for [`trim`].
-fn mark_used(tif: &Path) {
-    let touched = fs::File::options().append(true).open(tif).and_then(|file| file.set_modified(SystemTime::now()));
-    if let Err(error) = touched {
-        tracing::debug!("{}: {error}", tif.display());
-    }
 }
 
 /// Removes the pyramids that were not used for the longest time until the folder holds no more than `limit_bytes`, and
@@ -182,12 +230,8 @@ pub fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
         if total <= limit_bytes {
             break;
         }
-        if path != keep {
-            // The sidecar first: a GeoTIFF without one is no pyramid.
-            let _ = fs::remove_file(sidecar_path(&path));
-            if fs::remove_file(&path).is_ok() {
-                total -= bytes;
-            }
+        if path != keep && entry::remove(&path) {
+            total -= bytes;
         }
     }
 }

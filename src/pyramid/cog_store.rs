@@ -164,6 +164,10 @@ impl CogStore {
                 if matches!(error, PyramidError::Decode { .. } | PyramidError::Mismatch { .. }) {
                     let also = self.ranges(address, true);
                     fetched.iter().chain(&also).for_each(|range| self.file.invalidate(range.clone()));
+                    if self.file.is_remote() {
+                        let path = self.file.name().into();
+                        return Err(PyramidError::Sent { path, address, source: Box::new(error) });
+                    }
                 }
                 Err(error)
             }

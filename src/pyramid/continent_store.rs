@@ -12,9 +12,9 @@ use super::fill::flagged;
 use super::levels::{LevelSize, level_sizes};
 use super::store::{Cancel, Decode, LoadedTile, PAGE_PATCHES, TileStore};
 use super::{
-    PATCH_QUADS, PatchStatistics, Pyramid, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress,
+    PATCH_QUADS, PatchStatistics, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress,
     bake::{field::Field, overview},
-    open_or_bake_key,
+    open_or_grow_store,
 };
 use crate::source::continent::{self, BASE_LEVEL, BASE_SAMPLES, Continent, Exemplar, SIZE_SAMPLES, SPACING_M};
 use crate::source::georeference::Georeference;
@@ -48,7 +48,7 @@ pub struct ContinentStore {
 impl ContinentStore {
     /// The land of `seed`, grown into the cache at first use (seconds). `size_samples` along a side are cut from its
     /// middle, a few more where levels ask for it, at most [`SIZE_SAMPLES`] and at least [`SMALLEST_SAMPLES`].
-    /// `spacing_m` other than 10 stretches the land, heights and all. `cache_dir` as for [`open_or_bake_key`].
+    /// `spacing_m` other than 10 stretches the land, heights and all. `cache_dir` as for [`open_or_grow_store`].
     ///
     /// # Errors
     /// If the cache cannot be read or written.
@@ -59,24 +59,16 @@ impl ContinentStore {
         cache_dir: Option<&Path>,
         progress: &dyn Progress,
     ) -> Result<Self, PyramidError> {
-        let base = open_or_bake_key(
-            &format!("continent {VERSION} seed {seed}"),
-            &format!("continent-{seed}"),
-            || {
-                let heights_m = continent::grow_base(seed, progress);
-                let georeference = continent::georeference(BASE_SAMPLES, SPACING_M * f64::from(1_u32 << BASE_LEVEL));
-                Ok::<_, PyramidError>(HeightGrid { width: BASE_SAMPLES, height: BASE_SAMPLES, heights_m, georeference })
-            },
-            cache_dir,
-            progress,
-        )?;
-        let exemplar = open_or_bake_key(
-            &format!("procedural {} seed {EXEMPLAR_SEED}", procedural::VERSION),
-            &format!("procedural-{EXEMPLAR_SEED}"),
-            || Ok::<_, PyramidError>(procedural::generate(EXEMPLAR_SEED, progress)),
-            cache_dir,
-            progress,
-        )?;
+        let grow = move |progress: &dyn Progress| {
+            let heights_m = continent::grow_base(seed, progress);
+            let georeference = continent::georeference(BASE_SAMPLES, SPACING_M * f64::from(1_u32 << BASE_LEVEL));
+            HeightGrid { width: BASE_SAMPLES, height: BASE_SAMPLES, heights_m, georeference }
+        };
+        let key = format!("continent {VERSION} seed {seed}");
+        let base = open_or_grow_store(&key, &format!("continent-{seed}"), grow, cache_dir, progress)?;
+        let grow = |progress: &dyn Progress| procedural::generate(EXEMPLAR_SEED, progress);
+        let key = format!("procedural {} seed {EXEMPLAR_SEED}", procedural::VERSION);
+        let exemplar = open_or_grow_store(&key, &format!("procedural-{EXEMPLAR_SEED}"), grow, cache_dir, progress)?;
         let exemplar = Exemplar::new(procedural::SIZE_SAMPLES, &level_0(&exemplar)?);
         Self::over(Continent::new(seed, level_0(&base)?, exemplar), seed, size_samples, spacing_m)
     }
@@ -231,12 +223,12 @@ fn cut(size_samples: u32) -> u32 {
 }
 
 /// Level 0 of a pyramid, whole.
-fn level_0(pyramid: &Pyramid) -> Result<Vec<f32>, PyramidError> {
+fn level_0(pyramid: &Arc<dyn TileStore>) -> Result<Vec<f32>, PyramidError> {
     let size = pyramid.levels()[0];
     let mut heights_m = vec![0.0; size.samples()];
     for y in 0..size.tiles_y() {
         for x in 0..size.tiles_x() {
-            let tile = pyramid.read_tile(TileAddress { level: 0, x, y })?;
+            let tile = Arc::clone(pyramid).load(TileAddress { level: 0, x, y })?.tile;
             let region = size.tile_region(x, y, 0);
             for row in 0..region.height {
                 let from = ((row + TILE_BORDER) * TILE_STRIDE + TILE_BORDER) as usize;

@@ -21,6 +21,8 @@
 //! A mesh patch of stride 2^L is held against the bicubic surface of its own tile, as `bake::mesh_error` does for
 //! stride 1, and gets its share of the tile's estimate by its own r. At level 0, where nothing is lost, everything
 //! equals what a bake measures.
+//!
+//! Why: `docs/decisions/estimated-errors.md`.
 
 use super::bake::field::{Field, Fields};
 use super::bake::mesh_error::{ROW_CELLS, ROW_SAMPLES, Steps, row_errors_m};

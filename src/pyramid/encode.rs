@@ -1,4 +1,6 @@
 //! One tile of heights ↔ the bytes of one TIFF block.
+//!
+//! Why: `docs/decisions/compression.md`.
 
 use geotiff_writer::{Compression, LercAdditionalCompression, LercOptions, Predictor};
 use lerc_writer::{EncodeOptions, EncoderProfile, MaskView, RasterView};

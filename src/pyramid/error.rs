@@ -89,6 +89,17 @@ pub enum PyramidError {
         /// The tile asked for.
         address: TileAddress,
     },
+    /// The folder of cached pyramids cannot be written.
+    #[error(
+        "{}: the cache cannot be written; HACHURE_CACHE names another folder, and what `hachure bake` makes needs none",
+        folder.display()
+    )]
+    Cache {
+        /// The folder.
+        folder: PathBuf,
+        /// The system's reason, or the encoder's.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// The system names no folder for caches.
     #[error("no folder for baked terrain: set HACHURE_CACHE")]
     NoCacheFolder,
@@ -99,6 +110,19 @@ pub enum PyramidError {
         path: PathBuf,
         /// What is missing.
         cause: String,
+    },
+    /// A server sent bytes that are no tile, as often as it was asked.
+    #[error(
+        "{}: what the server sent for tile {} {} {} (level, x, y) is damaged",
+        path.display(), address.level, address.x, address.y
+    )]
+    Sent {
+        /// The address of the file.
+        path: PathBuf,
+        /// The tile asked for.
+        address: TileAddress,
+        /// What is wrong with them.
+        source: Box<PyramidError>,
     },
     /// The file, here or elsewhere, could not be had.
     #[error(transparent)]
@@ -148,6 +172,21 @@ impl PyramidError {
                 | Self::Mismatch { .. }
                 | Self::Decode { .. }
         )
+    }
+
+    /// Whether it is no use to ask again at once: whoever read it has tried for as long as it makes sense.
+    pub fn is_final(&self) -> bool {
+        match self {
+            Self::Remote(error) => error.is_final(),
+            Self::Unread { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// The error with its causes, in one line.
+    pub fn told(&self) -> String {
+        let causes = std::iter::successors(Some(self as &dyn std::error::Error), |error| error.source());
+        crate::file::one_line(&causes.map(ToString::to_string).collect::<Vec<_>>().join(": "))
     }
 
     pub(super) fn io(path: &Path, what: &'static str) -> impl FnOnce(io::Error) -> Self {

@@ -5,6 +5,8 @@
 //! coarser level at their place, bilinearly; on the coarsest level they take a constant. Every filled height is thus a
 //! function of its place alone and not of the region that was asked for: two tiles that share a sample agree on its
 //! bits.
+//!
+//! Why: `docs/decisions/voids.md`.
 
 use super::PyramidError;
 use super::levels::{LevelSize, Region, coordinate};

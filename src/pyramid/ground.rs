@@ -2,14 +2,17 @@
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use super::bicubic;
 use super::fill::is_void;
 use super::levels::{LevelSize, coordinate};
-use super::{LoadedTile, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, TileStore};
+use super::{LoadedTile, PyramidError, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, TileStore};
 
 /// Tiles kept for the next question.
 const TILES: usize = 32;
+/// After a failure nothing is read for so long: a thousand questions must not wait a thousand times.
+const REST: Duration = Duration::from_secs(30);
 
 /// The tile of level `level` whose cell holds a place in grid coordinates of level 0; none outside the outermost
 /// samples.
@@ -45,12 +48,13 @@ pub struct Ground {
     store: Arc<dyn TileStore>,
     /// Most recently used first.
     tiles: Mutex<VecDeque<(TileAddress, Arc<LoadedTile>)>>,
+    failed: Mutex<Option<(Instant, Arc<PyramidError>)>>,
 }
 
 impl Ground {
     /// Of a pyramid.
     pub fn new(store: Arc<dyn TileStore>) -> Self {
-        Self { store, tiles: Mutex::default() }
+        Self { store, tiles: Mutex::default(), failed: Mutex::default() }
     }
 
     /// The height in metres of the finest surface at a place in grid coordinates (sample centres are whole numbers);
@@ -65,6 +69,12 @@ impl Ground {
         height_in_tile(levels, address, &tile.tile, column, row)
     }
 
+    /// Why the last tile that could not be read could not: heights have been answered with none since.
+    pub fn failure(&self) -> Option<Arc<PyramidError>> {
+        let failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        failed.as_ref().map(|(_, error)| Arc::clone(error))
+    }
+
     fn tile(&self, address: TileAddress) -> Option<Arc<LoadedTile>> {
         // A poisoned lock guards only a cache, which is whole between statements.
         let mut tiles = self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
@@ -75,10 +85,15 @@ impl Ground {
             return tiles.front().map(|(_, tile)| tile.clone());
         }
         drop(tiles);
+        let failed = || self.failed.lock().unwrap_or_else(PoisonError::into_inner);
+        if failed().as_ref().is_some_and(|(at, _)| at.elapsed() < REST) {
+            return None;
+        }
         let tile = match Arc::clone(&self.store).load(address) {
             Ok(tile) => Arc::new(tile),
             Err(error) => {
-                tracing::warn!("{error}");
+                tracing::debug!("{error}");
+                *failed() = Some((Instant::now(), Arc::new(error)));
                 return None;
             }
         };

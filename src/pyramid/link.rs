@@ -110,7 +110,15 @@ pub(super) fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), Pyram
     let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(PyramidError::io(to, "writing"));
     rename(sidecar, &next)?;
     rename(tif, out)?;
-    rename(&next, &sidecar_path(out))
+    match rename(&next, &sidecar_path(out)) {
+        // Another process that bakes the same was faster with the last step.
+        Err(PyramidError::Io { source, .. })
+            if source.kind() == io::ErrorKind::NotFound && open_fitting(out, &sidecar_path(out)).is_ok() =>
+        {
+            Ok(())
+        }
+        renamed => renamed,
+    }
 }
 
 /// Removes what an interrupted commit left, where the pyramid is whole without it.

@@ -2,6 +2,8 @@
 //!
 //! A ridge across a mesh patch of 16 × 16 quads hides little when the patch counts as high as its lowest place only;
 //! by blocks it closes the view nearly up to its crest.
+//!
+//! These are the occluder minima. Why: `docs/decisions/terrain-occlusion.md`.
 
 use super::bicubic::OVERSHOOT;
 use super::fill::is_void;

@@ -3,6 +3,8 @@
 //! [`bake()`] writes one from a height grid, [`Pyramid::open`] reads it, [`open_or_bake`] does what is needed. Level 0 is
 //! the grid itself, never resampled; `levels` says how the coarser ones lie over it, `bicubic` is the surface between
 //! samples, `fill` gives voids a height so that the surface can be evaluated beside them.
+//!
+//! Why: `docs/decisions/cog-pyramid.md`.
 
 pub mod bicubic;
 pub mod continent_store;
@@ -22,9 +24,11 @@ mod cog;
 mod cog_levels;
 mod cog_store;
 mod encode;
+mod entry;
 mod error;
 mod exaggerated;
 mod geotags;
+mod healing;
 mod link;
 mod measured;
 mod open;
@@ -36,7 +40,10 @@ mod stored;
 
 pub use bake::{BakeOptions, BakeReport, BakeWork, Baked, bake, bake_reader, parts_path};
 pub(crate) use cache::cache_folder;
-pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_key, trim};
+pub use cache::{
+    CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_file_with, open_or_bake_key, open_or_bake_store,
+    open_or_grow_store, trim,
+};
 pub use cog_store::CogStore;
 pub use continent_store::ContinentStore;
 pub use error::PyramidError;

@@ -7,6 +7,8 @@
 //! beyond, which is where an abutting member begins. Toward its border a member fades into what lies under it, over one
 //! sample of its own level, or over two samples of a coarser member's: there is no step. A void fades at once.
 //! Statistics are those of [`super::derive`].
+//!
+//! Why: `docs/decisions/mosaics.md`.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -193,6 +193,26 @@ impl Pyramid {
         Ok(Tile { samples })
     }
 
+    /// Reads a tile with all that is known of it, and holds its bytes against their checksum.
+    ///
+    /// # Errors
+    /// As [`Pyramid::read_tile`].
+    pub(super) fn read_verified(&self, address: TileAddress) -> Result<LoadedTile, PyramidError> {
+        let Record { statistics, patches, checksum } = self.record(address)?;
+        self.verify(address, checksum)?;
+        Ok(LoadedTile::new(self.read_tile(address)?, statistics, patches))
+    }
+
+    fn verify(&self, address: TileAddress, sum: Option<u32>) -> Result<(), PyramidError> {
+        let bytes = self.stored.tile_bytes(address)?;
+        if sum.is_some_and(|sum| sum != record::checksum(&bytes)) {
+            let TileAddress { level, x, y } = address;
+            let cause = format!("the checksum of tile {level} {x} {y} is wrong: the file is damaged");
+            return Err(PyramidError::Mismatch { path: self.path.clone(), cause });
+        }
+        Ok(())
+    }
+
     /// The height in metres of the level-0 surface at a place in grid coordinates (sample centres are whole numbers);
     /// none outside the outermost samples, in cells with a void corner, and where the file cannot be read.
     pub fn height_m(&self, column: f64, row: f64) -> Option<f64> {
@@ -255,12 +275,7 @@ impl TileStore for Pyramid {
             return Err(PyramidError::Cancelled);
         }
         // The bytes are read again when they are decoded, from memory then; here they are waited for and verified.
-        let bytes = self.stored.tile_bytes(address)?;
-        if record.checksum.is_some_and(|sum| sum != record::checksum(&bytes)) {
-            let TileAddress { level, x, y } = address;
-            let cause = format!("the checksum of tile {level} {x} {y} is wrong: the file is damaged");
-            return Err(PyramidError::Mismatch { path: self.path.clone(), cause });
-        }
+        self.verify(address, record.checksum)?;
         Ok(Box::new(move || {
             let Record { statistics, patches, .. } = record;
             Ok(LoadedTile::new(self.read_tile(address)?, statistics, patches))

@@ -8,6 +8,7 @@ use super::cache::cache_folder;
 use super::cog_store::CogStore;
 use super::store::TileStore;
 use crate::remote::{RemoteError, RemoteFile, Settings, beside};
+use crate::source::tiff_side_files::need_side_files;
 
 /// Decoded blocks kept, shared by all threads: 48 tiles of 512 × 512 f32.
 const DECODED_BYTES: usize = 48 << 20;
@@ -33,7 +34,7 @@ pub fn open_remote(url: &str) -> Result<Arc<dyn TileStore>, PyramidError> {
 /// As [`open_remote`].
 pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> Result<Arc<CogStore>, PyramidError> {
     let file = RemoteFile::open(url, settings.clone())?;
-    let sidecar = match RemoteFile::open(&beside(url, ".tiles"), settings) {
+    let sidecar = match file.open_beside(&beside(url, ".tiles"), settings) {
         Ok(sidecar) => Some(sidecar),
         Err(error) if error.is_absent() => None,
         Err(error) => return Err(error.into()),
@@ -50,6 +51,9 @@ pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> 
 pub fn open_local_cog(path: &Path) -> Result<Option<Arc<dyn TileStore>>, PyramidError> {
     let io = |source| PyramidError::Io { path: path.to_owned(), what: "opening", source };
     if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return Ok(None);
+    }
+    if need_side_files(path) {
         return Ok(None);
     }
     // A path that is no Unicode is rare, and such a file can still be baked.

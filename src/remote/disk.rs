@@ -45,6 +45,7 @@ pub struct DiskCache {
     limit: u64,
     state: Mutex<State>,
     warned: AtomicBool,
+    met_damage: AtomicBool,
 }
 
 #[derive(Default)]
@@ -66,6 +67,7 @@ impl DiskCache {
             limit,
             state: Mutex::default(),
             warned: AtomicBool::new(false),
+            met_damage: AtomicBool::new(false),
         });
         folders.push(opened.clone());
         opened
@@ -85,7 +87,12 @@ impl DiskCache {
                 Some(bytes.to_vec())
             }
             _ => {
-                tracing::warn!("{}: a damaged block is fetched again", path.display());
+                // One line for all of them: a bad disk damages many.
+                if self.met_damage.swap(true, Ordering::Relaxed) {
+                    tracing::debug!("{}: a damaged block is fetched again", path.display());
+                } else {
+                    tracing::warn!("{}: a damaged block of the cache is fetched again", path.display());
+                }
                 self.remove(key, index);
                 None
             }
@@ -110,7 +117,8 @@ impl DiskCache {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             state.rests_until = Some(Instant::now() + REST);
             if !self.warned.swap(true, Ordering::Relaxed) {
-                tracing::warn!("{}: nothing is kept there: {error}", self.folder.display());
+                let folder = self.folder.display();
+                tracing::warn!("{folder}: the cache cannot be written, so nothing is kept ({error}); HACHURE_CACHE names another folder");
             }
             return;
         }

@@ -52,6 +52,18 @@ pub enum RemoteError {
         /// Of the last one.
         cause: String,
     },
+    /// It kept its reader waiting for too long, over all its requests.
+    #[error("{name}: given up after {seconds} s of waiting{}: {cause}", after(*tries))]
+    GivenUp {
+        /// The address.
+        name: String,
+        /// The patience that was used up.
+        seconds: f32,
+        /// How many requests were made for the bytes in question; none if the file had been given up before.
+        tries: u32,
+        /// Of the last one.
+        cause: String,
+    },
     /// The file on this machine.
     #[error("{name}: {source}")]
     Io {
@@ -77,7 +89,20 @@ pub enum RemoteError {
     Cancelled,
 }
 
+fn after(tries: u32) -> String {
+    match tries {
+        0 => String::new(),
+        1 => " for one answer".to_owned(),
+        tries => format!(" and {tries} tries"),
+    }
+}
+
 impl RemoteError {
+    /// Whether it was tried again until there was no use in it.
+    pub fn is_final(&self) -> bool {
+        !matches!(self, Self::Cancelled | Self::Io { .. })
+    }
+
     /// Whether there is no such file for all that we may know: some servers deny what they do not have.
     pub fn is_absent(&self) -> bool {
         matches!(self, Self::NotFound { .. } | Self::Denied { .. })

@@ -9,6 +9,7 @@ use std::time::Duration;
 use super::address::Address;
 use super::blocks::{BLOCK_BYTES, Block, Blocks};
 use super::disk::DiskCache;
+use super::patience::Patience;
 use super::retry::persistently;
 use super::traffic::Counters;
 use super::transport::{Answer, NoAnswer, Transport};
@@ -33,6 +34,7 @@ pub struct RemoteFile {
     arrived: Condvar,
     disk: Option<Arc<DiskCache>>,
     counters: Counters,
+    patience: Arc<Patience>,
     twice: AtomicBool,
 }
 
@@ -49,6 +51,23 @@ impl RemoteFile {
     /// # Errors
     /// If the address cannot be understood, there is no such file, or the server does not answer.
     pub fn open(location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
+        let patience = Patience::new(settings.patience, settings.idle_timeout);
+        Self::open_patiently(location, settings, patience)
+    }
+
+    /// The same for a file that is read together with this one: they have one patience.
+    ///
+    /// # Errors
+    /// As [`RemoteFile::open`].
+    pub fn open_beside(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
+        Self::open_patiently(location, settings, Arc::clone(&self.patience))
+    }
+
+    fn open_patiently(
+        location: &str,
+        settings: Settings,
+        patience: Arc<Patience>,
+    ) -> Result<Arc<Self>, RemoteError> {
         let address = Address::parse(location)?;
         let transport = Transport::open(&address, &settings)?;
         let counters = Counters::default();
@@ -60,6 +79,7 @@ impl RemoteFile {
             arrived: Condvar::new(),
             disk: None,
             counters,
+            patience,
             twice: AtomicBool::new(true),
             address,
             settings,
@@ -279,7 +299,7 @@ impl RemoteFile {
             if twice {
                 let again = self.request(range.clone(), cancelled)?;
                 if again.bytes != answer.bytes || again.version != answer.version {
-                    return Err(NoAnswer::Again("two readings differ".into()));
+                    return Err(NoAnswer::Again("two answers to one question differ".into()));
                 }
             }
             Ok(answer)
@@ -288,8 +308,8 @@ impl RemoteFile {
             tracing::debug!("{}: {cause}", self.address.name);
             self.counters.retries.add(1);
         };
-        let fetched = persistently(&self.address.name, &self.settings, cancelled, request, failed);
-        if matches!(fetched, Err(RemoteError::Failed { .. })) {
+        let fetched = persistently(&self.address.name, &self.settings, &self.patience, cancelled, request, failed);
+        if matches!(fetched, Err(RemoteError::Failed { .. } | RemoteError::GivenUp { .. })) {
             // The last try is not followed by another.
             self.counters.failures.add(1);
         }
@@ -298,8 +318,10 @@ impl RemoteFile {
 
     fn request(&self, range: Range<u64>, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         self.counters.requests.add(1);
-        let answer = self.transport.get(range, &self.address, cancelled)?;
+        let is_over = || cancelled() || self.patience.left().is_zero();
+        let answer = self.transport.get(range, &self.address, &is_over)?;
         self.counters.bytes.add(answer.bytes.len() as u64);
+        self.patience.came(answer.bytes.len() as u64);
         if self.size != u64::MAX && (answer.size != self.size || answer.version != self.version) {
             return Err(NoAnswer::Never(RemoteError::Changed { name: self.address.name.clone() }));
         }

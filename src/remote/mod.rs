@@ -3,21 +3,27 @@
 //! A file is read in blocks of 64 KiB. Blocks that adjoin and are missing come with one request; what came stays in
 //! memory (32 MiB for each file, the longest unused first to go) and, for files of other machines, in a folder on disk
 //! under the name that the address and the version of the file give. A request that fails is made again after a while;
-//! a file that changes under the reader is an error.
+//! a file that changes under the reader is an error. A request has deadlines, and a file has a patience over all its
+//! requests: whatever a server does, it cannot hold its reader for longer.
 //!
 //! ```text
-//! read ─▶ blocks (memory) ─▶ disk (folder) ─▶ retry ─▶ transport (file, HTTP, S3)
+//! read ─▶ blocks (memory) ─▶ disk (folder) ─▶ retry, patience ─▶ transport (file, HTTP, S3) ─▶ http
 //! ```
 //!
 //! Bytes that arrive have no checksum of their own. Who decodes them finds what is corrupt and says so with
 //! [`RemoteFile::invalidate`]; the next read asks the server again. While [`RemoteFile::read_twice`] is on, every block
 //! is asked for twice and the answers must agree: for headers, which have no checksum.
+//!
+//! Why: `docs/decisions/remote-files.md`.
 
 mod address;
 mod blocks;
+mod bucket;
 mod disk;
 mod error;
 mod file;
+mod http;
+mod patience;
 mod retry;
 mod settings;
 mod traffic;

@@ -14,8 +14,12 @@ pub struct Settings {
     pub memory_bytes: usize,
     /// Until a server must have taken the connection: 5 s.
     pub connect_timeout: Duration,
+    /// No answer may stop for longer, before its first byte or between two: 10 s.
+    pub idle_timeout: Duration,
     /// Until an answer must be there, whole: 20 s.
     pub request_timeout: Duration,
+    /// How long a file may keep its reader waiting over all requests, less what the bytes that came gave back: 45 s.
+    pub patience: Duration,
     /// The pause before the second try: 0.1 s. Each further one is twice as long; chance takes up to half of it away.
     pub first_pause: Duration,
     /// No pause is longer: 5 s.
@@ -36,7 +40,9 @@ impl Default for Settings {
             cache_bytes: 4 << 30,
             memory_bytes: 32 << 20,
             connect_timeout: Duration::from_secs(5),
+            idle_timeout: Duration::from_secs(10),
             request_timeout: Duration::from_secs(20),
+            patience: Duration::from_secs(45),
             first_pause: Duration::from_millis(100),
             longest_pause: Duration::from_secs(5),
             tries: 6,

@@ -4,18 +4,14 @@ use std::fs::File;
 use std::io;
 use std::ops::Range;
 use std::pin::pin;
-use std::sync::{Arc, OnceLock};
-use std::time::{Duration, Instant};
+use std::sync::OnceLock;
+use std::time::Duration;
 
-use object_store::aws::AmazonS3Builder;
-use object_store::http::HttpBuilder;
-use object_store::path::Path;
-use object_store::{
-    ClientConfigKey, ClientOptions, GetOptions, GetRange, HeaderMap, HeaderValue, ObjectStore, RetryConfig,
-};
 use tokio::runtime::Runtime;
 
-use super::address::{Address, Place, base64};
+use super::address::{Address, Place};
+use super::bucket::Object;
+use super::http::Client;
 use super::{Cancelled, RemoteError, Settings};
 
 /// How often a request looks whether it is still wanted.
@@ -25,8 +21,10 @@ const LOOK: Duration = Duration::from_millis(20);
 pub enum Transport {
     /// A file on this machine.
     File(File),
-    /// A server.
-    Store { store: Arc<dyn ObjectStore>, path: Path, timeout: Duration },
+    /// A web server.
+    Http { client: Client, request: reqwest::Request },
+    /// A bucket.
+    Bucket(Object),
 }
 
 /// Bytes, and which file they are of.
@@ -39,23 +37,18 @@ pub struct Answer {
 }
 
 /// Why there are none.
+#[derive(Debug)]
 pub enum NoAnswer {
     /// It may be better next time.
     Again(String),
+    /// The same, and the server asks for a pause.
+    Later(String, Duration),
     /// It will not.
     Never(RemoteError),
 }
 
 impl Transport {
     pub fn open(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
-        let bad = |error: &dyn std::error::Error| RemoteError::BadAddress {
-            name: address.name.clone(),
-            cause: address.told(&error.to_string()),
-        };
-        // Trying again is our own business: it must stop when the bytes are no longer wanted.
-        let once = RetryConfig { max_retries: 0, ..RetryConfig::default() };
-        let seconds = |time: Duration| format!("{}ms", time.as_millis());
-        let timeout = settings.request_timeout;
         match &address.place {
             Place::File(path) => match File::open(path) {
                 Ok(file) => Ok(Self::File(file)),
@@ -65,58 +58,17 @@ impl Transport {
                 Err(source) => Err(RemoteError::Io { name: address.name.clone(), source }),
             },
             Place::Http { url, login } => {
-                let mut options = ClientOptions::new()
-                    .with_allow_http(true)
-                    .with_connect_timeout(settings.connect_timeout)
-                    .with_timeout(timeout);
-                if let Some(login) = login {
-                    let mut headers = HeaderMap::new();
-                    let value = format!("Basic {}", base64(login.as_bytes()));
-                    let mut value = HeaderValue::from_str(&value).map_err(|error| bad(&error))?;
-                    value.set_sensitive(true);
-                    headers.insert("authorization", value);
-                    options = options.with_default_headers(headers);
-                }
-                let store = HttpBuilder::new().with_url(url).with_client_options(options).with_retry(once);
-                let store = Arc::new(store.build().map_err(|error| bad(&error))?);
-                Ok(Self::Store { store, path: Path::default(), timeout })
+                let client = Client::new(address, settings)?;
+                let request = client.request(url, login.as_deref())?;
+                Ok(Self::Http { client, request })
             }
-            Place::S3 { bucket, key } => {
-                let mut builder = AmazonS3Builder::new();
-                for (key, value) in &settings.s3 {
-                    // Most variables that begin so are for others.
-                    if let Ok(key) = key.to_ascii_lowercase().parse() {
-                        builder = builder.with_config(key, value);
-                    }
-                }
-                let knows = |name: &str| settings.s3.iter().any(|(key, value)| key == name && !value.is_empty());
-                let has_credentials = [
-                    "AWS_ACCESS_KEY_ID",
-                    "AWS_WEB_IDENTITY_TOKEN_FILE",
-                    "AWS_CONTAINER_CREDENTIALS_RELATIVE_URI",
-                    "AWS_CONTAINER_CREDENTIALS_FULL_URI",
-                ];
-                if !has_credentials.into_iter().any(knows) && !knows("AWS_SKIP_SIGNATURE") {
-                    builder = builder.with_skip_signature(true);
-                }
-                let timeouts = [
-                    (ClientConfigKey::ConnectTimeout, seconds(settings.connect_timeout)),
-                    (ClientConfigKey::Timeout, seconds(timeout)),
-                ];
-                for (key, value) in timeouts {
-                    builder = builder.with_config(object_store::aws::AmazonS3ConfigKey::Client(key), value);
-                }
-                let store = builder.with_bucket_name(bucket).with_retry(once).build();
-                let store = Arc::new(store.map_err(|error| bad(&error))?);
-                let path = Path::parse(key).map_err(|error| bad(&error))?;
-                Ok(Self::Store { store, path, timeout })
-            }
+            Place::S3 { bucket, key } => Object::new(address, bucket, key, settings).map(Self::Bucket),
         }
     }
 
     /// Whether the bytes come from another machine.
     pub fn is_remote(&self) -> bool {
-        matches!(self, Self::Store { .. })
+        !matches!(self, Self::File(_))
     }
 
     /// The bytes of `range`, which is not empty; fewer where the file ends before.
@@ -124,13 +76,12 @@ impl Transport {
         match self {
             Self::File(file) => read(file, range)
                 .map_err(|source| NoAnswer::Never(RemoteError::Io { name: address.name.clone(), source })),
-            Self::Store { store, path, timeout } => {
-                let runtime = runtime().map_err(|cause| {
-                    NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause: cause.to_owned() })
-                })?;
-                let request = request(store.as_ref(), path, range, address);
-                runtime.block_on(patiently(request, *timeout, cancelled))
+            Self::Http { client, request } => {
+                // A request without a body can be made again.
+                let request = request.try_clone().ok_or_else(|| NoAnswer::Again("no request was made".into()))?;
+                wait_for(client.range(request, range), address, cancelled)
             }
+            Self::Bucket(object) => wait_for(object.range(range, address), address, cancelled),
         }
     }
 }
@@ -179,74 +130,23 @@ fn runtime() -> Result<&'static Runtime, &'static str> {
     RUNTIME.get_or_init(build).as_ref().map_err(String::as_str)
 }
 
-async fn patiently(
+/// Waits for an answer, which has deadlines of its own, and looks now and then whether it is still wanted.
+fn wait_for(
     request: impl Future<Output = Result<Answer, NoAnswer>>,
-    timeout: Duration,
+    address: &Address,
     cancelled: Cancelled<'_>,
 ) -> Result<Answer, NoAnswer> {
-    let mut request = pin!(request);
-    let end = Instant::now() + timeout;
-    loop {
-        match tokio::time::timeout(LOOK, request.as_mut()).await {
-            Ok(answer) => return answer,
-            Err(_) if cancelled() => return Err(NoAnswer::Never(RemoteError::Cancelled)),
-            Err(_) if Instant::now() > end => {
-                return Err(NoAnswer::Again(format!("no whole answer within {} s", timeout.as_secs_f32())));
+    let runtime = runtime().map_err(|cause| {
+        NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause: cause.to_owned() })
+    })?;
+    runtime.block_on(async {
+        let mut request = pin!(request);
+        loop {
+            match tokio::time::timeout(LOOK, request.as_mut()).await {
+                Ok(answer) => return answer,
+                Err(_) if cancelled() => return Err(NoAnswer::Never(RemoteError::Cancelled)),
+                Err(_) => {}
             }
-            Err(_) => {}
         }
-    }
-}
-
-async fn request(
-    store: &dyn ObjectStore,
-    path: &Path,
-    range: Range<u64>,
-    address: &Address,
-) -> Result<Answer, NoAnswer> {
-    let failed = |error| why(error, address);
-    let options = GetOptions { range: Some(GetRange::Bounded(range.clone())), ..GetOptions::default() };
-    let result = store.get_opts(path, options).await.map_err(failed)?;
-    let size = result.meta.size;
-    let changed = result.meta.last_modified.timestamp_millis();
-    // A server that does not tell the time gets the first second there was.
-    let version = (result.meta.e_tag.is_some() || changed > 0)
-        .then(|| format!("{} {changed}", result.meta.e_tag.as_deref().unwrap_or_default()));
-    let expected = range.end.min(size).saturating_sub(range.start);
-    let bytes = result.bytes().await.map_err(failed)?;
-    if bytes.len() as u64 != expected {
-        return Err(NoAnswer::Again(format!("{} of {expected} bytes came", bytes.len())));
-    }
-    Ok(Answer { bytes: bytes.to_vec(), size, version })
-}
-
-/// Sorts the causes: what may pass, and what will not.
-fn why(error: object_store::Error, address: &Address) -> NoAnswer {
-    use object_store::Error;
-    let name = address.name.clone();
-    let said = address.told(&error.to_string());
-    NoAnswer::Never(match error {
-        Error::NotFound { .. } => RemoteError::NotFound { name },
-        Error::PermissionDenied { .. } => RemoteError::Denied { name, cause: "403".into() },
-        Error::Unauthenticated { .. } => RemoteError::Denied { name, cause: "401".into() },
-        Error::Generic { .. } if said.contains("non-partial response") => {
-            let cause = "the server does not answer requests for a part of a file".into();
-            RemoteError::Unusable { name, cause }
-        }
-        Error::Generic { .. } => match status(&said) {
-            Some(416) => RemoteError::Unusable { name, cause: "is empty, or shorter than it was".into() },
-            Some(status @ 400..500) if !matches!(status, 408 | 425 | 429) => {
-                RemoteError::Unusable { name, cause: format!("the server answers {status}") }
-            }
-            Some(status) => return NoAnswer::Again(format!("the server answers {status}")),
-            None => return NoAnswer::Again(said),
-        },
-        _ => RemoteError::Unusable { name, cause: said },
     })
-}
-
-/// The status in the words of the library, which keeps it to itself.
-fn status(said: &str) -> Option<u32> {
-    let (_, rest) = said.split_once("status code: ")?;
-    rest.get(..3)?.parse().ok()
 }

@@ -10,6 +10,8 @@ use std::path::PathBuf;
 use camera::Camera;
 use glam::DVec3;
 
+use crate::source::OpenOptions;
+
 /// Everything that decides what is drawn, but for the style.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -29,6 +31,8 @@ pub struct Scene {
     pub vertical_exaggeration: f64,
     /// What stands on the land.
     pub meshes: Vec<MeshPlacement>,
+    /// What is said of height files that do not say it themselves.
+    pub heights: OpenOptions,
 }
 
 /// A model and where it stands.
@@ -111,6 +115,7 @@ impl Scene {
             earth: None,
             vertical_exaggeration: 1.0,
             meshes: Vec::new(),
+            heights: OpenOptions::default(),
         }
     }
 }

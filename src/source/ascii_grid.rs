@@ -41,6 +41,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     };
     let size = [width, height];
     place::check_size(path, size)?;
+    memory::check_count(path, size)?;
     // A digit and a space for each sample, but for the last.
     let samples = u64::from(width) * u64::from(height);
     if samples > file_bytes.div_ceil(2) {
@@ -50,7 +51,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let (keys, prj) = prj::keys(path, crs_from_grid, size)?;
     let georeference = place::locate(path, crs_from_grid, keys, size)?;
 
-    let mut heights_m = memory::room(path, size)?;
+    let mut heights_m = memory::room(path, size, samples)?;
     let meaning = Meaning::metres(SampleType::F64, header.no_data);
     let mut tally = Tally::default();
     for index in 0..samples {
@@ -86,7 +87,7 @@ fn read_header(path: &Path, words: &mut Words) -> Result<Header, SourceError> {
         let value = words.number(&format!("{keyword} in its header"))?;
         let count = || {
             let is_count = value >= 1.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0;
-            is_count.then_some(value as u32).ok_or_else(|| inconsistent(path, format!("its {keyword} is {value}")))
+            is_count.then_some(value as u32).ok_or_else(|| inconsistent(path, format!("its {keyword} is {value:?}")))
         };
         match keyword.as_str() {
             "ncols" | "cols:" => header.columns = Some(count()?),

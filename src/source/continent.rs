@@ -16,6 +16,8 @@
 //! level of the exemplar, sample by sample: a level is the average of the finer one but for the slow change of the
 //! weights, and nothing aliases. Places are whole numbers of a level's lattice, hence land 10⁷ m away is as exact as in
 //! the middle.
+//!
+//! Why: `docs/decisions/procedural-worlds.md`.
 
 mod base;
 mod exemplar;

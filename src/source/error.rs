@@ -36,8 +36,8 @@ pub enum SourceError {
     },
     /// None of the formats that are read.
     #[error(
-        "{}: {looks_like}; hachure reads GeoTIFF, .hgt, DTED, USGS DEM, ASCII and XYZ grids, BIL, ENVI, PNG and raw \
-         heightmaps",
+        "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, \
+         terrain-RGB, raw .r16 and XYZ",
         named(path)
     )]
     UnknownFormat {
@@ -64,11 +64,11 @@ pub enum SourceError {
         what: String,
     },
     /// Sane, but written in a way that is not read here.
-    #[error("{}: {what} is not supported", named(path))]
+    #[error("{}: {what} is not supported; gdal_translate may convert it", named(path))]
     Unsupported {
         /// Of the file.
         path: PathBuf,
-        /// The compression or sample type: "compression LZMA (34925)".
+        /// The compression or sample type: "compression JPEG 2000 (34712)".
         what: String,
     },
     /// A picture, but not of heights.
@@ -103,9 +103,9 @@ pub enum SourceError {
         /// Rows.
         height: u32,
     },
-    /// More samples than can be held at once.
+    /// More samples than a format is read with that has to be decoded whole.
     #[error(
-        "{}: {width}×{height} samples are more than can be read at once; convert it to GeoTIFF, or bake it in parts",
+        "{}: {width}×{height} samples are more than can be decoded at once; convert it to a tiled GeoTIFF",
         named(path)
     )]
     TooLarge {
@@ -115,6 +115,22 @@ pub enum SourceError {
         width: u32,
         /// Rows.
         height: u32,
+    },
+    /// The system does not give the memory.
+    #[error(
+        "{}: {width}×{height} samples at once need {} MB of memory, which cannot be had",
+        named(path),
+        needed_bytes.div_ceil(1_000_000)
+    )]
+    Memory {
+        /// Of the file.
+        path: PathBuf,
+        /// Samples per row, of what was to be read at once.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// That were asked for.
+        needed_bytes: u64,
     },
     /// Nothing to draw.
     #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", named(path))]

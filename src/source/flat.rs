@@ -8,11 +8,12 @@ use std::sync::{Mutex, PoisonError};
 
 use super::SourceError;
 use super::georeference::Georeference;
+use super::memory;
 use super::place::{cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::samples::{Meaning, Tally, Told};
 
-/// A block is some rows of about so many bytes.
+/// A block is some rows of about so many bytes, and no more are read at a time.
 const BLOCK_BYTES: u64 = 1 << 20;
 
 /// Where the samples of the first band are in the file, in bytes.
@@ -143,18 +144,30 @@ impl HeightReader for FlatReader {
         if window.samples() == 0 {
             return Ok(Vec::new());
         }
-        let mut heights_m = Vec::with_capacity(window.samples());
+        let mut heights_m = memory::window_room(&self.path, window)?;
         let mut tally = Tally::default();
         let Strides { offset, row: row_stride, sample } = self.strides;
         let first = offset + u64::from(window.y) * row_stride + u64::from(window.x) * sample;
-        let row_bytes = (window.width as usize - 1) * sample as usize + self.meaning.sample_type.bytes();
-        if row_bytes as u64 == row_stride {
-            let bytes = self.read_bytes(first, row_bytes * window.height as usize)?;
-            self.append(bytes, &mut heights_m, &mut tally);
-        } else {
-            for row in 0..u64::from(window.height) {
-                let bytes = self.read_bytes(first + row * row_stride, row_bytes)?;
+        let sample_bytes = self.meaning.sample_type.bytes();
+        let row_bytes = (u64::from(window.width) - 1) * sample + sample_bytes as u64;
+        if row_bytes == row_stride {
+            // Rows that follow each other are read some at a time.
+            let rows_at_once = (BLOCK_BYTES / row_stride).max(1);
+            for row in (0..u64::from(window.height)).step_by(rows_at_once as usize) {
+                let rows = rows_at_once.min(u64::from(window.height) - row);
+                let bytes = self.read_bytes(first + row * row_stride, (rows * row_bytes) as usize)?;
                 self.append(bytes, &mut heights_m, &mut tally);
+            }
+        } else {
+            // Between the samples of a row may lie those of hundreds of other bands.
+            let columns_at_once = (BLOCK_BYTES / sample).max(1);
+            for row in 0..u64::from(window.height) {
+                for column in (0..u64::from(window.width)).step_by(columns_at_once as usize) {
+                    let columns = columns_at_once.min(u64::from(window.width) - column);
+                    let bytes = (columns - 1) * sample + sample_bytes as u64;
+                    let bytes = self.read_bytes(first + row * row_stride + column * sample, bytes as usize)?;
+                    self.append(bytes, &mut heights_m, &mut tally);
+                }
             }
         }
         self.told.tell(&self.path, &tally);

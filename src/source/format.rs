@@ -29,27 +29,30 @@ pub(super) enum Format {
     Raw,
 }
 
+/// A signature of so many bytes proves what a file is. Samples of a raw raster may begin with a shorter one by chance.
+const PROOF_BYTES: usize = 8;
+
 /// First bytes of what is not read, and what they mean.
 const SIGNATURES: &[(&[u8], &str)] = &[
     (b"\xff\xd8\xff", "is a JPEG picture"),
     (b"GIF8", "is a GIF picture"),
     (b"BM", "is a BMP picture"),
     (b"RIFF", "is a RIFF file (WebP?)"),
-    (b"\0\0\0\x0cjP  ", "is a JPEG 2000 picture"),
+    (b"\0\0\0\x0cjP  ", "is a JPEG 2000 picture (gdal_translate converts it)"),
     (b"\x76\x2f\x31\x01", "is an EXR picture"),
     (b"\x1f\x8b", "is a gzip archive"),
     (b"\x28\xb5\x2f\xfd", "is a Zstandard archive"),
-    (b"\x89HDF\r\n\x1a\n", "is an HDF5 file"),
-    (b"CDF\x01", "is a netCDF file"),
-    (b"CDF\x02", "is a netCDF file"),
-    (b"GRIB", "is a GRIB file"),
+    (b"\x89HDF\r\n\x1a\n", "is an HDF5 file (gdal_translate converts it)"),
+    (b"CDF\x01", "is a netCDF file (gdal_translate converts it)"),
+    (b"CDF\x02", "is a netCDF file (gdal_translate converts it)"),
+    (b"GRIB", "is a GRIB file (gdal_translate converts it)"),
     (b"LASF", "is a LAS point cloud"),
-    (b"DSAA", "is a Surfer grid"),
-    (b"DSBB", "is a Surfer grid"),
-    (b"DSRB", "is a Surfer grid"),
-    (b"EHFA_HEADER_TAG", "is an ERDAS Imagine file"),
+    (b"DSAA", "is a Surfer grid (gdal_translate converts it)"),
+    (b"DSBB", "is a Surfer grid (gdal_translate converts it)"),
+    (b"DSRB", "is a Surfer grid (gdal_translate converts it)"),
+    (b"EHFA_HEADER_TAG", "is an ERDAS Imagine file (gdal_translate converts it)"),
     (b"%PDF", "is a PDF"),
-    (b"<VRT", "is a GDAL virtual raster"),
+    (b"<VRT", "is a GDAL virtual raster (gdal_translate converts it)"),
     (b"<?xml", "is an XML file"),
     (b"<", "is a markup file"),
     (b"{", "is a JSON file"),
@@ -98,10 +101,14 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if metadata.len() == 0 {
         return Err(SourceError::Empty { path: path.into() });
     }
-    let mut head = Vec::new();
-    File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head)).map_err(cannot_open(path))?;
+    let head = beginning_of(path)?;
     if let Some(format) = by_signature(&head) {
         return Ok(format);
+    }
+    let unknown = |looks_like| Err(SourceError::UnknownFormat { path: path.into(), looks_like });
+    // An .img with an ENVI or ESRI header beside it may be another program's file all the same.
+    if let Some(what) = proved(&head) {
+        return unknown(what);
     }
     let (ending, length) = (ending(path), metadata.len());
     if let Some(format) = with_header(path, &ending, &head)? {
@@ -118,7 +125,6 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if ending == "raw" && !is_text(&head) {
         return Ok(Format::Raw);
     }
-    let unknown = |looks_like| Err(SourceError::UnknownFormat { path: path.into(), looks_like });
     if let Some((_, what)) = SIGNATURES.iter().find(|(signature, _)| head.starts_with(signature)) {
         return unknown(what);
     }
@@ -143,6 +149,18 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     }
 }
 
+fn beginning_of(path: &Path) -> Result<Vec<u8>, SourceError> {
+    let mut head = Vec::new();
+    File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head)).map_err(cannot_open(path))?;
+    Ok(head)
+}
+
+/// What a file is whose first bytes no raster of bare samples begins with by chance.
+fn proved(head: &[u8]) -> Option<&'static str> {
+    let found = SIGNATURES.iter().find(|(it, _)| it.len() >= PROOF_BYTES && head.starts_with(it));
+    found.map(|(_, what)| *what)
+}
+
 fn by_signature(head: &[u8]) -> Option<Format> {
     match head {
         [b'I', b'I', b'*' | b'+', 0, ..] | [b'M', b'M', 0, b'*' | b'+', ..] => Some(Format::GeoTiff),
@@ -164,9 +182,10 @@ fn with_header(path: &Path, ending: &str, head: &[u8]) -> Result<Option<Format>,
         };
     };
     let (data, header) = if is_header { (partner, path.to_owned()) } else { (path.to_owned(), partner) };
-    let mut beginning = Vec::new();
-    let read = File::open(&header).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut beginning));
-    read.map_err(cannot_open(&header))?;
+    if is_header && let Some(looks_like) = proved(&beginning_of(&data)?) {
+        return Err(SourceError::UnknownFormat { path: data, looks_like });
+    }
+    let beginning = beginning_of(&header)?;
     if beginning.starts_with(b"ENVI") {
         return Ok(Some(Format::Envi { data, header }));
     }

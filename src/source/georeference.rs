@@ -60,7 +60,7 @@ pub enum GeoreferenceError {
     #[error("its pixel size is zero or not finite")]
     PixelSize,
     /// Units or axes that cannot be.
-    #[error("its {what} is {value}")]
+    #[error("its {what} is {value:?}")]
     Impossible {
         /// Which number.
         what: &'static str,
@@ -96,18 +96,30 @@ pub(super) struct GeoTags {
     pub geokeys: GeoKeys,
 }
 
+impl GeoTags {
+    /// `crs_from_grid` for sample centres, where the tags give any transform.
+    pub fn crs_from_grid(&self) -> Option<[f64; 6]> {
+        transform_from_tags(self)
+    }
+}
+
 /// The georeference that the tags describe. What is missing is replaced by the plainest assumption (metres, 1 m
 /// spacing), with a warning that names `file`.
 ///
 /// # Errors
 /// A CRS that is unknown or geocentric; units, axes or pixel sizes that cannot be.
 pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, GeoreferenceError> {
-    let Some(crs_from_grid) = transform_from_tags(&tags) else {
-        tracing::warn!("{file}: says nothing about where it lies; 1 m between samples is assumed");
-        let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
-        return Ok(Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() });
-    };
-    from_transform(crs_from_grid, tags.geokeys, file)
+    match tags.crs_from_grid() {
+        Some(crs_from_grid) => from_transform(crs_from_grid, tags.geokeys, file),
+        None => Ok(nowhere(file)),
+    }
+}
+
+/// The georeference of a file that does not say where it lies, which is told.
+pub(super) fn nowhere(file: &str) -> Georeference {
+    tracing::warn!("{file}: says nothing about where it lies; 1 m between samples is assumed");
+    let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+    Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
 }
 
 /// The georeference of a transform for sample centres and the keys of its CRS.

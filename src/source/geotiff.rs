@@ -3,16 +3,22 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use tiff_reader::{ByteOrder, OpenOptions, TagValue, TiffError, TiffFile};
+use tiff_reader::cache::BlockCache;
+use tiff_reader::{ByteOrder, Ifd, OpenOptions, TagValue, TiffError, TiffFile};
 
 use super::flat::{Description, FlatReader};
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
+use super::masked::{Mask, Masked};
+use super::memory;
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::samples::{BandMetadata, Meaning, Tally, Told, parse_no_data};
-use super::{GeoKeys, SourceError, WorldMapping};
+use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
+use super::tiff_blocks::{self as tiff_blocks, Blocks};
+use super::tiff_side_files::SideFiles;
+use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
 
 const TAG_PIXEL_SCALE: u16 = 33550;
 const TAG_TIE_POINTS: u16 = 33922;
@@ -29,8 +35,11 @@ const CACHE_BYTES: usize = 32 << 20;
 /// A TIFF whose header has been checked.
 pub(super) struct GeoTiffReader {
     path: PathBuf,
-    file: TiffFile,
-    layout: Layout,
+    file: Arc<TiffFile>,
+    cache: Arc<BlockCache>,
+    blocks: Arc<Blocks>,
+    /// Of one that is decoded, with all bands that lie in it.
+    block_bytes: u64,
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
@@ -55,47 +64,75 @@ impl GeoTiffReader {
             decode_output_bytes: usize::MAX / 2,
             ..OpenOptions::default()
         };
-        let file = TiffFile::open_with_options(path, options).map_err(damaged)?;
-        let layout = layout::check(&file, file_bytes, path)?;
+        let mut file = TiffFile::open_with_options(path, options).map_err(damaged)?;
+        let Layout { width, height, blocks, block_bytes, strides } = layout::check(&file, file_bytes, path)?;
+        // Else a strip of the whole picture would be decoded again for each window.
+        let cache_bytes = CACHE_BYTES.max(block_bytes as usize);
+        if strides.is_none() && cache_bytes > CACHE_BYTES {
+            let options = OpenOptions { block_cache_bytes: cache_bytes, ..options };
+            file = TiffFile::open_with_options(path, options).map_err(damaged)?;
+        }
+        let (file, blocks) = (Arc::new(file), Arc::new(blocks));
+        let ifd = file.ifd(blocks.ifd).map_err(damaged)?;
 
         let located = |source| SourceError::Georeference { path: path.into(), source };
-        let tags = geo_tags(&layout);
-        let meaning = meaning(&layout, &tags.geokeys, path);
-        let mut georeference = georeference::from_tags(tags, &path.display().to_string()).map_err(located)?;
-        WorldMapping::new(&georeference, layout.width, layout.height).map_err(located)?;
+        let side_files = SideFiles::of(path);
+        let mut tags = geo_tags(ifd);
+        let mut meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
+        side_files.overrule(&mut meaning);
+        let name = path.display().to_string();
+        let mut georeference = match side_files.place(&mut tags) {
+            Some(crs_from_grid) => georeference::from_transform(crs_from_grid, tags.geokeys, &name).map_err(located)?,
+            None => georeference::nowhere(&name),
+        };
+        WorldMapping::new(&georeference, width, height).map_err(located)?;
         if georeference::vertical_metres_per_unit(&georeference.geokeys).is_some() {
             georeference.geokeys.declare_vertical_metres();
         }
-        let identity = place::identity(&[path], "");
+        let files: Vec<&Path> = std::iter::once(path).chain(side_files.files.iter().map(PathBuf::as_path)).collect();
+        let identity = place::identity(&files, "");
+        let cache = tiff_blocks::cache(cache_bytes);
+        let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
         // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
-        if let Some(strides) = layout.strides {
-            let (size, is_big_endian) = ([layout.width, layout.height], file.byte_order() == ByteOrder::BigEndian);
+        let heights: Box<dyn HeightReader> = if let Some(strides) = strides {
+            let (size, is_big_endian) = ([width, height], file.byte_order() == ByteOrder::BigEndian);
             let described = Description { size, strides, is_big_endian, meaning, georeference, identity };
-            return Ok(Box::new(FlatReader::new(path, None, described)?));
-        }
-        let told = Told::default();
-        Ok(Box::new(Self { path: path.into(), file, layout, meaning, georeference, identity, told }))
+            Box::new(FlatReader::new(path, None, described)?)
+        } else {
+            Box::new(Self {
+                path: path.into(),
+                file,
+                cache,
+                blocks,
+                block_bytes,
+                meaning,
+                georeference,
+                identity,
+                told: Told::default(),
+            })
+        };
+        Ok(Masked::over(heights, masks, path))
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);
-        let bytes = self
-            .file
-            .read_band_window_bytes_from_ifd(&self.layout.ifd, 0, y, x, height, width)
-            .map_err(|source| decode_error(source, &self.path))?;
+        if self.is_serial() {
+            // The decoder would end the program where a block has no room.
+            memory::room::<u8>(&self.path, self.size(), self.block_bytes)?;
+        }
+        let mut heights_m = memory::window_room(&self.path, window)?;
+        let bytes =
+            self.blocks.read(&self.file, &self.cache, 0, window).map_err(|source| decode_error(source, &self.path))?;
         if bytes.len() != window.samples() * self.meaning.sample_type.bytes() {
             return Err(inconsistent(&self.path, "a strip or tile decodes to the wrong size"));
         }
-        let mut heights_m = Vec::with_capacity(window.samples());
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
         self.told.tell(&self.path, &tally);
         // A sparse file leaves blocks out; they hold the no-data value, or zeros where it names none, as in GDAL.
         if self.meaning.no_data.is_some() {
-            for [columns, rows] in self.layout.absent_in(window) {
-                for row in rows {
-                    heights_m[row * width..][columns.clone()].fill(f32::NAN);
-                }
+            let absent = self.blocks.parts(window).filter(|part| self.blocks.place(part.block).is_none());
+            for part in absent {
+                part.window.fill(window, &mut heights_m, f32::NAN);
             }
         }
         Ok(heights_m)
@@ -104,7 +141,7 @@ impl GeoTiffReader {
 
 impl HeightReader for GeoTiffReader {
     fn size(&self) -> [u32; 2] {
-        [self.layout.width, self.layout.height]
+        self.blocks.size
     }
 
     fn georeference(&self) -> &Georeference {
@@ -116,12 +153,29 @@ impl HeightReader for GeoTiffReader {
         if window.samples() == 0 {
             return Ok(Vec::new());
         }
+        if let Some(height_m) = self.known_m(window) {
+            let mut heights_m = memory::window_room(&self.path, window)?;
+            heights_m.resize(window.samples(), height_m);
+            return Ok(heights_m);
+        }
         guarded(&self.path, || self.read_unguarded(window))
     }
 
+    fn known_m(&self, window: Window) -> Option<f32> {
+        // Blocks that are left out hold the no-data value, or zeros where the file names none, as in GDAL.
+        self.blocks.is_absent(window).then(|| match self.meaning.no_data {
+            Some(_) => f32::NAN,
+            None => self.meaning.height_m(0.0, &mut Tally::default()),
+        })
+    }
+
+    fn is_serial(&self) -> bool {
+        self.block_bytes > CACHE_BYTES as u64
+    }
+
     fn block(&self) -> [u32; 2] {
-        let [width, height] = self.layout.block;
-        [(width as u32).min(self.layout.width), (height as u32).min(self.layout.height)]
+        let ([columns, rows], [width, height]) = (self.blocks.block, self.blocks.size);
+        [columns.min(width), rows.min(height)]
     }
 
     fn identity(&self) -> String {
@@ -138,8 +192,8 @@ pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, SourceErr
     })
 }
 
-pub(super) fn geo_tags(layout: &Layout) -> GeoTags {
-    let value = |tag| layout.ifd.tag(tag).map(|tag| &tag.value);
+pub(super) fn geo_tags(ifd: &Ifd) -> GeoTags {
+    let value = |tag| ifd.tag(tag).map(|tag| &tag.value);
     let numbers = |tag| value(tag).and_then(TagValue::as_f64_vec).unwrap_or_default();
     let directory = value(TAG_GEO_DIRECTORY).and_then(TagValue::as_u16_slice).unwrap_or_default();
     let ascii = value(TAG_GEO_ASCII).and_then(TagValue::as_str).unwrap_or_default();
@@ -147,12 +201,12 @@ pub(super) fn geo_tags(layout: &Layout) -> GeoTags {
         pixel_scale: numbers(TAG_PIXEL_SCALE),
         tie_points: numbers(TAG_TIE_POINTS),
         transformation: numbers(TAG_TRANSFORMATION),
-        geokeys: GeoKeys::parse(directory, &numbers(TAG_GEO_DOUBLES), ascii),
+        geokeys: esri_citation::understood(GeoKeys::parse(directory, &numbers(TAG_GEO_DOUBLES), ascii)),
     }
 }
 
-pub(super) fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meaning {
-    let text = |tag| layout.ifd.tag(tag).and_then(|tag| tag.value.as_str());
+pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, path: &Path) -> Meaning {
+    let text = |tag| ifd.tag(tag).and_then(|tag| tag.value.as_str());
     let no_data = text(TAG_GDAL_NODATA).and_then(|text| {
         let no_data = parse_no_data(text);
         if no_data.is_none() {
@@ -163,7 +217,7 @@ pub(super) fn meaning(layout: &Layout, geokeys: &GeoKeys, path: &Path) -> Meanin
     let band = BandMetadata::parse(text(TAG_GDAL_METADATA).unwrap_or_default());
     let by_keys = || georeference::vertical_metres_per_unit(geokeys);
     Meaning {
-        sample_type: layout.sample_type,
+        sample_type,
         no_data,
         scale: band.scale.unwrap_or(1.0),
         offset: band.offset.unwrap_or(0.0),

@@ -1,5 +1,6 @@
-//! Heights that are held in memory and handed out by windows: of formats that can only be read from their beginning
-//! to their end, as text and PNG.
+//! Memory for samples: asked for before it is used, so that what cannot be had is an error and no end of the program.
+//! And heights that are held in memory and handed out by windows, of formats that can only be read from their beginning
+//! to their end, as text.
 
 use std::path::{Path, PathBuf};
 
@@ -9,9 +10,9 @@ use super::place::check_window;
 use super::reader::{HeightReader, Window};
 
 /// More samples than this are not decoded into memory: 1 GiB of heights.
-const MAX_SAMPLES: u64 = 1 << 28;
+pub(super) const MAX_SAMPLES: u64 = 1 << 28;
 
-/// See the head of the file.
+/// See the head of the file. Each sample takes 4 bytes.
 pub(super) struct MemoryReader {
     pub path: PathBuf,
     pub size: [u32; 2],
@@ -20,19 +21,38 @@ pub(super) struct MemoryReader {
     pub identity: String,
 }
 
-/// Room for the heights of a grid whose size the file claims.
+/// A size of which a format that is decoded whole has not too many samples.
 ///
 /// # Errors
-/// More samples than are held in memory, or than there is memory.
-pub(super) fn room(path: &Path, [width, height]: [u32; 2]) -> Result<Vec<f32>, SourceError> {
-    let too_large = || SourceError::TooLarge { path: path.into(), width, height };
-    let samples = u64::from(width) * u64::from(height);
-    if samples > MAX_SAMPLES {
-        return Err(too_large());
+/// [`SourceError::TooLarge`].
+pub(super) fn check_count(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError> {
+    match u64::from(width) * u64::from(height) > MAX_SAMPLES {
+        true => Err(SourceError::TooLarge { path: path.into(), width, height }),
+        false => Ok(()),
     }
+}
+
+/// Room for `count` numbers, which `size` samples of the file need.
+///
+/// # Errors
+/// [`SourceError::Memory`] where it cannot be had.
+pub(super) fn room<T>(path: &Path, size: [u32; 2], count: u64) -> Result<Vec<T>, SourceError> {
     let mut room = Vec::new();
-    room.try_reserve_exact(samples as usize).map_err(|_| too_large())?;
-    Ok(room)
+    let reserved = usize::try_from(count).is_ok_and(|count| room.try_reserve_exact(count).is_ok());
+    reserved.then_some(room).ok_or_else(|| lacking(path, size, count.saturating_mul(size_of::<T>() as u64)))
+}
+
+/// What is said where so many bytes cannot be had.
+pub(super) fn lacking(path: &Path, [width, height]: [u32; 2], needed_bytes: u64) -> SourceError {
+    SourceError::Memory { path: path.into(), width, height, needed_bytes }
+}
+
+/// Room for the heights of a window.
+///
+/// # Errors
+/// As [`room`].
+pub(super) fn window_room(path: &Path, window: Window) -> Result<Vec<f32>, SourceError> {
+    room(path, [window.width, window.height], window.samples() as u64)
 }
 
 impl HeightReader for MemoryReader {
@@ -46,7 +66,7 @@ impl HeightReader for MemoryReader {
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         check_window(&self.path, window, self.size)?;
-        let mut heights_m = Vec::with_capacity(window.samples());
+        let mut heights_m = window_room(&self.path, window)?;
         for row in window.y..window.y + window.height {
             let first = row as usize * self.size[0] as usize + window.x as usize;
             heights_m.extend_from_slice(&self.heights_m[first..first + window.width as usize]);

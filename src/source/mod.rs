@@ -5,7 +5,10 @@
 //! comes out is metres, or NaN.
 //!
 //! Each format has a file of its own. Those with an index or samples at fixed places (GeoTIFF, `.hgt`, DTED, BIL,
-//! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory.
+//! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory, at 2 to
+//! 4 bytes for each sample. [`statistics`] reads a grid of any size without holding it.
+//!
+//! Why: `docs/decisions/height-readers.md`.
 
 mod ascii_grid;
 pub(crate) mod cog;
@@ -16,6 +19,7 @@ mod ehdr;
 mod envi;
 mod erosion;
 mod error;
+mod esri_citation;
 mod flat;
 mod folder;
 mod format;
@@ -25,6 +29,7 @@ mod geotiff;
 mod geotiff_layout;
 mod hgt;
 mod hillslope;
+mod masked;
 mod memory;
 pub mod mosaic;
 mod picture;
@@ -38,8 +43,12 @@ pub mod reader;
 mod relief;
 mod samples;
 mod side_file;
+mod statistics;
 mod terrain_rgb;
 mod text;
+mod tiff_blocks;
+mod tiff_samples;
+pub(crate) mod tiff_side_files;
 mod tile_folder;
 mod usgs_dem;
 mod valley;
@@ -56,7 +65,8 @@ pub use geokeys::{GeoKey, GeoKeyValue, GeoKeys};
 use georeference::Georeference;
 pub use georeference::GeoreferenceError;
 pub use reader::{HeightReader, Window};
-pub use side_file::OpenOptions;
+pub use side_file::{Encoding, OpenOptions};
+pub use statistics::{Statistics, statistics};
 pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.
@@ -84,6 +94,10 @@ pub struct Silent;
 impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
 }
+
+/// Another number where files give other heights, or another place, than they did before: what was baked of them then is
+/// baked anew.
+pub const VERSION: u32 = 2;
 
 /// More samples than this are not read into memory at once: 8 GiB of heights.
 const MAX_SAMPLES: u64 = 1 << 31;
@@ -128,7 +142,7 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
     let said = || side_file::Said::of(path, options);
     Ok(match format {
         Format::GeoTiff => geotiff::GeoTiffReader::open(path)?,
-        Format::Png => Box::new(geotiff::guarded(path, || png16::open(path, &said()?))?),
+        Format::Png => geotiff::guarded(path, || png16::open(path, &said()?))?,
         Format::Hgt => Box::new(hgt::open(path)?),
         Format::ZippedHgt => Box::new(geotiff::guarded(path, || hgt::open_zip(path))?),
         Format::Dted { offset } => Box::new(dted::DtedReader::open(path, offset)?),
@@ -148,12 +162,10 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
 pub fn read_all(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<HeightGrid, SourceError> {
     let [width, height] = reader.size();
     let samples = u64::from(width) * u64::from(height);
-    let too_large = || SourceError::TooLarge { path: path.into(), width, height };
     if samples > MAX_SAMPLES {
-        return Err(too_large());
+        return Err(SourceError::TooLarge { path: path.into(), width, height });
     }
-    let mut heights_m = Vec::new();
-    heights_m.try_reserve_exact(samples as usize).map_err(|_| too_large())?;
+    let mut heights_m = memory::room(path, [width, height], samples)?;
     // Whole rows of blocks, so that none is decoded twice.
     let block_rows = u64::from(reader.block()[1].max(1));
     let rows_at_once = (SAMPLES_PER_REPORT / u64::from(width) / block_rows).max(1) * block_rows;

@@ -1,20 +1,19 @@
-//! PNG pictures (ISO/IEC 15948) as samples: what heightmaps and terrain-RGB have in common.
+//! PNG pictures (ISO/IEC 15948) as samples: what heightmaps and terrain-RGB have in common. A picture is decoded whole,
+//! and kept as its file has it (2 to 4 bytes for each pixel), or by rows from the top, which holds a row at a time.
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Reader, Transformations};
 
 use super::SourceError;
+use super::memory;
 use super::place::{cannot_open, inconsistent};
 
 /// Deflate packs 1032 bytes into one at best; so many more are free for the header.
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
-/// A picture is decoded whole.
-const MAX_SAMPLES: u64 = 1 << 28;
-
 /// What the header says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Header {
@@ -41,26 +40,53 @@ pub(super) fn header(path: &Path) -> Result<Header, SourceError> {
     Ok(Header { size: [info.width, info.height], color: info.color_type, depth: info.bit_depth })
 }
 
+/// The rows of a picture, from the top.
+pub(super) struct Rows {
+    path: PathBuf,
+    reader: Reader<BufReader<File>>,
+    row: Vec<u8>,
+    /// The number of the next row.
+    pub next: u32,
+}
+
+impl Rows {
+    /// Before the first row; `None` for an interlaced picture, whose rows do not come in their order.
+    ///
+    /// # Errors
+    /// As [`decode`], as far as the header tells.
+    pub fn open(path: &Path) -> Result<Option<Self>, SourceError> {
+        let (reader, _) = begin(path)?;
+        if reader.info().interlaced {
+            return Ok(None);
+        }
+        let size = [reader.info().width, reader.info().height];
+        let row_bytes = reader.output_line_size(size[0]).ok_or(SourceError::TooLarge {
+            path: path.into(),
+            width: size[0],
+            height: size[1],
+        })?;
+        let mut row = memory::room(path, [size[0], 1], row_bytes as u64)?;
+        row.resize(row_bytes, 0);
+        Ok(Some(Self { path: path.into(), reader, row, next: 0 }))
+    }
+
+    /// The samples of the next row.
+    ///
+    /// # Errors
+    /// Damage; a picture that ends before this row.
+    pub fn read(&mut self) -> Result<&[u8], SourceError> {
+        let read = self.reader.read_row(&mut self.row).map_err(|error| damaged(&self.path, &error))?;
+        read.ok_or_else(|| inconsistent(&self.path, format!("it ends before row {}", self.next)))?;
+        self.next += 1;
+        Ok(&self.row)
+    }
+}
+
 /// Decodes a picture; palettes become colours.
 pub(super) fn decode(path: &Path) -> Result<Picture, SourceError> {
-    let file = File::open(path).map_err(cannot_open(path))?;
-    let file_bytes = file.metadata().map_err(cannot_open(path))?.len();
-    let mut decoder = Decoder::new(BufReader::new(file));
-    decoder.set_transformations(Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(|error| damaged(path, &error))?;
+    let (mut reader, needed) = begin(path)?;
     let [width, height] = [reader.info().width, reader.info().height];
-    let too_large = || SourceError::TooLarge { path: path.into(), width, height };
-    if u64::from(width) * u64::from(height) > MAX_SAMPLES {
-        return Err(too_large());
-    }
-    let needed = reader.output_buffer_size().ok_or_else(too_large)?;
-    // Bits of a palette grow to three bytes, in the decoder and not in the file.
-    let packed = (reader.info().raw_bytes() as u64).min(needed as u64);
-    if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
-        return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
-    }
-    let mut bytes = Vec::new();
-    bytes.try_reserve_exact(needed).map_err(|_| too_large())?;
+    let mut bytes = memory::room(path, [width, height], needed as u64)?;
     bytes.resize(needed, 0);
     let info = reader.next_frame(&mut bytes).map_err(|error| damaged(path, &error))?;
     bytes.truncate(info.buffer_size());
@@ -70,6 +96,25 @@ pub(super) fn decode(path: &Path) -> Result<Picture, SourceError> {
         return Err(inconsistent(path, "it decodes to another size than its header says"));
     }
     Ok(picture)
+}
+
+/// A decoder that has read up to the samples, and how many bytes they are when decoded.
+fn begin(path: &Path) -> Result<(Reader<BufReader<File>>, usize), SourceError> {
+    let file = File::open(path).map_err(cannot_open(path))?;
+    let file_bytes = file.metadata().map_err(cannot_open(path))?.len();
+    let mut decoder = Decoder::new(BufReader::new(file));
+    decoder.set_transformations(Transformations::EXPAND);
+    let reader = decoder.read_info().map_err(|error| damaged(path, &error))?;
+    let [width, height] = [reader.info().width, reader.info().height];
+    memory::check_count(path, [width, height])?;
+    let too_large = || SourceError::TooLarge { path: path.into(), width, height };
+    let needed = reader.output_buffer_size().ok_or_else(too_large)?;
+    // Bits of a palette grow to three bytes, in the decoder and not in the file.
+    let packed = (reader.info().raw_bytes() as u64).min(needed as u64);
+    if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
+        return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
+    }
+    Ok((reader, needed))
 }
 
 fn damaged(path: &Path, error: &DecodingError) -> SourceError {

@@ -1,44 +1,179 @@
 //! Grey PNG of 16 bits: the heightmap of game engines. How high a step is, how far samples are apart and where they lie
 //! comes from a side file or from options.
+//!
+//! A picture that is read from its first row to its last is decoded on the way, and no more than a row of it is held. Any
+//! other window needs the whole picture, which then stays in memory: 2 bytes for each sample, 4 with an alpha channel.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use png::{BitDepth, ColorType};
 
 use super::SourceError;
-use super::memory::{self, MemoryReader};
-use super::place;
+use super::georeference::Georeference;
+use super::geotiff::guarded;
+use super::memory;
+use super::picture::{Picture, Rows};
+use super::place::{self, check_window};
+use super::reader::{HeightReader, Window};
 use super::samples::{Meaning, SampleType, Tally, Told};
 use super::side_file::Said;
 use super::{picture, terrain_rgb};
 
-/// Reads a PNG: a heightmap, or terrain-RGB.
-pub(super) fn open(path: &Path, said: &Said) -> Result<MemoryReader, SourceError> {
+/// A block is some rows of about so many samples.
+const BLOCK_SAMPLES: u32 = 1 << 20;
+
+/// Opens a PNG: a heightmap, or terrain-RGB.
+pub(super) fn open(path: &Path, said: &Said) -> Result<Box<dyn HeightReader>, SourceError> {
     let header = picture::header(path)?;
     place::check_size(path, header.size)?;
     let refused = |what| Err(SourceError::NotHeights { path: path.into(), what });
     match (header.color, header.depth) {
-        (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Sixteen) => grey(path, said),
+        (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
+            Ok(Box::new(GreyReader::open(path, said, header.size)?))
+        }
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, _) => refused("a grey picture of 8 bits or less"),
         (_, BitDepth::Sixteen) => refused("a colour picture of 16 bits"),
-        _ => terrain_rgb::open(path, said),
+        _ => Ok(Box::new(terrain_rgb::open(path, said)?)),
     }
 }
 
-fn grey(path: &Path, said: &Said) -> Result<MemoryReader, SourceError> {
-    let picture = picture::decode(path)?;
-    let georeference = said.georeference(path, picture.size)?;
-    let [scale, offset] = said.steps(path);
-    let meaning =
-        Meaning { sample_type: SampleType::U16, no_data: said.side.no_data, scale, offset, metres_per_unit: 1.0 };
-    let mut heights_m = memory::room(path, picture.size)?;
-    let mut tally = Tally::default();
-    let (samples, _) = picture.bytes.as_chunks::<2>();
-    for pixel in samples.chunks_exact(picture.channels) {
-        let is_transparent = pixel.get(1) == Some(&[0, 0]);
-        let value = f64::from(u16::from_be_bytes(pixel[0]));
-        heights_m.push(if is_transparent { f32::NAN } else { meaning.height_m(value, &mut tally) });
+/// See the head of the file.
+struct GreyReader {
+    path: PathBuf,
+    size: [u32; 2],
+    meaning: Meaning,
+    georeference: Georeference,
+    identity: String,
+    told: Told,
+    state: Mutex<State>,
+}
+
+/// What is decoded of the picture.
+enum State {
+    /// Everything above the next row has been handed out.
+    Rows(Rows),
+    Whole(Arc<Picture>),
+    /// Nothing: the next window decides.
+    Closed,
+}
+
+impl GreyReader {
+    fn open(path: &Path, said: &Said, size: [u32; 2]) -> Result<Self, SourceError> {
+        let [scale, offset] = said.steps(path);
+        let meaning =
+            Meaning { sample_type: SampleType::U16, no_data: said.side.no_data, scale, offset, metres_per_unit: 1.0 };
+        let rows = Rows::open(path)?;
+        Ok(Self {
+            path: path.into(),
+            size,
+            meaning,
+            georeference: said.georeference(path, size)?,
+            identity: said.identity(path),
+            told: Told::default(),
+            state: Mutex::new(rows.map_or(State::Closed, State::Rows)),
+        })
     }
-    Told::default().tell(path, &tally);
-    Ok(MemoryReader { path: path.into(), size: picture.size, heights_m, georeference, identity: said.identity(path) })
+
+    /// The rows of a window that has all columns and follows the one before, or is the first.
+    fn read_on(&self, state: &mut State, window: Window) -> Result<Option<Vec<f32>>, SourceError> {
+        if window.x != 0 || window.width != self.size[0] {
+            return Ok(None);
+        }
+        if window.y == 0 && !matches!(state, State::Whole(_) | State::Rows(Rows { next: 0, .. })) {
+            *state = Rows::open(&self.path)?.map_or(State::Closed, State::Rows);
+        }
+        let State::Rows(rows) = state else { return Ok(None) };
+        if rows.next != window.y {
+            return Ok(None);
+        }
+        let mut heights_m = memory::window_room(&self.path, window)?;
+        let mut tally = Tally::default();
+        for _ in 0..window.height {
+            let row = rows.read()?;
+            self.append_heights_m(row, row.len() / self.size[0] as usize, &mut heights_m, &mut tally);
+        }
+        self.told.tell(&self.path, &tally);
+        Ok(Some(heights_m))
+    }
+
+    fn whole(&self, state: &mut State) -> Result<Arc<Picture>, SourceError> {
+        if let State::Whole(picture) = state {
+            return Ok(picture.clone());
+        }
+        let picture = picture::decode(&self.path)?;
+        if picture.size != self.size || picture.channel_bytes != 2 {
+            return Err(place::inconsistent(&self.path, "it changed while it was read"));
+        }
+        let picture = Arc::new(picture);
+        *state = State::Whole(picture.clone());
+        Ok(picture)
+    }
+
+    /// Appends the heights of pixels that have so many bytes each: a sample, and perhaps an alpha.
+    fn append_heights_m(&self, pixels: &[u8], pixel_bytes: usize, heights_m: &mut Vec<f32>, tally: &mut Tally) {
+        heights_m.extend(pixels.chunks_exact(pixel_bytes.max(2)).map(|pixel| match pixel {
+            [_, _, 0, 0] => f32::NAN,
+            _ => self.meaning.height_m(f64::from(u16::from_be_bytes([pixel[0], pixel[1]])), tally),
+        }));
+    }
+
+    fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        // What a thread that panicked left of the rows is thrown away.
+        let mut state = self.state.lock().unwrap_or_else(|poison| {
+            let mut state = PoisonError::into_inner(poison);
+            *state = State::Closed;
+            state
+        });
+        match self.read_on(&mut state, window) {
+            Ok(None) => {}
+            Ok(Some(heights_m)) => return Ok(heights_m),
+            Err(error) => {
+                *state = State::Closed;
+                return Err(error);
+            }
+        }
+        let picture = self.whole(&mut state)?;
+        drop(state);
+        let mut heights_m = memory::window_room(&self.path, window)?;
+        let mut tally = Tally::default();
+        let pixel_bytes = picture.channels * picture.channel_bytes;
+        for row in window.y as usize..(window.y + window.height) as usize {
+            let first = (row * self.size[0] as usize + window.x as usize) * pixel_bytes;
+            let pixels = &picture.bytes[first..first + window.width as usize * pixel_bytes];
+            self.append_heights_m(pixels, pixel_bytes, &mut heights_m, &mut tally);
+        }
+        self.told.tell(&self.path, &tally);
+        Ok(heights_m)
+    }
+}
+
+impl HeightReader for GreyReader {
+    fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        check_window(&self.path, window, self.size)?;
+        if window.samples() == 0 {
+            return Ok(Vec::new());
+        }
+        guarded(&self.path, || self.read_unguarded(window))
+    }
+
+    fn block(&self) -> [u32; 2] {
+        [self.size[0], (BLOCK_SAMPLES / self.size[0]).clamp(1, self.size[1])]
+    }
+
+    fn is_serial(&self) -> bool {
+        true
+    }
+
+    fn identity(&self) -> String {
+        self.identity.clone()
+    }
 }

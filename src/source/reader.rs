@@ -23,6 +23,14 @@ impl Window {
     pub fn samples(self) -> usize {
         self.width as usize * self.height as usize
     }
+
+    /// Sets the samples of this window in those of `around`, in which it lies.
+    pub(crate) fn fill<T: Copy>(self, around: Window, samples: &mut [T], value: T) {
+        for row in self.y - around.y..self.y - around.y + self.height {
+            let start = row as usize * around.width as usize + (self.x - around.x) as usize;
+            samples[start..start + self.width as usize].fill(value);
+        }
+    }
 }
 
 /// A height grid that is read a window at a time, from any thread. It may be larger than memory.
@@ -41,6 +49,19 @@ pub trait HeightReader: Send + Sync {
 
     /// What a window should begin and end at so that nothing is decoded twice: columns and rows of a block.
     fn block(&self) -> [u32; 2];
+
+    /// The height in metres of every sample of a window, NaN for voids, where that is known without reading any: the
+    /// file leaves those blocks out. `None` where the window has to be read.
+    fn known_m(&self, window: Window) -> Option<f32> {
+        let _ = window;
+        None
+    }
+
+    /// Whether windows are to be read by one thread and from the top down, because what is decoded for one of them
+    /// serves the next: rows of a stream, or parts of a strip that is too large to be decoded twice.
+    fn is_serial(&self) -> bool {
+        false
+    }
 
     /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two
     /// readers with one identity give the same heights.

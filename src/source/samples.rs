@@ -20,7 +20,7 @@ pub(super) enum SampleType {
 
 /// No height in metres is larger than this: the highest relief in the solar system is under 30 km. What is larger is
 /// a mark for no-data that the file does not declare (-3.4e38, 1e20, -2147483648 …).
-const MAX_HEIGHT_M: f64 = 1e6;
+pub(super) const MAX_HEIGHT_M: f64 = 1e6;
 
 /// What the samples of one band mean.
 #[derive(Clone, Debug, PartialEq)]
@@ -155,6 +155,8 @@ impl Meaning {
         // The tag is decimal text, the sample binary: "-3.4e+38" must match the f32 next to it. Beyond the range of
         // f32 the conversion gives an infinity, which a finite sample never equals, so the largest f32 stands in.
         value == no_data
+            // Of whole numbers, GDAL compares what is left of a mark without its decimals.
+            || !matches!(self.sample_type, SampleType::F32 | SampleType::F64) && value == no_data.trunc()
             || self.sample_type == SampleType::F32 && {
                 let nearest = (no_data as f32).clamp(f32::MIN, f32::MAX);
                 (value - f64::from(nearest)).abs() <= 2.0 * f64::from(f32::EPSILON) * f64::from(nearest.abs())

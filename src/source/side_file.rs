@@ -39,16 +39,32 @@ pub struct OpenOptions {
     pub height_offset_m: Option<f64>,
     /// Whether the larger byte of a raw sample comes first.
     pub big_endian: Option<bool>,
+    /// How heights are packed into the colours of a picture.
+    pub encoding: Option<Encoding>,
 }
 
 /// How heights are packed into the colours of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Encoding {
+pub enum Encoding {
     /// (red × 256 + green + blue / 256) − 32768 metres.
     Terrarium,
     /// −10000 + (red × 65536 + green × 256 + blue) × 0.1 metres.
     Mapbox,
+}
+
+impl Encoding {
+    /// Each of them.
+    pub const ALL: [Self; 2] = [Self::Mapbox, Self::Terrarium];
+
+    /// As options and side files name it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Terrarium => "terrarium",
+            Self::Mapbox => "mapbox",
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -72,7 +88,7 @@ pub(super) struct SideFile {
     pub no_data: Option<f64>,
     crs: Option<String>,
     origin: Option<[f64; 2]>,
-    pub encoding: Option<Encoding>,
+    encoding: Option<Encoding>,
     pub interval_m: Option<f64>,
 }
 
@@ -116,6 +132,11 @@ impl Said {
     /// Whether the larger byte of a raw sample comes first, where anybody says so.
     pub fn is_big_endian(&self) -> Option<bool> {
         self.options.big_endian.or_else(|| self.side.endian.map(|endian| endian == Endian::Big))
+    }
+
+    /// How heights are packed into colours, where anybody says so.
+    pub fn encoding(&self) -> Option<Encoding> {
+        self.options.encoding.or(self.side.encoding)
     }
 
     /// Metres for each step.

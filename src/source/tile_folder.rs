@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::SourceError;
 use super::georeference::Georeference;
+use super::memory;
 use super::picture::{self, Picture};
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
@@ -153,7 +154,8 @@ impl HeightReader for TileFolderReader {
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         check_window(&self.folder, window, self.size)?;
-        let mut heights_m = vec![f32::NAN; window.samples()];
+        let mut heights_m = memory::window_room(&self.folder, window)?;
+        heights_m.resize(window.samples(), f32::NAN);
         if heights_m.is_empty() {
             return Ok(heights_m);
         }
@@ -185,6 +187,19 @@ impl HeightReader for TileFolderReader {
 
     fn block(&self) -> [u32; 2] {
         [self.tile_px; 2]
+    }
+
+    fn known_m(&self, window: Window) -> Option<f32> {
+        let tile = |axis: usize, at: u32| self.first[axis] + at / self.tile_px;
+        let (right, bottom) = (window.x + window.width.max(1) - 1, window.y + window.height.max(1) - 1);
+        let (columns, rows) = (tile(0, window.x)..=tile(0, right), tile(1, window.y)..=tile(1, bottom));
+        // The tiles that there are, or the places that there are for them, whichever are fewer.
+        let places = u64::from(columns.end() - columns.start() + 1) * u64::from(rows.end() - rows.start() + 1);
+        let is_present = match places < self.present.len() as u64 {
+            true => rows.into_iter().any(|y| columns.clone().any(|x| self.present.contains(&[x, y]))),
+            false => self.present.iter().any(|[x, y]| columns.contains(x) && rows.contains(y)),
+        };
+        (!is_present).then_some(f32::NAN)
     }
 
     fn identity(&self) -> String {

@@ -5,6 +5,8 @@
 //! with line breaks in some files. A value is a whole number times the vertical resolution, above the profile's datum;
 //! -32767 is a void. Older headers end after 864 bytes, and some after 893, as GDAL knows them.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use super::memory::{self, MemoryReader};
@@ -13,8 +15,11 @@ use super::samples::{Meaning, SampleType, Tally, Told};
 use super::text::number;
 use super::{GeoKeys, SourceError};
 
-/// A file is read whole.
-const MAX_BYTES: u64 = 1 << 31;
+/// A file is read whole, and held together with its heights: six bytes and four for each sample. A quadrangle has some
+/// ten megabytes.
+const MAX_BYTES: u64 = 1 << 29;
+/// For each byte of the file, and some more: profiles may be short, but a quadrangle is mostly full.
+const MAX_SAMPLES_PER_BYTE: u64 = 16;
 const RECORD: usize = 1024;
 const VOID: i64 = -32_767;
 /// The first record of a profile has so many values, those after it more.
@@ -85,19 +90,21 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     if length > MAX_BYTES {
         return Err(place::unclear(path, "is too long to be read at once; convert it to GeoTIFF (gdal_translate)"));
     }
-    let bytes = std::fs::read(path).map_err(cannot_open(path))?;
+    let mut bytes = memory::room(path, [(length / 6) as u32, 1], length)?;
+    File::open(path).and_then(|file| file.take(length).read_to_end(&mut bytes)).map_err(cannot_open(path))?;
     let header = read_header(path, &bytes)?;
     place::check_size(path, header.size)?;
-    // Profiles may be short, but a quadrangle is mostly full.
+    memory::check_count(path, header.size)?;
     let [width, height] = header.size;
-    if u64::from(width) * u64::from(height) > 64 * length + (1 << 20) {
+    let samples = u64::from(width) * u64::from(height);
+    if samples > MAX_SAMPLES_PER_BYTE * length + (1 << 20) {
         return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {length} bytes")));
     }
     let scale = if header.is_geographic { 1.0 / 3600.0 } else { 1.0 };
     let crs_from_grid = place::north_up(header.first.map(|it| it * scale), header.step.map(|it| it * scale));
     let georeference = place::locate(path, crs_from_grid, header.keys.clone(), header.size)?;
-    let mut heights_m = memory::room(path, header.size)?;
-    heights_m.resize(width as usize * height as usize, f32::NAN);
+    let mut heights_m = memory::room(path, header.size, samples)?;
+    heights_m.resize(samples as usize, f32::NAN);
     read_profiles(path, &bytes, &header, &mut heights_m)?;
     let identity = place::identity(&[path], "");
     Ok(MemoryReader { path: path.into(), size: header.size, heights_m, georeference, identity })

@@ -117,7 +117,8 @@ fn parse(text: &mut &str, depth: usize) -> Option<Node> {
 fn projected_keys(node: &Node) -> Option<Vec<GeoKey>> {
     let geographic = node.find(&GEOGRAPHIC);
     let base = geographic.and_then(geographic_code);
-    let code = node.epsg().or_else(|| utm_code(node.name(), base?));
+    let web_mercator = || (node.name() == "WGS_1984_Web_Mercator_Auxiliary_Sphere").then_some(3857);
+    let code = node.epsg().or_else(|| utm_code(node.name(), base?)).or_else(web_mercator);
     let mut keys = vec![
         GeoKey::short(key::MODEL_TYPE, 1),
         GeoKey::short(key::PROJECTED_CRS, code.unwrap_or(USER_DEFINED)),
@@ -199,7 +200,7 @@ fn geographic_code(node: &Node) -> Option<u16> {
 }
 
 /// The EPSG code of a zone of UTM by a name such as `WGS_1984_UTM_Zone_10N` and the code of its geographic CRS.
-fn utm_code(name: &str, geographic: u16) -> Option<u16> {
+pub(super) fn utm_code(name: &str, geographic: u16) -> Option<u16> {
     let name = name.to_ascii_uppercase().replace('_', " ");
     let (_, zone) = name.split_once("UTM ZONE ")?;
     let digits = zone.len() - zone.trim_start_matches(|c: char| c.is_ascii_digit()).len();

@@ -2,17 +2,19 @@
 //! GDAL and mapping agencies write them. Separators are spaces, tabs, commas or semicolons; a first line may hold names.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use super::SourceError;
-use super::memory::MemoryReader;
+use super::memory::{self, MemoryReader};
 use super::place::{self, cannot_open, inconsistent, unclear};
 use super::prj;
 use super::samples::{Meaning, SampleType, Tally, Told};
 
-/// As for every format that is decoded whole.
-const MAX_SAMPLES: usize = 1 << 28;
+/// A line is no longer.
+const MAX_LINE_BYTES: u64 = 4096;
+/// A row has no more points.
+const MAX_COLUMNS: usize = 1 << 24;
 /// Of the spacing: so far a point may lie from its place in the grid.
 const TOLERANCE: f64 = 0.01;
 
@@ -51,6 +53,9 @@ impl Grid {
         };
         let width = self.eastings.len();
         if self.northings.len() == 1 && y == row_y {
+            if width == MAX_COLUMNS {
+                return false;
+            }
             self.eastings.push(x);
         } else {
             let column = self.count % width;
@@ -79,14 +84,32 @@ fn even(numbers: &[f64]) -> Option<[f64; 2]> {
     (step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_even)).then_some([first, step])
 }
 
+/// Makes room for an eighth more, not for twice as much: how many points there are is known at the end.
+fn grow(path: &Path, heights_m: &mut Vec<f32>) -> Result<(), SourceError> {
+    if heights_m.len() as u64 >= memory::MAX_SAMPLES {
+        return Err(unclear(path, "has more points than can be read at once; convert it to GeoTIFF"));
+    }
+    let more = heights_m.len() / 8 + (1 << 16);
+    let needed_bytes = 4 * (heights_m.len() + more) as u64;
+    heights_m.try_reserve_exact(more).map_err(|_| memory::lacking(path, [heights_m.len() as u32, 1], needed_bytes))
+}
+
 /// Reads a grid.
 pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let irregular = || unclear(path, "its points are no full regular grid by rows; convert it to GeoTIFF (gdal_grid)");
-    let reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(cannot_open(path))?);
+    let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(cannot_open(path))?);
     let (mut grid, mut heights_m, mut tally) = (Grid::default(), Vec::new(), Tally::default());
     let meaning = Meaning::metres(SampleType::F64, None);
-    for (number, line) in reader.split(b'\n').enumerate() {
-        let line = line.map_err(cannot_open(path))?;
+    let mut line = Vec::new();
+    for number in 0.. {
+        line.clear();
+        reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line).map_err(cannot_open(path))?;
+        if line.is_empty() {
+            break;
+        }
+        if line.len() as u64 == MAX_LINE_BYTES {
+            return Err(inconsistent(path, format!("line {} is longer than any point", number + 1)));
+        }
         let line = String::from_utf8_lossy(&line);
         if line.trim().is_empty() {
             continue;
@@ -100,8 +123,8 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         if !grid.take(x, y) {
             return Err(irregular());
         }
-        if heights_m.len() == MAX_SAMPLES {
-            return Err(unclear(path, "has more points than can be read at once; convert it to GeoTIFF"));
+        if heights_m.len() == heights_m.capacity() {
+            grow(path, &mut heights_m)?;
         }
         heights_m.push(meaning.height_m(z, &mut tally));
     }

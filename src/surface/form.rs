@@ -1,4 +1,6 @@
 //! The surface's normal at the scale of marks. See `shaders/surface/form.wgsl`.
+//!
+//! This is the mark normal. Why: `docs/decisions/hatching.md`.
 
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, Named, texture};

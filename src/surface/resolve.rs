@@ -1,4 +1,6 @@
 //! Depth of the mesh → position and normal of the surface. See `shaders/surface/resolve.wgsl`.
+//!
+//! Why: `docs/decisions/resolve-pass.md`.
 
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, Named, texture};

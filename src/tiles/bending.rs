@@ -1,4 +1,6 @@
 //! Boxes and places on a bent earth: the CPU's side of `shaders/shared/earth.wgsl`.
+//!
+//! This is the curvature of the earth. Why: `docs/decisions/earth-curvature.md`.
 
 use glam::{DVec2, DVec3};
 

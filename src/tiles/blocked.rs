@@ -5,6 +5,8 @@
 //! Interpolated, it is by how much of a level the surface stays above that level. A tile is used only when its parent
 //! is free of it, so the surface has no step in space either: a child is shown when it and all around it can be
 //! (Cesium calls this "forbid holes"; the interpolation is ours).
+//!
+//! This is the residency floor. Why: `docs/decisions/residency-floor.md`.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 

@@ -4,6 +4,8 @@
 //! the land that was looked at so far surely closes the view. A box of land closes it up to its measured lowest height,
 //! in the directions that it fills from side to side; a box whose measured highest height stays below the skyline in all
 //! of its directions cannot be seen. Both are bounds, so nothing is left out that is in view.
+//!
+//! Why: `docs/decisions/terrain-occlusion.md`.
 
 use std::f64::consts::{PI, TAU};
 

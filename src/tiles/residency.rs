@@ -5,10 +5,12 @@
 //! stand-in shows the largest error comes first, more so in the middle of the view. The queue is made anew for every
 //! frame, so what is no longer wanted is never read. A tile that cannot be read is tried again, later and later, while
 //! its parent stands in.
+//!
+//! Why: `docs/decisions/tile-streaming.md`.
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
@@ -19,8 +21,8 @@ use super::cache::TileCache;
 use super::loader::Loader;
 use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::warp::Warp;
-use crate::file::message::chain;
 use crate::gpu::Gpu;
+use crate::pyramid::ground::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 /// How far ahead tiles are asked for, in seconds: the second is for what shows only when the first has come.
@@ -79,6 +81,8 @@ pub struct Residency {
     cache: TileCache,
     places: TilePlaces,
     failures: FxHashMap<TileAddress, Failure>,
+    /// Why the first tile that counts as not readable does.
+    failure: Option<Arc<PyramidError>>,
     /// On the GPU.
     pub atlas: Atlas,
     /// Where the surface has to wait.
@@ -100,6 +104,7 @@ impl Residency {
             cache: TileCache::new(memory_bytes),
             places: TilePlaces::default(),
             failures: FxHashMap::default(),
+            failure: None,
             atlas: Atlas::new(gpu, tiles, memory_bytes),
             blocked: Blocked::default(),
             needed: Vec::new(),
@@ -114,6 +119,19 @@ impl Residency {
         self.cache.peek(address)
     }
 
+    /// The ground's height in metres at a grid position, by the finest tile that the view needs and that is in memory.
+    /// Others are in memory by chance, and no picture may depend on them. It is fine enough: what a view sees of the land
+    /// before the camera lies in tiles that reach under it.
+    pub fn height_m(&self, grid: DVec2) -> Option<f64> {
+        let levels = self.store.levels();
+        // Coarse levels come first.
+        let tiles = self.needed.iter().rev().map(|tile| tile.address);
+        let under = tiles.filter(|tile| tile_at(levels, tile.level, grid.x, grid.y) == Some(*tile));
+        under
+            .filter_map(|tile| Some((tile, self.in_memory(tile)?)))
+            .find_map(|(tile, loaded)| height_in_tile(levels, tile, &loaded.tile, grid.x, grid.y))
+    }
+
     /// Whether a tile is not here but may still come.
     pub fn can_come(&self, address: TileAddress) -> bool {
         let given_up = || self.failures.get(&address).is_some_and(|failure| failure.tries >= MOST_TRIES);
@@ -124,6 +142,11 @@ impl Residency {
     pub fn is_busy(&self, now_s: f64) -> bool {
         let soon = |failure: &Failure| failure.tries < MOST_TRIES && failure.next_s > now_s - 1.0;
         self.loader.pending() > 0 || self.failures.values().any(soon)
+    }
+
+    /// Why the first tile that could not be read could not.
+    pub fn failure(&self) -> Option<&Arc<PyramidError>> {
+        self.failure.as_ref()
     }
 
     /// Waits for the loading threads: for files, which take the time they need.
@@ -152,7 +175,7 @@ impl Residency {
         now_s: f64,
         fade_step_s: Option<f64>,
     ) -> Loaded {
-        self.take_finished(frame, now_s);
+        self.take_finished(frame, now_s, fade_step_s.is_some());
         let store = Arc::clone(&self.store);
         let land = Land { store: &*store, warp };
         let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
@@ -214,7 +237,7 @@ impl Residency {
         }
     }
 
-    fn take_finished(&mut self, frame: u64, now_s: f64) {
+    fn take_finished(&mut self, frame: u64, now_s: f64, streams: bool) {
         for (address, tile) in self.loader.take() {
             match tile {
                 Ok(tile) => {
@@ -222,18 +245,32 @@ impl Residency {
                     self.cache.insert(address, tile, frame);
                 }
                 Err(PyramidError::Cancelled) => {}
-                Err(error) => {
-                    let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
-                    failure.tries += 1;
-                    let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
-                    failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
-                    if failure.tries == MOST_TRIES {
-                        tracing::warn!("{}", crate::file::one_line(&chain(&error)));
-                    } else {
-                        tracing::debug!("{}", crate::file::one_line(&chain(&error)));
-                    }
-                }
+                Err(error) => self.fail(address, error, now_s, streams),
             }
+        }
+    }
+
+    fn fail(&mut self, address: TileAddress, error: PyramidError, now_s: f64, streams: bool) {
+        let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
+        let counted = failure.tries >= MOST_TRIES;
+        // What a network refused was asked for often enough where the network is known.
+        failure.tries = (failure.tries + 1).max(if error.is_final() { MOST_TRIES } else { 0 });
+        let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
+        failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
+        let text = error.told();
+        if counted || failure.tries < MOST_TRIES {
+            tracing::debug!("{text}");
+            return;
+        }
+        // Who waits for a file gets the first failure as an error; in a window each is told once.
+        let is_known = self.failure.as_ref().is_some_and(|known| known.told() == text);
+        if streams && !is_known {
+            tracing::warn!("{text}");
+        } else {
+            tracing::debug!("{text}");
+        }
+        if self.failure.is_none() || streams {
+            self.failure = Some(Arc::new(error));
         }
     }
 

@@ -5,14 +5,16 @@
 //! horizons look at have come ([`beside`](super::beside)). That some of them have gone is no reason: what was made with
 //! them is the better. So many tiles are made in a frame at most; those that were never made first, coarse ones before
 //! fine ones, since a coarse one stands in, and then the oldest.
+//!
+//! These are horizon maps with sky visibility. Why: `docs/decisions/horizon-maps.md`.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
 use super::beside::{Around, around};
-use super::needed::Needed;
+use super::residency::Residency;
 use crate::gpu::Gpu;
 use crate::pyramid::{LevelSize, TileAddress};
 
@@ -121,8 +123,12 @@ impl SeenTiles {
 
     /// Chooses what is made in this frame, `most` tiles at most, of those that the view needs; they count as made.
     /// Returns how many are left for later frames.
-    pub fn plan(&mut self, atlas: &Atlas, levels: &[LevelSize], needed: &[Needed], most: usize, frame: u64) -> usize {
-        let is_there = |(bit, tile)| if atlas.get(tile).is_some() { Around::from(true) << bit } else { 0 };
+    pub fn plan(&mut self, residency: &Residency, levels: &[LevelSize], most: usize, frame: u64) -> usize {
+        let Residency { atlas, needed, beside, .. } = residency;
+        // The march reads what is in the tables, and not what else is in the atlas by chance.
+        let needed_tiles = needed.iter().map(|tile| tile.address);
+        let tables: FxHashSet<TileAddress> = needed_tiles.chain(beside.iter().copied()).collect();
+        let is_there = |(bit, tile)| Around::from(tables.contains(&tile) && atlas.get(tile).is_some()) << bit;
         let mut stale: Vec<_> = needed
             .iter()
             .filter_map(|tile| {

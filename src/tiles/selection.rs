@@ -14,6 +14,8 @@
 //!
 //! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
 //! children begin in their parent's shape and fade in.
+//!
+//! Why: `docs/decisions/level-of-detail.md`.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};

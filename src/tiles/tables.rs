@@ -1,6 +1,8 @@
 //! What `shaders/shared/terrain.wgsl` reads to find a tile: for each level the rows of tiles that the view needs, for
 //! each row its first column and number of tiles, and for each tile its slot in the atlas, what blocks it, and its
 //! errors. Their size follows the view and not the world.
+//!
+//! This is the page table. Why: `docs/decisions/page-table.md`.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;

@@ -22,7 +22,7 @@ use crate::gpu::Gpu;
 use crate::gpu::pass::{Named, texture};
 use crate::mesh::placed::Placed;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
-use crate::pyramid::{TileAddress, TileStore};
+use crate::pyramid::{PyramidError, TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
 use crate::tiles::atlas::SLOT_BYTES;
 
@@ -223,6 +223,11 @@ impl Terrain {
         self.ground.height_m(grid.x, grid.y)
     }
 
+    /// Why a tile could not be read, of the ground or of a picture; none if all could.
+    pub fn failure(&self) -> Option<Arc<PyramidError>> {
+        self.residency.failure().cloned().or_else(|| self.ground.failure())
+    }
+
     /// Heights by grid coordinates of level 0.
     pub fn ground(&self) -> &Ground {
         &self.ground
@@ -301,7 +306,10 @@ impl Terrain {
             let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
-            if !streams && tiles.pending > 0 {
+            // Without the tile that cannot be read there is no picture, so nothing more is waited for.
+            let waits = !streams && tiles.failed == 0;
+            // What came last may want more: only a look at all of it decides.
+            if waits && (tiles.pending > 0 || update.loaded > 0) {
                 self.asked = movement.asked;
                 now_s = self.start.elapsed().as_secs_f64();
                 idle = if update.loaded > 0 || self.residency.is_busy(now_s) { 0 } else { idle + 1 };
@@ -314,7 +322,7 @@ impl Terrain {
                 tiles.without_room += std::mem::take(&mut tiles.pending);
             }
             let selection = self.select(view, fades.then_some(now_s));
-            if !streams && idle < 3 && self.asked.keys().any(|tile| self.residency.can_come(*tile)) {
+            if waits && idle < 3 && self.asked.keys().any(|tile| self.residency.can_come(*tile)) {
                 continue;
             }
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
@@ -322,7 +330,7 @@ impl Terrain {
             if let Some(seen) = &mut self.seen {
                 let most = if streams { TILES_PER_FRAME } else { usize::MAX };
                 let residency = &self.residency;
-                tiles.late |= seen.plan(&residency.atlas, self.store.levels(), &residency.needed, most, self.frame) > 0;
+                tiles.late |= seen.plan(residency, self.store.levels(), most, self.frame) > 0;
             }
             self.tell(gpu, &rule);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
@@ -336,9 +344,9 @@ impl Terrain {
         Bending { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
     }
 
-    /// No part of the surface is nearer to a camera than this: half its height above ground, by the heights at hand.
+    /// No part of the surface is nearer to a camera than this: half its height above the ground of the last view.
     pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
-        let ground_m = self.height_at_hand_m(camera_m.truncate());
+        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
         let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
         (0.5 * clearance_m).max(0.02)
     }
@@ -346,7 +354,7 @@ impl Terrain {
     /// Chooses the patches; what they miss is asked for in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>) -> Selection {
         let camera_m = view.camera_m;
-        let ground_m = self.height_at_hand_m(camera_m.truncate());
+        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
         // Beside the land one looks under it.
         let highest_m = f64::from(self.store.range_m()[1]);
         let viewpoint = Viewpoint {

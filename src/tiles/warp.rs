@@ -4,6 +4,8 @@
 //! smooth: a polynomial of total degree at most 7, fitted once by least squares (Householder QR in f64), follows it
 //! to well under a thousandth of a sample over a degree or two. For each frame both directions are expanded again
 //! around a place near the camera, in f64; the f32 coefficients then lose nothing near the eye.
+//!
+//! Why: `docs/decisions/grid-projection.md`.
 
 use glam::DVec2;
 

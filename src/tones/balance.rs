@@ -8,6 +8,8 @@
 //! (`Cover`: how far the nearest mark reaches, and how fast it grows). It is the local histogram equalisation of
 //! `tonal_art_map::equalise`, at the one tone that is asked for, on the picture. The windows are those of the marks on
 //! the ground, so the step changes as slowly as these do.
+//!
+//! Why: `docs/decisions/ink-balance.md`.
 
 pub mod balanced_ink;
 pub mod ink_sums;

@@ -1,4 +1,6 @@
 //! Hatching by the zoom rule: coming nearer only ever adds marks. See `shaders/tones/fractal_hatching.wgsl`.
+//!
+//! This is the fractal scale rule. Why: `docs/decisions/zoom-rule.md`.
 
 use glam::DVec3;
 

@@ -1,4 +1,6 @@
 //! Tones made of marks. See `shaders/tones/hatching.wgsl`.
+//!
+//! Why: `docs/decisions/hatching.md`.
 
 pub mod axes;
 pub mod maps;

@@ -12,6 +12,8 @@
 //! so that marks keep their width.
 //!
 //! A map is the same to the bit on every machine: only sums, products, quotients and roots are used, in one order.
+//!
+//! Why: `docs/decisions/tonal-art-maps.md`.
 
 mod cache;
 mod chance;

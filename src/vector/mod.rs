@@ -8,6 +8,8 @@
 //! A stroke of the drawing has one width and one opacity, the means of what was drawn, by length: a path has no others,
 //! and a pen has one nib. Programs that show SVG mix colours as they are written; hachure mixes light. So a faint
 //! stroke's opacity is not its part of ink, but what makes it look the same on white.
+//!
+//! Why: `docs/decisions/svg-drawings.md`.
 
 pub mod fit;
 pub mod grid;

@@ -2,6 +2,8 @@
 //!
 //! The picture is rendered only when it would be another one; the panel alone is painted over the last picture. When
 //! neither changes, nothing runs until something happens.
+//!
+//! Why: `docs/decisions/window-frames.md`.
 
 mod controls;
 
@@ -20,6 +22,7 @@ use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
+use crate::file::{FileError, standard};
 use crate::frame::{Frame, Light, Requirements};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
@@ -182,7 +185,7 @@ impl Flight {
         if let Some(frames) = &mut self.frames_left {
             *frames = frames.saturating_sub(1);
             if *frames == 0 {
-                self.report();
+                self.report()?;
                 return Ok(Next::Quit);
             }
         }
@@ -304,17 +307,18 @@ impl Flight {
     }
 
     /// For `--frames`.
-    fn report(&self) {
+    fn report(&self) -> Result<(), FileError> {
         let [p50_ms, p95_ms] = [0.5, 0.95].map(|part| self.frame_times.quantile_ms(part).unwrap_or(f64::NAN));
         let [width, height] = self.settings.picture_px(self.screen.size_px());
-        println!(
+        let mut text = format!(
             "{width}x{height} {}: frame p50 {p50_ms:.2} ms, p95 {p95_ms:.2} ms, {:.1} frames per second",
             self.style().name,
             1000.0 / p50_ms
         );
         for pass in self.pass_times.passes() {
-            println!("  {}: {:.3} ms", pass.name, pass.gpu_ms);
+            text += &format!("\n  {}: {:.3} ms", pass.name, pass.gpu_ms);
         }
+        standard::tell(&text)
     }
 }
 

@@ -19,6 +19,7 @@ mod statistics;
 
 use winit::event_loop::EventLoop;
 
+use crate::file::FileError;
 use crate::frame::Light;
 use crate::gpu::device::AdapterWish;
 use crate::gpu::{Gpu, GpuError};
@@ -57,6 +58,9 @@ pub enum WindowError {
     /// The style does not hold.
     #[error(transparent)]
     Style(#[from] StyleError),
+    /// What `--frames` tells cannot be written.
+    #[error(transparent)]
+    Output(#[from] FileError),
     /// The world does not open.
     #[error(transparent)]
     World(anyhow::Error),

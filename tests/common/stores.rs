@@ -84,3 +84,89 @@ impl TileStore for Bumpy {
         }
     }
 }
+
+/// Another store whose tiles come in a random order, one of them last.
+pub struct Shuffled {
+    inner: Arc<dyn TileStore>,
+    seed: u64,
+    late: Option<TileAddress>,
+    fetched: Mutex<Vec<TileAddress>>,
+    /// Fetches under way, without that of the late tile.
+    others: AtomicU64,
+}
+
+/// The late tile comes when for so long no other has been asked for.
+const QUIET: Duration = Duration::from_millis(15);
+
+impl Shuffled {
+    /// No delays where `late` is none.
+    pub fn new(inner: Arc<dyn TileStore>, seed: u64, late: Option<TileAddress>) -> Arc<Self> {
+        Arc::new(Self { inner, seed, late, fetched: Mutex::default(), others: AtomicU64::new(0) })
+    }
+
+    /// The tiles in the order in which they were asked for.
+    pub fn fetched(&self) -> Vec<TileAddress> {
+        self.fetched.lock().unwrap().clone()
+    }
+
+    fn wait(&self, address: TileAddress) {
+        let asked = |store: &Self| store.fetched.lock().unwrap().len();
+        let Some(late) = self.late else { return };
+        if address != late {
+            let place = i64::from(address.x + 4096 * address.level);
+            let delay_ms = 4.0 * super::random(place ^ (self.seed << 32) as i64, i64::from(address.y));
+            self.others.fetch_add(1, Ordering::SeqCst);
+            std::thread::sleep(Duration::from_secs_f64(delay_ms * 1e-3));
+            self.others.fetch_sub(1, Ordering::SeqCst);
+            return;
+        }
+        let mut before = 0;
+        for _ in 0..100 {
+            if before == asked(self) && self.others.load(Ordering::SeqCst) == 0 {
+                return;
+            }
+            before = asked(self);
+            std::thread::sleep(QUIET);
+        }
+    }
+}
+
+impl TileStore for Shuffled {
+    fn name(&self) -> String {
+        self.inner.name()
+    }
+
+    fn levels(&self) -> &[LevelSize] {
+        self.inner.levels()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        self.inner.georeference()
+    }
+
+    fn range_m(&self) -> [f32; 2] {
+        self.inner.range_m()
+    }
+
+    fn is_measured(&self) -> bool {
+        self.inner.is_measured()
+    }
+
+    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        self.inner.coarse_patches()
+    }
+
+    fn has_tile(&self, address: TileAddress) -> bool {
+        self.inner.has_tile(address)
+    }
+
+    fn parallel_fetches(&self) -> usize {
+        if self.late.is_some() { 6 } else { 2 }
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        self.fetched.lock().unwrap().push(address);
+        self.wait(address);
+        Arc::clone(&self.inner).fetch(address, cancel)
+    }
+}

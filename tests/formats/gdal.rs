@@ -130,3 +130,45 @@ fn pictures_of_gdal() {
         check(&at("c.dem"), &original, true);
     }
 }
+
+#[test]
+fn shapes_of_gdal() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let original = tiff(&at("dem.tif"), &Dem::new(83, 61, 4), 32610, [594_000.0, 5_195_010.0], 30.0);
+    let shapes: [&[&str]; 14] = [
+        &["COMPRESS=LZMA"],
+        &["COMPRESS=LZMA", "TILED=YES", "BLOCKXSIZE=16", "BLOCKYSIZE=32"],
+        &["COMPRESS=LZMA", "PREDICTOR=2", "BLOCKYSIZE=16"],
+        &["COMPRESS=ZSTD", "PREDICTOR=2", "BLOCKYSIZE=16"],
+        &["COMPRESS=LZW", "PREDICTOR=2", "ENDIANNESS=BIG"],
+        &["COMPRESS=PACKBITS", "BLOCKYSIZE=16"],
+        &["COMPRESS=DEFLATE", "BIGTIFF=YES", "ENDIANNESS=BIG", "TILED=YES"],
+        &["COMPRESS=LERC"],
+        &["COMPRESS=LERC_ZSTD", "TILED=YES"],
+        &["COMPRESS=LERC_DEFLATE", "ENDIANNESS=BIG"],
+        &["INTERLEAVE=BAND", "BLOCKYSIZE=1"],
+        &["GEOTIFF_KEYS_FLAVOR=ESRI_PE"],
+        &["GEOTIFF_VERSION=1.1"],
+        &["PROFILE=BASELINE"],
+    ];
+    for options in shapes {
+        let name = at(&format!("{}.tif", options.join("_").replace('=', "")));
+        let mut command = Command::new("gdal_translate");
+        command.args(["-q", "-of", "GTiff"]).args(options.iter().flat_map(|option| ["-co", option]));
+        let output = match command.arg(at("dem.tif")).arg(&name).output() {
+            Ok(output) => output,
+            Err(_) => return println!("skipped: gdal_translate is not installed"),
+        };
+        let said = String::from_utf8_lossy(&output.stderr);
+        if !output.status.success() && said.contains("codec") || said.contains("is an unexpected value for COMPRESS") {
+            println!("skipped: {options:?}: {said}");
+            continue;
+        }
+        assert!(output.status.success(), "{options:?}: {said}");
+        // The profile leaves no-data and place to the .aux.xml beside the file.
+        check(&name, &original, true);
+        let crs = source::open(&name, &Silent).unwrap().georeference.crs;
+        assert!(matches!(crs, Crs::Projected { metres_per_unit: 1.0, .. }), "{options:?}: {crs:?}");
+    }
+}

@@ -1,13 +1,15 @@
 //! Every format that is read: written here byte by byte, and by GDAL where it is installed.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
+mod colours;
 mod compare;
-mod damage;
 mod dem;
 mod folders;
 mod gdal;
 mod hostile;
 mod round_trip;
+mod shapes;
 mod side_files;
+mod tiff;
 mod windows;
 mod write;

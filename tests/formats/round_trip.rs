@@ -140,6 +140,12 @@ fn pictures_and_raw_files() {
     for is_mapbox in [false, true] {
         let path = folder.path().join("colours.png");
         write::terrain_rgb(&path, &dem, is_mapbox);
+        // Slopes of a hundred metres from pixel to pixel prove Terrarium, whose bytes carry at 256 m, and not Mapbox.
+        if is_mapbox {
+            let error = hachure::source::open(&path, &hachure::source::Silent).unwrap_err().to_string();
+            assert!(error.contains("--encoding mapbox"), "{error}");
+            std::fs::write(folder.path().join("colours.png.toml"), "encoding = \"mapbox\"").unwrap();
+        }
         check(&path, &dem, NOWHERE);
     }
 }

@@ -1,4 +1,4 @@
-// Between full updates strokes move with the world (Loadholt 2021, section 4.3, moves them by the motion field; a sample
+// Between full updates strokes move with the world (Pietrok 2021, section 4.3, moves them by the motion field; a sample
 // knows its distance, so its own motion is exact).
 #import hachure::view::{View, ray_at}
 #import hachure::stroke_samples::{Carry, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}

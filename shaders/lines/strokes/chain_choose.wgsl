@@ -1,4 +1,4 @@
-// Each free end chooses the end that runs on from it best (Loadholt 2021, section 4.2.3: nearer than D, at less than
+// Each free end chooses the end that runs on from it best (Pietrok 2021, section 4.2.3: nearer than D, at less than
 // the angle A, not overlapping).
 //
 // The paper joins an edge with the first partner that passes. Here each end takes its best, and chain_link.wgsl joins

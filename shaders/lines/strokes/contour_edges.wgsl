@@ -2,18 +2,22 @@
 //
 // One workgroup for each patch, one thread for each of its quads. A quad has three edges of its own: its first column's,
 // its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them (`Patch.sides`);
-// the triangles beyond are those that this patch would have there (Loadholt 2021, section 4.2.1, has a geometry shader
+// the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, has a geometry shader
 // and one mesh).
 //
 // A patch on its way to a coarser level has vertices that lie on each other, so some triangles have no area. They have
 // no side of their own: quads are looked at on the level that the patch has, and what has no area there follows the
 // other triangle of its quad.
+//
+// Edges stand in the order of patches and quads (ordered.wgsl): `stage` 0 looks at the quads and keeps what it found, 1
+// writes it, 2 says how many edges there are now.
 #import hachure::view::View
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, world_from_grid}
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
 #import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::ordered::{all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
@@ -21,7 +25,12 @@
 @group(0) @binding(3) var<uniform> strokes: Strokes;
 @group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
-@group(0) @binding(5) var<storage, read_write> edge_draw: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> edge_draw: array<u32>;
+@group(0) @binding(6) var<uniform> stage: u32;
+// How many workgroups there are.
+@group(0) @binding(7) var<storage, read_write> group_count: u32;
+// Where the edges of each workgroup begin, and their sum; then what each quad has: two bits for each of its edges.
+@group(0) @binding(8) var<storage, read_write> group_starts: array<u32>;
 
 const RING: i32 = QUADS + 3;
 const RING_VERTICES: u32 = 361u;
@@ -63,37 +72,38 @@ fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
     return dot(n, through_m) < 0.0;
 }
 
-fn emit(a: vec3<f32>, b: vec3<f32>, kind: u32, key: u32) {
-    if is_outside(a, b, view.clip_from_camera, view.near_m) || all(a == b) {
-        return;
-    }
-    let index = atomicAdd(&edge_draw[0], 2u) / 2u;
-    if index < strokes.edge_capacity {
-        edges[index] = Edge(a, key, b, kind);
-    }
+const QUAD_EDGES: u32 = 5u;
+
+// What a quad's edge is, as two bits in its place: 0 nothing, or its kind and 1.
+fn found(a: vec3<f32>, b: vec3<f32>, kind: u32, slot: u32) -> u32 {
+    let is_there = !is_outside(a, b, view.clip_from_camera, view.near_m) && any(a != b);
+    return select(0u, (kind + 1u) << (2u * slot), is_there);
 }
 
 // The edge from a to b between triangles of normals m and n.
-fn consider(a: vec3<f32>, b: vec3<f32>, m: vec3<f32>, n: vec3<f32>, key: u32) {
+fn consider(a: vec3<f32>, b: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -> u32 {
     if all(m == vec3<f32>(0.0)) || all(n == vec3<f32>(0.0)) {
-        return;
+        return 0u;
     }
     if faces(m, a) != faces(n, a) {
-        emit(a, b, KIND_CONTOUR, key);
-    } else if dot(m, n) < strokes.crease_cosine && faces(m, a) {
-        emit(a, b, KIND_CREASE, key);
+        return found(a, b, KIND_CONTOUR, slot);
     }
+    if dot(m, n) < strokes.crease_cosine && faces(m, a) {
+        return found(a, b, KIND_CREASE, slot);
+    }
+    return 0u;
 }
 
-@compute @workgroup_size(256)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
-    let quads = patches[group.x];
-    // Near the end of a morph quads are slivers; they are taken for gone.
-    let step = 1 << u32(quads.inner_level + 0.01);
+fn border(a: vec3<f32>, b: vec3<f32>, slot: u32) -> u32 {
+    return select(0u, found(a, b, KIND_BORDER, slot), strokes.borders == 1u);
+}
+
+// The vertices and normals of a patch, for all threads.
+fn look(quads: Patch, step: i32, group: u32, thread: u32) {
     for (var i = thread; i < RING_VERTICES; i += 256u) {
         let ij = vec2<i32>(i32(i) % RING, i32(i) / RING) - 1;
         if all(ij >= vec2<i32>(0)) && all(ij <= vec2<i32>(QUADS)) {
-            at_m[i] = positions[group.x * VERTICES + u32(ij.y * (QUADS + 1) + ij.x)].xyz;
+            at_m[i] = positions[group * VERTICES + u32(ij.y * (QUADS + 1) + ij.x)].xyz;
         } else {
             // On the level that the patch has.
             let out = select(vec2<i32>(0), vec2<i32>(1 - step), ij < vec2<i32>(0))
@@ -118,10 +128,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         lower[i] = below;
     }
     workgroupBarrier();
+}
 
-    let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
+// What the edges of a quad are.
+fn edges_of(quads: Patch, step: i32, ij: vec2<i32>) -> u32 {
     if any((ij & vec2<i32>(step - 1)) != vec2<i32>(0)) {
-        return;
+        return 0u;
     }
     let end = ij + step;
     let here = (ij.y + 1) * RING_QUADS + ij.x + 1;
@@ -129,8 +141,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let ne = vertex_of(vec2<i32>(end.x, ij.y));
     let sw = vertex_of(vec2<i32>(ij.x, end.y));
     let se = vertex_of(end);
-    let key = quads.id ^ (thread * 0x9e3779b1u);
-    consider(nw, se, upper[here], lower[here], key);
+    var edges_found = consider(nw, se, upper[here], lower[here], 0u);
     // The quads before, which are one place away beyond the patch and a step within.
     let west = select(here - step, here - 1, ij.x == 0);
     let north = select(here - step * RING_QUADS, here - RING_QUADS, ij.y == 0);
@@ -138,30 +149,90 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let side = i32(1u << quads.stride_exponent) * QUADS;
     if ij.x > 0 || (quads.sides & 1u) != 0u {
         if ij.x == 0 && origin.x <= terrain.extent_units.x {
-            if strokes.borders == 1u { emit(nw, sw, KIND_BORDER, key + 1u); }
+            edges_found |= border(nw, sw, 1u);
         } else {
-            consider(nw, sw, upper[west], lower[here], key + 1u);
+            edges_found |= consider(nw, sw, upper[west], lower[here], 1u);
         }
     }
     if ij.y > 0 || (quads.sides & 4u) != 0u {
         if ij.y == 0 && origin.y <= terrain.extent_units.y {
-            if strokes.borders == 1u { emit(nw, ne, KIND_BORDER, key + 2u); }
+            edges_found |= border(nw, ne, 2u);
         } else {
-            consider(nw, ne, lower[north], upper[here], key + 2u);
+            edges_found |= consider(nw, ne, lower[north], upper[here], 2u);
         }
     }
     if end.x == QUADS && (quads.sides & 2u) != 0u {
         if origin.x + side >= terrain.extent_units.z {
-            if strokes.borders == 1u { emit(ne, se, KIND_BORDER, key + 3u); }
+            edges_found |= border(ne, se, 3u);
         } else {
-            consider(ne, se, upper[here], lower[(ij.y + 1) * RING_QUADS + QUADS + 1], key + 3u);
+            edges_found |= consider(ne, se, upper[here], lower[(ij.y + 1) * RING_QUADS + QUADS + 1], 3u);
         }
     }
     if end.y == QUADS && (quads.sides & 8u) != 0u {
         if origin.y + side >= terrain.extent_units.w {
-            if strokes.borders == 1u { emit(sw, se, KIND_BORDER, key + 4u); }
+            edges_found |= border(sw, se, 4u);
         } else {
-            consider(sw, se, lower[here], upper[(QUADS + 1) * RING_QUADS + ij.x + 1], key + 4u);
+            edges_found |= consider(sw, se, lower[here], upper[(QUADS + 1) * RING_QUADS + ij.x + 1], 4u);
         }
+    }
+    return edges_found;
+}
+
+@compute @workgroup_size(256)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    if stage == 2u {
+        if thread == 0u {
+            edge_draw[0] += 2u * group_starts[group_count];
+        }
+        return;
+    }
+    let quads = patches[group.x];
+    // Near the end of a morph quads are slivers; they are taken for gone.
+    let step = 1 << u32(quads.inner_level + 0.01);
+    let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
+    let kept_at = groups.x + 1u + group.x * 256u + thread;
+    clear_marks(thread);
+    if stage == 0u {
+        look(quads, step, group.x, thread);
+        group_starts[kept_at] = edges_of(quads, step, ij);
+    }
+    workgroupBarrier();
+    let edges_found = group_starts[kept_at];
+    for (var slot = 0u; slot < QUAD_EDGES; slot++) {
+        if ((edges_found >> (2u * slot)) & 3u) != 0u {
+            mark(thread * QUAD_EDGES + slot);
+        }
+    }
+    workgroupBarrier();
+    if stage == 0u {
+        if thread == 0u {
+            group_starts[group.x] = all_marks();
+            group_count = groups.x;
+        }
+        return;
+    }
+    if edges_found == 0u {
+        return;
+    }
+    let end = ij + step;
+    let first = group.x * VERTICES;
+    let nw = positions[first + u32(ij.y * (QUADS + 1) + ij.x)].xyz;
+    let ne = positions[first + u32(ij.y * (QUADS + 1) + end.x)].xyz;
+    let sw = positions[first + u32(end.y * (QUADS + 1) + ij.x)].xyz;
+    let se = positions[first + u32(end.y * (QUADS + 1) + end.x)].xyz;
+    let begins = array<vec3<f32>, 5>(nw, nw, nw, ne, sw);
+    let ends = array<vec3<f32>, 5>(se, sw, ne, se, se);
+    let key = quads.id ^ (thread * 0x9e3779b1u);
+    var index = edge_draw[0] / 2u + group_starts[group.x] + marks_before(thread * QUAD_EDGES);
+    for (var slot = 0u; slot < QUAD_EDGES; slot++) {
+        let kind = (edges_found >> (2u * slot)) & 3u;
+        if kind != 0u && index < strokes.edge_capacity {
+            edges[index] = Edge(begins[slot], key + slot, ends[slot], kind - 1u);
+        }
+        index += u32(kind != 0u);
     }
 }

@@ -1,4 +1,4 @@
-// Visible pieces of edges: the ID reference image becomes a list (Loadholt 2021, section 4.2.2).
+// Visible pieces of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
 //
 // One thread for each pixel. A pixel begins a piece if its edge is not seen in the two steps before it; then the thread
 // follows the edge to the piece's end. So every piece is found once, and an edge that is seen in two places gives two.
@@ -7,9 +7,12 @@
 //
 // A line has one pixel for each step along its longer axis; rasterisers may put it a pixel beside, so three are looked
 // at across. Pieces end where the edge ends when its last pixel is seen, and else in the middle between pixels.
+//
+// Pieces stand in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
 #import hachure::view::View
-#import hachure::stroke_edges::{Edge, Strokes, edge_on_picture}
+#import hachure::stroke_edges::{Edge, Strokes, EdgeOnPicture, edge_on_picture}
 #import hachure::strokes::Piece
+#import hachure::ordered::{all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -17,7 +20,12 @@
 @group(0) @binding(3) var ids: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read_write> pieces: array<Piece>;
 // StrokeCounts: pieces are the second number.
-@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> counts: array<u32>;
+@group(0) @binding(6) var<uniform> stage: u32;
+// How many workgroups there are.
+@group(0) @binding(7) var<storage, read_write> group_count: u32;
+// Where the pieces of each workgroup begin, and their sum.
+@group(0) @binding(8) var<storage, read_write> group_starts: array<u32>;
 
 const UNITS: f32 = 16.0;
 
@@ -33,16 +41,21 @@ fn is_seen(step: i32, across: i32, is_steep: bool, id: u32) -> bool {
     return found;
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) at: vec3<u32>) {
-    if any(at.xy >= strokes.image_px) {
-        return;
-    }
-    let pixel = vec2<i32>(at.xy);
-    let id = textureLoad(ids, pixel, 0).r;
-    if id == 0u {
-        return;
-    }
+// A line of the reference image, as its pixels are followed.
+struct Way {
+    edge: Edge,
+    line: EdgeOnPicture,
+    along: vec2<f32>,
+    is_steep: bool,
+    // Along the longer axis.
+    length: f32,
+    begin: f32,
+    across_begin: f32,
+    slope: f32,
+    forward: i32,
+}
+
+fn way_of(id: u32) -> Way {
     let edge = edges[id - 1u];
     let line = edge_on_picture(edge, view.clip_from_camera, vec2<f32>(strokes.image_px), view.near_m);
     let along = line.b.px - line.a.px;
@@ -51,25 +64,38 @@ fn main(@builtin(global_invocation_id) at: vec3<u32>) {
     let begin = select(line.a.px.x, line.a.px.y, is_steep);
     let across_begin = select(line.a.px.y, line.a.px.x, is_steep);
     let slope = select(along.y, along.x, is_steep) / select(length, 1.0, length == 0.0);
-    let forward = select(-1, 1, length >= 0.0);
-    let own = select(pixel.x, pixel.y, is_steep);
-    let own_across = select(pixel.y, pixel.x, is_steep);
+    return Way(edge, line, along, is_steep, length, begin, across_begin, slope, select(-1, 1, length >= 0.0));
+}
 
-    // Where the line passes at a step.
+// Where the line passes at a step.
+fn across_at(way: Way, step: i32) -> i32 {
+    return i32(floor(way.across_begin + way.slope * (f32(step) + 0.5 - way.begin)));
+}
+
+// Whether a pixel begins a piece of the edge that it sees.
+fn begins(pixel: vec2<i32>, id: u32) -> bool {
+    // Of two pixels at one step the one with the lesser coordinate begins.
+    let way = way_of(id);
+    let beside = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), way.is_steep);
+    let has_twin = all(beside >= vec2<i32>(0)) && textureLoad(ids, max(beside, vec2<i32>(0)), 0).r == id;
+    var is_begin = !has_twin;
+    let own = select(pixel.x, pixel.y, way.is_steep);
+    for (var back = 1; back <= 2 && is_begin; back++) {
+        let step = own - way.forward * back;
+        is_begin = !is_seen(step, across_at(way, step), way.is_steep, id);
+    }
+    return is_begin;
+}
+
+// The piece that a pixel begins.
+fn piece_from(pixel: vec2<i32>, id: u32) -> Piece {
+    let way = way_of(id);
+    let length = way.length;
+    let begin = way.begin;
+    let forward = way.forward;
+    let own = select(pixel.x, pixel.y, way.is_steep);
     let first = i32(floor(begin));
     let last = i32(floor(begin + length));
-    var is_begin = true;
-    for (var back = 1; back <= 2; back++) {
-        let step = own - forward * back;
-        let across = i32(floor(across_begin + slope * (f32(step) + 0.5 - begin)));
-        is_begin = is_begin && !is_seen(step, across, is_steep, id);
-    }
-    // Of two pixels at one step the one with the lesser coordinate begins.
-    let beside = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), is_steep);
-    let has_twin = all(beside >= vec2<i32>(0)) && textureLoad(ids, max(beside, vec2<i32>(0)), 0).r == id;
-    if !is_begin || has_twin {
-        return;
-    }
     var end = own;
     var gap = 0;
     while gap < 2 {
@@ -78,8 +104,7 @@ fn main(@builtin(global_invocation_id) at: vec3<u32>) {
         if (step - last) * forward > 1 {
             break;
         }
-        let across = i32(floor(across_begin + slope * (f32(step) + 0.5 - begin)));
-        if is_seen(step, across, is_steep, id) {
+        if is_seen(step, across_at(way, step), way.is_steep, id) {
             end = step;
             gap = 0;
         } else {
@@ -96,16 +121,51 @@ fn main(@builtin(global_invocation_id) at: vec3<u32>) {
             t_b = clamp((f32(end) + 0.5 + 0.5 * f32(forward) - begin) / length, t_a, 1.0);
         }
     }
-    let index = atomicAdd(&counts[1], 1u);
-    if index >= strokes.piece_capacity {
-        return;
-    }
     // Depth is linear in its inverse along a line of the picture.
-    let inverse = 1.0 / vec2<f32>(line.a.depth_m, line.b.depth_m);
+    let inverse = 1.0 / vec2<f32>(way.line.a.depth_m, way.line.b.depth_m);
     let depths_m = 1.0 / mix(inverse.xx, inverse.yy, vec2<f32>(t_a, t_b));
     let units = UNITS / strokes.resolution;
     // Far outside ends are as good as at the border of what integers hold.
-    let a = clamp((line.a.px + along * t_a) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
-    let b = clamp((line.a.px + along * t_b) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
-    pieces[index] = Piece(vec2<i32>(round(a)), vec2<i32>(round(b)), depths_m, id - 1u, edge.key);
+    let a = clamp((way.line.a.px + way.along * t_a) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
+    let b = clamp((way.line.a.px + way.along * t_b) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
+    return Piece(vec2<i32>(round(a)), vec2<i32>(round(b)), depths_m, id - 1u, way.edge.key);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(
+    @builtin(global_invocation_id) at: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    clear_marks(thread);
+    workgroupBarrier();
+    let pixel = vec2<i32>(at.xy);
+    var id = 0u;
+    if all(at.xy < strokes.image_px) {
+        id = textureLoad(ids, pixel, 0).r;
+    }
+    var is_begin = false;
+    if id != 0u {
+        is_begin = begins(pixel, id);
+    }
+    if is_begin {
+        mark(thread);
+    }
+    workgroupBarrier();
+    let own_group = group.x + group.y * groups.x;
+    if stage == 0u {
+        if thread == 0u {
+            group_starts[own_group] = all_marks();
+            group_count = groups.x * groups.y;
+        }
+        return;
+    }
+    if own_group == 0u && thread == 0u {
+        counts[1] = group_starts[groups.x * groups.y];
+    }
+    let index = group_starts[own_group] + marks_before(thread);
+    if is_begin && index < strokes.piece_capacity {
+        pieces[index] = piece_from(pixel, id);
+    }
 }

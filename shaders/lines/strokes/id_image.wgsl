@@ -1,4 +1,4 @@
-// The ID reference image (Loadholt 2021, section 4.2.1): the edges as lines one pixel wide that hold the edge's number
+// The ID reference image (Pietrok 2021, section 4.2.1): the edges as lines one pixel wide that hold the edge's number
 // plus 1, nearest in front.
 //
 // Which pixels of an edge are seen: those where the edge is not farther than the farthest surface at the four pixel

@@ -2,7 +2,7 @@
 //
 // A chain of n pieces has n + 1 points. Where two pieces meet the point is in the middle between their ends; the ends of
 // an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial weights
-// 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Loadholt 2021, section
+// 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021, section
 // 4.2.4, smooths "the transitions between edges" without saying how).
 #import hachure::strokes::{Chain, Piece, Place, StrokeCounts}
 #import hachure::stroke_edges::{Edge, Point}

@@ -1,4 +1,4 @@
-// Strokes as ink: a strip along the samples of each (Loadholt 2021, section 4.2.4; Northrup and Markosian 2000).
+// Strokes as ink: a strip along the samples of each (Pietrok 2021, section 4.2.4; Northrup and Markosian 2000).
 //
 // One instance for each pair of samples that follow each other, two triangles each. Sides are mitred, at most to twice
 // the width; ends are round. The strip is half a pixel wider on each side for the border's coverage. Where strokes cross

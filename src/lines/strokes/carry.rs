@@ -9,6 +9,8 @@
 //! Active Strokes (Bénard et al. 2012) keep lines and bend them to follow the new contours; here the new ones are kept,
 //! and take over what shows. That needs no topology of its own: a line that splits is two chains that both find the old
 //! one.
+//!
+//! This is the temporal carry-over. Why: `docs/decisions/stroke-carry-over.md`.
 
 use super::Lists;
 use super::chain::ChainPass;

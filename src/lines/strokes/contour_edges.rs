@@ -1,15 +1,21 @@
 //! Finds the contour edges of the patches. See `shaders/lines/strokes/contour_edges.wgsl`.
 
 use super::Lists;
+use super::scan::{Ordered, ScanPass};
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, Named};
 use crate::gpu::timer::Recorder;
+use crate::pyramid::PATCH_QUADS;
 use crate::surface::vertices::VerticesPass;
 
 /// The pass.
 pub struct ContourEdgesPass {
     pass: ComputePass,
+    ordered: Ordered,
 }
+
+/// Quads of a patch: what each has found is kept from stage to stage.
+const KEPT: u64 = (PATCH_QUADS * PATCH_QUADS) as u64;
 
 /// What it reads.
 pub struct Inputs<'a> {
@@ -26,11 +32,11 @@ pub struct Inputs<'a> {
 impl ContourEdgesPass {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { pass: ComputePass::new(gpu, "lines/strokes/contour_edges") }
+        Self { pass: ComputePass::new(gpu, "lines/strokes/contour_edges"), ordered: Ordered::new(gpu, 3) }
     }
 
     /// Adds the edges of a batch to the list.
-    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, lists: &Lists) {
+    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, lists: &Lists, scan: &ScanPass) {
         if inputs.batch[1] == 0 {
             return;
         }
@@ -43,6 +49,6 @@ impl ContourEdgesPass {
             ("edge_draw", lists.edge_draw.binding()),
         ];
         resources.extend(inputs.terrain.iter().cloned());
-        self.pass.run_groups(gpu, recorder, [inputs.batch[1], 1], &resources);
+        self.ordered.run(gpu, recorder, &self.pass, scan, [inputs.batch[1], 1], KEPT, &resources);
     }
 }

@@ -1,6 +1,6 @@
 //! What a frame of strokes does: a full update or a step, with or without the frame before.
 //!
-//! Loadholt 2021, section 4.3: a full update every N frames, and at once when the camera turns quickly. There the reason
+//! Pietrok 2021, section 4.3: a full update every N frames, and at once when the camera turns quickly. There the reason
 //! is that motion vectors overshoot; here motion is exact, but what a turn brings into view has no strokes until the
 //! next update.
 

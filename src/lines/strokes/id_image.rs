@@ -1,4 +1,6 @@
 //! The ID reference image: edges as lines one pixel wide. See `shaders/lines/strokes/id_image.wgsl`.
+//!
+//! Why: `docs/decisions/edge-visibility.md`.
 
 use super::{Lists, image_px};
 use crate::gpu::Gpu;

@@ -3,6 +3,7 @@
 
 use super::Lists;
 use super::mesh_sides::MeshSidesPass;
+use super::scan::{Ordered, ScanPass};
 use crate::gpu::Gpu;
 use crate::gpu::pass::ComputePass;
 use crate::gpu::timer::Recorder;
@@ -12,12 +13,17 @@ use crate::surface::mesh_vertices::{MeshVerticesPass, groups};
 pub struct MeshEdgesPass {
     sides: MeshSidesPass,
     pass: ComputePass,
+    ordered: Ordered,
 }
 
 impl MeshEdgesPass {
     /// Builds the pipelines.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { sides: MeshSidesPass::new(gpu), pass: ComputePass::new(gpu, "lines/strokes/mesh_edges") }
+        Self {
+            sides: MeshSidesPass::new(gpu),
+            pass: ComputePass::new(gpu, "lines/strokes/mesh_edges"),
+            ordered: Ordered::new(gpu, 3),
+        }
     }
 
     /// Adds the edges to the list.
@@ -28,6 +34,7 @@ impl MeshEdgesPass {
         view: wgpu::BindingResource<'_>,
         meshes: &MeshVerticesPass,
         lists: &Lists,
+        scan: &ScanPass,
     ) {
         if meshes.near_triangles() == 0 {
             return;
@@ -41,6 +48,7 @@ impl MeshEdgesPass {
             ("edge_draw", lists.edge_draw.binding()),
         ];
         resources.extend(meshes.resources());
-        self.pass.run_groups(gpu, recorder, groups(meshes.near_triangles()), &resources);
+        let groups = groups(meshes.near_triangles());
+        self.ordered.run(gpu, recorder, &self.pass, scan, groups, 0, &resources);
     }
 }

@@ -1,4 +1,4 @@
-//! Strokes: contour edges of the surface become pen lines, on the GPU (Loadholt 2021, sections 4.2 and 4.3, without its
+//! Strokes: contour edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its
 //! list on the CPU).
 //!
 //! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
@@ -6,6 +6,8 @@
 //! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
 //! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
 //! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
+//!
+//! Why: `docs/decisions/stroke-pipeline.md`.
 
 pub mod carry;
 pub mod chain;
@@ -44,6 +46,8 @@ use crate::surface::view::View;
 /// The passes in the order in which they first run.
 pub const PASSES: &[&str] = &[
     "lines/strokes/contour_edges",
+    "lines/strokes/scan_begin",
+    "lines/strokes/scan",
     "lines/strokes/mesh_sides",
     "lines/strokes/mesh_edges",
     "lines/strokes/id_image",
@@ -51,8 +55,6 @@ pub const PASSES: &[&str] = &[
     "lines/strokes/chain_begin",
     "lines/strokes/chain_clear",
     "lines/strokes/chain_bin",
-    "lines/strokes/scan_begin",
-    "lines/strokes/scan",
     "lines/strokes/chain_choose",
     "lines/strokes/chain_link",
     "lines/strokes/chain_rank_begin",
@@ -75,7 +77,9 @@ pub const PASSES: &[&str] = &[
 ];
 
 /// Of these, so many find edges: the first on the land, the others on the meshes of a scene that has some.
-pub const FINDING: usize = 3;
+pub const FINDING: usize = 5;
+/// Of those, so many are the land's.
+pub const FINDING_ON_LAND: usize = 3;
 
 /// Edges in a frame, at most.
 pub const MOST_EDGES: u32 = 1 << 20;
@@ -328,8 +332,8 @@ impl StrokePasses {
     }
 
     /// Finds the edges of a batch of patches.
-    pub fn find(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &contour_edges::Inputs<'_>) {
-        self.contour_edges.run(gpu, recorder, inputs, &self.lists);
+    pub fn find(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &contour_edges::Inputs<'_>) {
+        self.contour_edges.run(gpu, recorder, inputs, &self.lists, &self.scan);
     }
 
     /// Makes what finds edges on meshes, or drops it.
@@ -348,14 +352,14 @@ impl StrokePasses {
         meshes: &MeshVerticesPass,
     ) {
         if let Some(pass) = &mut self.mesh_edges {
-            pass.run(gpu, recorder, view, meshes, &self.lists);
+            pass.run(gpu, recorder, view, meshes, &self.lists, &self.scan);
         }
     }
 
     /// Draws the reference image, makes the list of visible pieces, chains them, lets them take over from the frame
     /// before, and draws the strokes.
     pub fn update(
-        &self,
+        &mut self,
         gpu: &Gpu,
         recorder: &mut Recorder<'_>,
         view: wgpu::BindingResource<'_>,
@@ -363,7 +367,7 @@ impl StrokePasses {
         drawn: &StrokeTargets,
     ) {
         self.id_image.run(gpu, recorder, view.clone(), depth, &drawn.id_image, &self.lists);
-        self.extract.run(gpu, recorder, view.clone(), &drawn.id_image.ids, &self.lists);
+        self.extract.run(gpu, recorder, view.clone(), &drawn.id_image.ids, &self.lists, &self.scan);
         self.chain.run(gpu, recorder, self.lists.pieces.buffer(), self.lists.counts.buffer());
         let (lists, chain, points, samples) = (&self.lists, &self.chain, &self.points, &self.samples);
         points.run(gpu, recorder, lists, chain, &self.scan);

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::ComputePass;
+use crate::gpu::pass::{ComputePass, Named};
 use crate::gpu::timer::Recorder;
 
 /// The most values of a scan: one workgroup has the sums of all blocks.
@@ -48,6 +48,55 @@ impl ScanSize {
     /// The place of the number, counted in numbers.
     pub fn index(&self) -> u32 {
         self.index
+    }
+}
+
+/// What a pass needs to write a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
+pub struct Ordered {
+    stages: Vec<GrowingBuffer>,
+    size: ScanSize,
+    group_count: wgpu::Buffer,
+    group_starts: GrowingBuffer,
+}
+
+impl Ordered {
+    /// For a pass of so many stages.
+    pub fn new(gpu: &Gpu, stages: u32) -> Self {
+        Self {
+            stages: numbers(gpu, stages),
+            size: ScanSize::new(gpu, 0, MAX_VALUES),
+            group_count: buffer(gpu, "group count", 4, wgpu::BufferUsages::STORAGE),
+            group_starts: GrowingBuffer::new(gpu, "group starts", wgpu::BufferUsages::STORAGE),
+        }
+    }
+
+    /// Runs all stages of `pass` over `groups` workgroups, that may keep `kept` numbers each; a third stage, if there is
+    /// one, is a single workgroup.
+    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        recorder: &mut Recorder<'_>,
+        pass: &ComputePass,
+        scan: &ScanPass,
+        groups: [u32; 2],
+        kept: u64,
+        resources: &[Named<'_>],
+    ) {
+        let count = u64::from(groups[0]) * u64::from(groups[1]);
+        self.group_starts.reserve_exactly(gpu, 4 * (count * (1 + kept) + 1));
+        for (stage, uniform) in self.stages.iter().enumerate() {
+            let mut all = vec![
+                ("stage", uniform.binding()),
+                ("group_count", self.group_count.as_entire_binding()),
+                ("group_starts", self.group_starts.binding()),
+            ];
+            all.extend(resources.iter().cloned());
+            pass.run_groups(gpu, recorder, if stage < 2 { groups } else { [1, 1] }, &all);
+            if stage == 0 {
+                scan.run(gpu, recorder, &self.size, &self.group_count, self.group_starts.buffer());
+            }
+        }
     }
 }
 

@@ -15,6 +15,8 @@
 //! scaled to keep its coverage: Castaño 2010), and every level takes as much ink at every pressure.
 //!
 //! A texel is a pixel: strokes have a width in pixels, and so has the grain. `spread` widens marks with the stroke.
+//!
+//! Why: `docs/decisions/stroke-textures.md`.
 
 pub mod field;
 mod gpu_tile;

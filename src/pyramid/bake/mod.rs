@@ -3,6 +3,8 @@
 //! `plan` cuts the work into rounds and chunks, `chunk` makes one, `part` is what it leaves, `folder` keeps the parts of
 //! a long bake, `join` makes the pyramid of them. What comes out does not depend on threads, on the order of chunks, on
 //! who baked them, or on how often the bake was stopped.
+//!
+//! Why: `docs/decisions/bake-in-chunks.md`.
 
 mod below;
 mod chunk;

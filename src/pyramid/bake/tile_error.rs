@@ -12,6 +12,8 @@
 //!
 //! Where the surface depends on the filling of a void that only coarser levels know, the sample is put off until they
 //! are there (`deferred`).
+//!
+//! Why: `docs/decisions/measured-errors.md`.
 
 use rayon::prelude::*;
 

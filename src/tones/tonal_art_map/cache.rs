@@ -36,8 +36,11 @@ pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, Style
     }
     let key = key(recipe);
     let path = folder.join(format!("{key:016x}.tam"));
-    if let Some(map) = fs::read(&path).ok().and_then(|bytes| unpack(&bytes, key)) {
-        return Ok(map);
+    if let Ok(bytes) = fs::read(&path) {
+        if let Some(map) = unpack(&bytes, key) {
+            return Ok(map);
+        }
+        tracing::warn!("{}: is damaged; this file of the cache is made anew", path.display());
     }
     let map = TonalArtMap::make(recipe)?;
     if let Err(error) = fs::create_dir_all(folder).and_then(|()| atomic::write(&path, &pack(&map, key))) {

@@ -1,0 +1,282 @@
+//! One range of a file from a web server, with a deadline for each step, and a check of everything that the answer
+//! says.
+//!
+//! The library underneath follows redirects and speaks TLS. What a server may say beside the truth is decided here: a
+//! length is not needed, since the range tells it; a time of change may be any text; but the range must be the one that
+//! was asked for, and as many bytes must come as it has.
+
+use std::ops::Range;
+use std::time::{Duration, Instant};
+
+use reqwest::header::{self, HeaderMap, HeaderName, HeaderValue};
+use reqwest::{Method, Request, Response, StatusCode, Url, redirect};
+
+use super::address::{Address, base64};
+use super::transport::{Answer, NoAnswer};
+use super::{RemoteError, Settings};
+
+/// A redirect more is a circle.
+const MOST_REDIRECTS: usize = 10;
+/// A file of a pebibyte is a mistake, or a lie.
+const MOST_BYTES: u64 = 1 << 50;
+/// Of an answer that is no range of a file: the credentials of a bucket, for example.
+const MOST_OTHER_BYTES: u64 = 1 << 20;
+
+/// Connections to the server of one file.
+#[derive(Debug)]
+pub struct Client {
+    http: reqwest::Client,
+    address: Address,
+    connect: Duration,
+    idle: Duration,
+    whole: Duration,
+}
+
+/// The head of an answer and all of its body.
+pub struct Whole {
+    pub status: StatusCode,
+    pub headers: HeaderMap,
+    pub bytes: Vec<u8>,
+}
+
+impl Client {
+    pub fn new(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
+        let http = reqwest::Client::builder()
+            .user_agent(concat!("hachure/", env!("CARGO_PKG_VERSION")))
+            .connect_timeout(settings.connect_timeout)
+            .redirect(redirect::Policy::custom(follow))
+            .http1_only()
+            .build();
+        let http = http.map_err(|error| RemoteError::Unusable {
+            name: address.name.clone(),
+            cause: format!("no connections can be made: {}", deepest(&error)),
+        })?;
+        let (connect, idle, whole) = (settings.connect_timeout, settings.idle_timeout, settings.request_timeout);
+        Ok(Self { http, address: address.clone(), connect, idle, whole })
+    }
+
+    /// A request for a file.
+    pub fn request(&self, url: &str, login: Option<&str>) -> Result<Request, RemoteError> {
+        let bad = |cause: String| RemoteError::BadAddress {
+            name: self.address.name.clone(),
+            cause: self.address.told(&cause),
+        };
+        let mut request = Request::new(Method::GET, Url::parse(url).map_err(|error| bad(error.to_string()))?);
+        if let Some(login) = login {
+            let value = format!("Basic {}", base64(login.as_bytes()));
+            let mut value = HeaderValue::from_str(&value).map_err(|error| bad(error.to_string()))?;
+            value.set_sensitive(true);
+            request.headers_mut().insert(header::AUTHORIZATION, value);
+        }
+        Ok(request)
+    }
+
+    /// The bytes of `range`, which is not empty; fewer where the file ends before.
+    pub async fn range(&self, mut request: Request, range: Range<u64>) -> Result<Answer, NoAnswer> {
+        let asked = HeaderValue::from_str(&format!("bytes={}-{}", range.start, range.end - 1));
+        let asked = asked.map_err(|error| self.unusable(error.to_string()))?;
+        request.headers_mut().insert(header::RANGE, asked);
+        // Ranges of compressed bytes are of no use.
+        request.headers_mut().entry(header::ACCEPT_ENCODING).or_insert(HeaderValue::from_static("identity"));
+        let end = Instant::now() + self.whole;
+        let mut response = self.head(request, end).await?;
+        let (sent, size) = self.sent(&response, &range)?;
+        let length = sent.end - sent.start;
+        let headers = response.headers().clone();
+        let bytes = self.body(&mut response, length, end).await?;
+        if (bytes.len() as u64) < length {
+            return Err(NoAnswer::Again(format!("{} of {length} bytes came", bytes.len())));
+        }
+        let is_packed = headers.contains_key(header::CONTENT_ENCODING)
+            && range.start == 0
+            && [&[0x1f, 0x8b][..], &[0x28, 0xb5, 0x2f, 0xfd]].iter().any(|magic| bytes.starts_with(magic));
+        if is_packed {
+            return Err(self.unusable("the server sends it compressed, and parts of that cannot be read".into()));
+        }
+        // The time of change is for servers that have nothing better; it may be any text.
+        let version = text(&headers, header::ETAG).or_else(|| text(&headers, header::LAST_MODIFIED));
+        Ok(Answer { bytes, size, version })
+    }
+
+    /// Whatever is answered to a request that is not for a part of a file.
+    pub async fn whole(&self, request: Request) -> Result<Whole, NoAnswer> {
+        let end = Instant::now() + self.whole;
+        let mut response = self.head(request, end).await?;
+        let (status, headers) = (response.status(), response.headers().clone());
+        let bytes = self.body(&mut response, MOST_OTHER_BYTES, end).await?;
+        Ok(Whole { status, headers, bytes })
+    }
+
+    async fn head(&self, request: Request, end: Instant) -> Result<Response, NoAnswer> {
+        let response = self.in_time(end, || String::new(), self.http.execute(request)).await?;
+        response.map_err(|error| self.why(&error))
+    }
+
+    /// No more than `most` bytes.
+    async fn body(&self, response: &mut Response, most: u64, end: Instant) -> Result<Vec<u8>, NoAnswer> {
+        let mut bytes = Vec::new();
+        loop {
+            let came = bytes.len();
+            let so_far = || format!(" after {came} bytes");
+            let Some(chunk) = self.in_time(end, so_far, response.chunk()).await?.map_err(|error| self.why(&error))?
+            else {
+                return Ok(bytes);
+            };
+            bytes.extend_from_slice(&chunk);
+            if bytes.len() as u64 > most {
+                return Err(NoAnswer::Again(format!("more than {most} bytes came, which were all that it was to be")));
+            }
+        }
+    }
+
+    /// Waits for the next word of the server.
+    async fn in_time<T>(
+        &self,
+        end: Instant,
+        so_far: impl Fn() -> String,
+        next: impl Future<Output = T>,
+    ) -> Result<T, NoAnswer> {
+        let left = end.saturating_duration_since(Instant::now());
+        let (most, deadline) = if left < self.idle { (left, self.whole) } else { (self.idle, self.idle) };
+        tokio::time::timeout(most, next).await.map_err(|_| {
+            let seconds = deadline.as_secs_f32();
+            NoAnswer::Again(match deadline == self.whole {
+                true => format!("no whole answer within {seconds} s{}", so_far().replace(" after ", ", only ")),
+                false => format!("nothing came for {seconds} s{}", so_far()),
+            })
+        })
+    }
+
+    /// The range that the head of an answer promises, and the size of the whole file.
+    fn sent(&self, response: &Response, asked: &Range<u64>) -> Result<(Range<u64>, u64), NoAnswer> {
+        let status = response.status();
+        if status != StatusCode::PARTIAL_CONTENT {
+            return Err(self.refused(status, response.headers()));
+        }
+        let Some(told) = text(response.headers(), header::CONTENT_RANGE) else {
+            return Err(self.unusable("the server does not say which part of the file it sends".into()));
+        };
+        let Some((sent, size)) = content_range(&told) else {
+            let told = told.chars().take(40).collect::<String>();
+            return Err(self.unusable(format!("the server sends a part and calls it {told:?}")));
+        };
+        let expected = asked.start..asked.end.min(size);
+        if sent != expected {
+            let [first, last] = [sent.start, sent.end - 1];
+            let cause = format!("bytes {first} to {last} came, and {} to {} were asked for", asked.start, asked.end - 1);
+            return Err(NoAnswer::Again(cause));
+        }
+        Ok((sent, size))
+    }
+
+    /// What a status means that is not the one for a part.
+    fn refused(&self, status: StatusCode, headers: &HeaderMap) -> NoAnswer {
+        let name = self.address.name.clone();
+        let number = status.as_u16();
+        let told = format!("the server answers {number}");
+        NoAnswer::Never(match number {
+            404 | 410 => RemoteError::NotFound { name },
+            401 | 403 => RemoteError::Denied { name, cause: number.to_string() },
+            416 => RemoteError::Unusable { name, cause: "is empty, or shorter than it was".into() },
+            200 => {
+                let cause = "the server does not answer requests for a part of a file".into();
+                RemoteError::Unusable { name, cause }
+            }
+            300..=399 => RemoteError::Unusable { name, cause: format!("{told} and not where the file is") },
+            408 | 425 | 429 | 500.. => {
+                let seconds = text(headers, header::RETRY_AFTER).and_then(|text| text.trim().parse::<u32>().ok());
+                return match seconds {
+                    Some(seconds @ 1..) => {
+                        let told = format!("{told} and asks for {seconds} s of patience");
+                        NoAnswer::Later(told, Duration::from_secs(seconds.into()))
+                    }
+                    _ => NoAnswer::Again(told),
+                };
+            }
+            _ => RemoteError::Unusable { name, cause: told },
+        })
+    }
+
+    fn unusable(&self, cause: String) -> NoAnswer {
+        NoAnswer::Never(RemoteError::Unusable { name: self.address.name.clone(), cause: self.address.told(&cause) })
+    }
+
+    /// What the library says of a failure.
+    fn why(&self, error: &reqwest::Error) -> NoAnswer {
+        let said = self.address.told(&deepest(error));
+        if error.is_redirect() {
+            return self.unusable(said);
+        }
+        NoAnswer::Again(match (error.is_connect(), error.is_timeout()) {
+            (true, true) => format!("no connection within {} s", self.connect.as_secs_f32()),
+            (true, false) => format!("no connection: {said}"),
+            (false, _) => said,
+        })
+    }
+}
+
+/// Where a redirect may lead: to a web server, not to a circle, and not from a connection that nobody can listen to or
+/// change to one that somebody can.
+fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
+    let next = attempt.url();
+    let place = format!("{}://{}{}", next.scheme(), next.host_str().unwrap_or_default(), next.path());
+    let is_secret = attempt.previous().last().is_some_and(|url| url.scheme() == "https");
+    let allowed = if is_secret { &["https"][..] } else { &["https", "http"] };
+    let refused = if !allowed.contains(&next.scheme()) {
+        Some(format!("the server sends on to {place}, which is not followed"))
+    } else if attempt.previous().contains(next) || attempt.previous().len() > MOST_REDIRECTS {
+        Some("the server sends on in a circle".to_owned())
+    } else {
+        None
+    };
+    match refused {
+        Some(cause) => attempt.error(cause),
+        None => attempt.follow(),
+    }
+}
+
+/// `bytes 0-99/1234`: the range and the size of the whole file.
+fn content_range(text: &str) -> Option<(Range<u64>, u64)> {
+    let (unit, rest) = text.trim().split_once(' ')?;
+    let (range, size) = rest.trim().split_once('/')?;
+    let (first, last) = range.split_once('-')?;
+    let number = |text: &str| text.trim().parse::<u64>().ok().filter(|&number| number <= MOST_BYTES);
+    let (first, last, size) = (number(first)?, number(last)?, number(size)?);
+    (unit.eq_ignore_ascii_case("bytes") && first <= last && last < size).then_some((first..last + 1, size))
+}
+
+fn text(headers: &HeaderMap, name: HeaderName) -> Option<String> {
+    headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned())
+}
+
+/// The innermost cause: the outer ones say which library failed.
+fn deepest(error: &dyn std::error::Error) -> String {
+    let mut cause = error;
+    while let Some(inner) = cause.source() {
+        cause = inner;
+    }
+    cause.to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_server_says_of_a_part() {
+        assert_eq!(content_range("bytes 0-99/1234"), Some((0..100, 1234)));
+        assert_eq!(content_range("Bytes 5-5/6 "), Some((5..6, 6)));
+        for bad in [
+            "bytes */1234",
+            "bytes 0-99/*",
+            "bytes 9-3/20",
+            "bytes 0-99/50",
+            "bytes 0-18446744073709551615/18446744073709551615",
+            "lines 0-99/1234",
+            "0-99/1234",
+            "",
+        ] {
+            assert_eq!(content_range(bad), None, "{bad}");
+        }
+    }
+}

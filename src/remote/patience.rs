@@ -1,0 +1,141 @@
+//! How long a file may keep its reader waiting, over all its requests.
+//!
+//! Each request has deadlines of its own, but a hundred requests that each use theirs up hold a picture for an hour. So
+//! the time in which at least one request is open counts for the file as a whole. Bytes that arrive give time back, so
+//! that a slow server is no dead one. When the time is used up, all requests end together, and new ones fail at once
+//! for a while; then a single one may try again, for windows that stay open until the server is back.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// So many bytes give a second back: a server that is slower than this for long is given up.
+const BYTES_PER_S: u64 = 32 * 1024;
+/// How long a file that was given up is left alone.
+const REST: Duration = Duration::from_secs(30);
+
+/// Of a file, or of files that are read together.
+#[derive(Debug)]
+pub struct Patience {
+    limit: Duration,
+    /// What the first request after a rest may use up.
+    probe: Duration,
+    state: Mutex<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    spent: Duration,
+    /// Requests that are open.
+    waiting: u32,
+    /// When `spent` was last brought up to date.
+    since: Instant,
+    given_up: Option<GivenUp>,
+}
+
+#[derive(Debug)]
+struct GivenUp {
+    at: Instant,
+    cause: String,
+}
+
+/// An open request: the time counts until this is dropped.
+pub struct Waiting<'a>(&'a Patience);
+
+impl Patience {
+    /// With `limit` in all; after a rest a single request may use up `probe`.
+    pub fn new(limit: Duration, probe: Duration) -> Arc<Self> {
+        let state = State { spent: Duration::ZERO, waiting: 0, since: Instant::now(), given_up: None };
+        Arc::new(Self { limit, probe: probe.min(limit), state: Mutex::new(state) })
+    }
+
+    /// All of it.
+    pub fn limit(&self) -> Duration {
+        self.limit
+    }
+
+    /// Begins to wait.
+    ///
+    /// # Errors
+    /// Why the file was given up, while it is left alone.
+    pub fn begin(&self) -> Result<Waiting<'_>, String> {
+        let mut state = self.settled();
+        if let Some(given_up) = &state.given_up {
+            if given_up.at.elapsed() < REST {
+                return Err(given_up.cause.clone());
+            }
+            state.given_up = None;
+            state.spent = self.limit - self.probe;
+        }
+        state.waiting += 1;
+        Ok(Waiting(self))
+    }
+
+    /// Bytes came.
+    pub fn came(&self, bytes: u64) {
+        let mut state = self.settled();
+        state.spent = state.spent.saturating_sub(Duration::from_secs_f64(bytes as f64 / BYTES_PER_S as f64));
+    }
+
+    /// What is left of it.
+    pub fn left(&self) -> Duration {
+        self.limit.saturating_sub(self.settled().spent)
+    }
+
+    /// Leaves the file alone for a while; whoever asks meanwhile hears the cause.
+    pub fn give_up(&self, cause: &str) {
+        let mut state = self.settled();
+        if state.given_up.is_none() {
+            state.given_up = Some(GivenUp { at: Instant::now(), cause: cause.to_owned() });
+        }
+    }
+
+    fn settled(&self) -> MutexGuard<'_, State> {
+        // Every statement leaves the numbers whole.
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        if state.waiting > 0 {
+            let waited = now - state.since;
+            state.spent += waited;
+        }
+        state.since = now;
+        state
+    }
+}
+
+impl Drop for Waiting<'_> {
+    fn drop(&mut self) {
+        self.0.settled().waiting -= 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const A_WHILE: Duration = Duration::from_millis(40);
+
+    #[test]
+    fn only_waiting_takes_time_and_bytes_give_it_back() {
+        let patience = Patience::new(Duration::from_secs(100), A_WHILE);
+        std::thread::sleep(A_WHILE);
+        assert_eq!(patience.left(), patience.limit());
+        let waiting = [patience.begin().unwrap(), patience.begin().unwrap()];
+        std::thread::sleep(A_WHILE);
+        drop(waiting);
+        let spent = patience.limit() - patience.left();
+        assert!(spent >= A_WHILE && spent < Duration::from_secs(20), "{spent:?}");
+        std::thread::sleep(A_WHILE);
+        assert_eq!(patience.limit() - patience.left(), spent);
+        patience.came(1 << 30);
+        assert_eq!(patience.left(), patience.limit());
+    }
+
+    #[test]
+    fn a_file_that_was_given_up_is_left_alone() {
+        let patience = Patience::new(A_WHILE, A_WHILE);
+        drop(patience.begin().unwrap());
+        patience.give_up("it sleeps");
+        patience.give_up("it sleeps on");
+        assert_eq!(patience.begin().err().as_deref(), Some("it sleeps"));
+    }
+}

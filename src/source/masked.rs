@@ -1,0 +1,176 @@
+//! Masks: pictures that say which samples of a GeoTIFF are heights. Where they are 0 is no height, whatever stands there.
+//!
+//! A mask is a picture of its own in the file (a transparency mask, TIFF 6.0, section 8), a file beside it (`dem.tif.msk`,
+//! which GDAL writes by default), or a band of opacity among the bands.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tiff_reader::cache::BlockCache;
+use tiff_reader::{OpenOptions, TiffFile};
+
+use super::SourceError;
+use super::georeference::Georeference;
+use super::geotiff::{decode_error, guarded};
+use super::geotiff_layout::{Layout, check_mask, is_mask};
+use super::place::{self, cannot_open, inconsistent};
+use super::reader::{HeightReader, Window};
+use super::tiff_blocks::{self as tiff_blocks, Blocks};
+
+/// Decoded strips and tiles of a mask in a file of its own.
+const CACHE_BYTES: usize = 8 << 20;
+
+/// The picture or band that is 0 where there is no height.
+#[derive(Clone)]
+pub(super) struct Mask {
+    /// Which holds it.
+    name: PathBuf,
+    file: Arc<TiffFile>,
+    cache: Arc<BlockCache>,
+    pub blocks: Arc<Blocks>,
+    band: usize,
+}
+
+impl Mask {
+    /// All masks of the heights in `blocks`: in the file and beside it.
+    ///
+    /// # Errors
+    /// A mask that cannot be read: what it hides would be shown.
+    pub fn all(
+        file: &Arc<TiffFile>,
+        cache: &Arc<BlockCache>,
+        blocks: &Arc<Blocks>,
+        file_bytes: u64,
+        path: &Path,
+    ) -> Result<Vec<Self>, SourceError> {
+        let mut masks: Vec<Self> = Self::internal(file, cache, blocks, file_bytes, path)?.into_iter().collect();
+        if let Some(beside) = path_beside(path) {
+            masks.extend(Self::open(&beside, blocks.size)?);
+        }
+        Ok(masks)
+    }
+
+    /// The mask that the file itself holds for the picture in `blocks`: a picture of its size, or a band of opacity.
+    ///
+    /// # Errors
+    /// As [`Mask::all`].
+    pub fn internal(
+        file: &Arc<TiffFile>,
+        cache: &Arc<BlockCache>,
+        blocks: &Arc<Blocks>,
+        file_bytes: u64,
+        path: &Path,
+    ) -> Result<Option<Self>, SourceError> {
+        let [width, height] = blocks.size;
+        let of_size = |ifd: &&tiff_reader::Ifd| is_mask(ifd) && [ifd.width(), ifd.height()] == [width, height];
+        let mask = |blocks, band| Self { name: path.into(), file: file.clone(), cache: cache.clone(), blocks, band };
+        if let Some((index, ifd)) = file.ifds().iter().enumerate().find(|(_, ifd)| of_size(ifd))
+            && index != blocks.ifd
+        {
+            let Layout { blocks, block_bytes, .. } = check_mask(ifd, index, file_bytes, path)?;
+            let mask = mask(Arc::new(blocks), 0);
+            // A strip of the whole picture is not decoded again for each window.
+            let is_large = block_bytes > CACHE_BYTES as u64;
+            let own = || Self { cache: tiff_blocks::cache(block_bytes as usize), ..mask.clone() };
+            return Ok(Some(if is_large { own() } else { mask }));
+        }
+        Ok(blocks.samples.alpha.map(|band| mask(blocks.clone(), band)))
+    }
+
+    /// The first picture of a file of masks.
+    fn open(path: &Path, size: [u32; 2]) -> Result<Option<Self>, SourceError> {
+        let damaged = |source| SourceError::Damaged { path: path.into(), source };
+        let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
+        let options = OpenOptions { block_cache_bytes: CACHE_BYTES, ..OpenOptions::default() };
+        let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged)?);
+        let ifd = file.ifds().first().ok_or_else(|| inconsistent(path, "it holds no picture"))?;
+        if [ifd.width(), ifd.height()] != size {
+            tracing::warn!("{}: is of another size than the file that it masks, and passed over", path.display());
+            return Ok(None);
+        }
+        let Layout { blocks, block_bytes, .. } = check_mask(ifd, 0, file_bytes, path)?;
+        let cache = tiff_blocks::cache(CACHE_BYTES.max(block_bytes as usize));
+        Ok(Some(Self { name: path.into(), file, cache, blocks: Arc::new(blocks), band: 0 }))
+    }
+
+    /// Makes NaN of the heights of a window where the mask is 0.
+    ///
+    /// # Errors
+    /// Where the mask cannot be decoded.
+    pub fn apply(&self, window: Window, heights_m: &mut [f32]) -> Result<(), SourceError> {
+        let read = || self.blocks.read(&self.file, &self.cache, self.band, window);
+        let bytes = guarded(&self.name, || read().map_err(|source| decode_error(source, &self.name)))?;
+        let opacities = bytes.chunks_exact(self.blocks.samples.decoded.bytes());
+        if opacities.len() != heights_m.len() {
+            return Err(inconsistent(&self.name, "a strip or tile of its mask decodes to the wrong size"));
+        }
+        for (height_m, opacity) in heights_m.iter_mut().zip(opacities) {
+            if opacity.iter().all(|&byte| byte == 0) {
+                *height_m = f32::NAN;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// `NAME.msk` of `NAME`, where there is one.
+pub(crate) fn path_beside(path: &Path) -> Option<PathBuf> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".msk");
+    Some(PathBuf::from(name)).filter(|path| path.is_file())
+}
+
+/// Heights under masks.
+pub(super) struct Masked {
+    heights: Box<dyn HeightReader>,
+    masks: Vec<Mask>,
+    /// Of the heights' file.
+    path: PathBuf,
+}
+
+impl Masked {
+    /// The heights alone where there is no mask.
+    pub fn over(heights: Box<dyn HeightReader>, masks: Vec<Mask>, path: &Path) -> Box<dyn HeightReader> {
+        match masks.is_empty() {
+            true => heights,
+            false => Box::new(Self { heights, masks, path: path.into() }),
+        }
+    }
+}
+
+impl HeightReader for Masked {
+    fn size(&self) -> [u32; 2] {
+        self.heights.size()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        self.heights.georeference()
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        let mut heights_m = self.heights.read(window)?;
+        if window.samples() > 0 {
+            self.masks.iter().try_for_each(|mask| mask.apply(window, &mut heights_m))?;
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        self.heights.block()
+    }
+
+    fn known_m(&self, window: Window) -> Option<f32> {
+        // Masks add voids to heights, so that only voids are known without them.
+        self.heights.known_m(window).filter(|height_m| height_m.is_nan())
+    }
+
+    fn is_serial(&self) -> bool {
+        self.heights.is_serial()
+    }
+
+    fn identity(&self) -> String {
+        let beside = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
+        // That masks are applied is part of what the heights depend on: a cache of before has none.
+        self.heights.identity() + &place::identity(&beside.collect::<Vec<_>>(), "masked\n")
+    }
+}

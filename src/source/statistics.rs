@@ -1,0 +1,169 @@
+//! Lowest and highest height and the voids of a grid of any size, read by windows: memory follows the window and not the
+//! grid. What the reader knows without reading, as the blocks that a sparse file leaves out, is not read.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::reader::{HeightReader, Window};
+use super::{Progress, SourceError};
+
+/// A window has so many samples at most, where blocks are not larger: 4 MiB of heights.
+const WINDOW_SAMPLES: u64 = 1 << 20;
+/// All windows that are read at a time have so many samples at most, unless a single one has more.
+const SAMPLES_AT_ONCE: u64 = 1 << 24;
+
+/// What the heights of a grid are in numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Statistics {
+    /// The lowest height in metres.
+    pub min_m: f32,
+    /// The highest height in metres.
+    pub max_m: f32,
+    /// Samples without a height.
+    pub void_samples: u64,
+}
+
+impl Statistics {
+    /// Of no samples; `f32::min` and `max` take the other operand for NaN.
+    const NONE: Self = Self { min_m: f32::NAN, max_m: f32::NAN, void_samples: 0 };
+
+    fn of(heights_m: &[f32]) -> Self {
+        heights_m.iter().fold(Self::NONE, |found, &height_m| Self {
+            min_m: found.min_m.min(height_m),
+            max_m: found.max_m.max(height_m),
+            void_samples: found.void_samples + u64::from(height_m.is_nan()),
+        })
+    }
+
+    fn of_constant(height_m: f32, samples: u64) -> Self {
+        let void_samples = if height_m.is_nan() { samples } else { 0 };
+        Self { min_m: height_m, max_m: height_m, void_samples }
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            min_m: self.min_m.min(other.min_m),
+            max_m: self.max_m.max(other.max_m),
+            void_samples: self.void_samples + other.void_samples,
+        }
+    }
+}
+
+/// Reads all that a reader has, a window at a time; `path` names it in errors.
+///
+/// # Errors
+/// What the reader says; [`SourceError::AllNoData`] for a grid without a single height.
+pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
+    let [width, height] = reader.size();
+    let whole = Window { x: 0, y: 0, width, height };
+    let is_serial = reader.is_serial();
+    let mut found = Statistics::NONE;
+    let (mut done, mut group_samples) = (0u64, 0);
+    let mut group = Vec::new();
+    // The last is the next; the first of two parts goes on top, so that windows come from the top down.
+    let mut waiting = vec![whole];
+    loop {
+        let next = waiting.pop();
+        if let Some(window) = next {
+            if let Some(height_m) = reader.known_m(window) {
+                found = found.with(Statistics::of_constant(height_m, samples(window)));
+                done += samples(window);
+                continue;
+            }
+            if samples(window) > WINDOW_SAMPLES
+                && let Some([first, second]) = split(window, reader.block(), is_serial)
+            {
+                waiting.extend([second, first]);
+                continue;
+            }
+            group.push(window);
+            group_samples += samples(window);
+        }
+        // Two windows of the largest size must not be read at a time.
+        let is_full = group_samples + WINDOW_SAMPLES > SAMPLES_AT_ONCE;
+        if is_full || next.is_none() {
+            found = found.with(read(reader, &group, is_serial)?);
+            done += group_samples;
+            group_samples = 0;
+            group.clear();
+            progress.report("reading heights", done as f32 / samples(whole) as f32);
+        }
+        if next.is_none() {
+            break;
+        }
+    }
+    match found.min_m.is_nan() {
+        true => Err(SourceError::AllNoData { path: path.into() }),
+        false => Ok(found),
+    }
+}
+
+fn samples(window: Window) -> u64 {
+    u64::from(window.width) * u64::from(window.height)
+}
+
+fn read(reader: &dyn HeightReader, windows: &[Window], is_serial: bool) -> Result<Statistics, SourceError> {
+    let of = |window: &Window| Ok(Statistics::of(&reader.read(*window)?));
+    match is_serial {
+        true => windows.iter().try_fold(Statistics::NONE, |found, window| Ok(found.with(of(window)?))),
+        false => windows.par_iter().map(of).try_reduce(|| Statistics::NONE, |a, b| Ok(a.with(b))),
+    }
+}
+
+/// Two parts of a window, the one that comes first in the file before the other. They meet where two blocks do; a
+/// single block is taken apart by rows, but only where its parts are read one after the other.
+fn split(window: Window, [columns, rows]: [u32; 2], is_serial: bool) -> Option<[Window; 2]> {
+    let across = window.width.div_ceil(columns.max(1));
+    let down = window.height.div_ceil(rows.max(1));
+    // A window of several blocks begins where a block does, so that its blocks are counted from its own corner.
+    let (width, height) = match (across, down) {
+        (1, 1) if is_serial && window.height > 1 => (window.width, window.height / 2),
+        (1, 1) => return None,
+        // Strips, and rows of a stream, stay whole.
+        _ if down >= across => (window.width, down / 2 * rows),
+        _ => (across / 2 * columns, window.height),
+    };
+    let first = Window { width, height, ..window };
+    let second = match height < window.height {
+        true => Window { y: window.y + height, height: window.height - height, ..window },
+        false => Window { x: window.x + width, width: window.width - width, ..window },
+    };
+    Some([first, second])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All windows that a grid is taken apart into.
+    fn leaves(size: [u32; 2], block: [u32; 2], is_serial: bool) -> Vec<Window> {
+        let mut waiting = vec![Window { x: 0, y: 0, width: size[0], height: size[1] }];
+        let mut leaves = Vec::new();
+        while let Some(window) = waiting.pop() {
+            match split(window, block, is_serial) {
+                Some([first, second]) => waiting.extend([second, first]),
+                None => leaves.push(window),
+            }
+        }
+        leaves
+    }
+
+    #[test]
+    fn a_grid_is_taken_apart_into_its_blocks() {
+        for (size, block) in [([1000, 700], [256, 256]), ([1000, 700], [1000, 16]), ([33, 1000], [16, 1000])] {
+            let found = leaves(size, block, false);
+            let expected = size[0].div_ceil(block[0]) * size[1].div_ceil(block[1]);
+            assert_eq!(found.len(), expected as usize, "{size:?} {block:?}");
+            assert_eq!(found.iter().map(|it| samples(*it)).sum::<u64>(), u64::from(size[0] * size[1]));
+            assert!(found.iter().all(|it| it.x % block[0] == 0 && it.y % block[1] == 0));
+        }
+    }
+
+    #[test]
+    fn what_is_read_in_order_comes_from_the_top_down() {
+        let found = leaves([100, 1000], [100, 64], true);
+        assert!(found.windows(2).all(|pair| pair[0].y + pair[0].height == pair[1].y), "{found:?}");
+        assert_eq!(found.len(), 1000);
+    }
+}

@@ -1,0 +1,148 @@
+//! What stands beside a GeoTIFF and belongs to it: GDAL's `dem.tif.aux.xml`, and a world file such as `dem.tfw`.
+//!
+//! As in GDAL, the first goes before the tags of the file, and a world file counts where nothing else gives a place.
+
+use std::path::{Path, PathBuf};
+
+use super::georeference::GeoTags;
+use super::place::{beside, small_text};
+use super::samples::{BandMetadata, Meaning, parse_no_data};
+use super::{GeoKeys, masked, wkt};
+
+/// Endings of world files.
+const WORLD_FILES: [&str; 4] = ["tfw", "tifw", "tiffw", "wld"];
+
+/// See the head of the file.
+#[derive(Debug, Default)]
+pub(super) struct SideFiles {
+    /// Those that say something.
+    pub files: Vec<PathBuf>,
+    /// For sample centres, as in [`super::georeference::Georeference`].
+    crs_from_grid: Option<[f64; 6]>,
+    world_file: Option<[f64; 6]>,
+    geokeys: Option<GeoKeys>,
+    no_data: Option<f64>,
+    band: BandMetadata,
+}
+
+impl SideFiles {
+    /// Of the GeoTIFF at `path`. What is not understood is passed over with a warning: statistics of any size, and words
+    /// of other programs stand there, too.
+    pub fn of(path: &Path) -> Self {
+        let mut found = Self::default();
+        let mut aux = path.as_os_str().to_owned();
+        aux.push(".aux.xml");
+        let aux = PathBuf::from(aux);
+        if aux.is_file() {
+            match small_text(&aux) {
+                Ok(text) if found.read_aux(&text) => found.files.push(aux),
+                Ok(_) => {}
+                Err(error) => tracing::warn!("{error}; it is passed over"),
+            }
+        }
+        if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| beside(path, ending)) {
+            found.world_file = small_text(&world).ok().and_then(|text| parse_world_file(&text));
+            match found.world_file {
+                Some(_) => found.files.push(world),
+                None => tracing::warn!("{}: is no world file and passed over", world.display()),
+            }
+        }
+        found
+    }
+
+    /// Whether the heights, or their place, are others than the file alone says.
+    pub fn overrules(&self) -> bool {
+        self.crs_from_grid.is_some()
+            || self.geokeys.is_some()
+            || self.no_data.is_some()
+            || self.band != BandMetadata::default()
+    }
+
+    /// The transform of the grid, if anything gives one, after the CRS in `tags` was replaced where a side file says so.
+    pub fn place(&self, tags: &mut GeoTags) -> Option<[f64; 6]> {
+        let of_tags = tags.crs_from_grid();
+        if let Some(keys) = &self.geokeys {
+            tags.geokeys = keys.clone();
+        }
+        self.crs_from_grid.or(of_tags).or(self.world_file)
+    }
+
+    /// Puts in what a side file says of the samples.
+    pub fn overrule(&self, meaning: &mut Meaning) {
+        meaning.no_data = self.no_data.or(meaning.no_data);
+        meaning.scale = self.band.scale.unwrap_or(meaning.scale);
+        meaning.offset = self.band.offset.unwrap_or(meaning.offset);
+        meaning.metres_per_unit = self.band.metres_per_unit().unwrap_or(meaning.metres_per_unit);
+    }
+
+    fn read_aux(&mut self, text: &str) -> bool {
+        let numbers = |text: String| -> Option<Vec<f64>> { text.split(',').map(|it| it.trim().parse().ok()).collect() };
+        if let Some(&[x, a, b, y, c, d]) = element(text, "GeoTransform").and_then(numbers).as_deref() {
+            self.crs_from_grid = Some([x + 0.5 * (a + b), a, b, y + 0.5 * (c + d), c, d]);
+        }
+        self.geokeys = element(text, "SRS").and_then(|text| wkt::keys(&text));
+        let first_band = text
+            .split("<PAMRasterBand ")
+            .skip(1)
+            .find(|rest| rest.split('>').next().is_some_and(|attributes| attributes.contains("band=\"1\"")));
+        if let Some(band) = first_band.and_then(|band| band.split("</PAMRasterBand>").next()) {
+            let number = |name: &str| element(band, name)?.trim().parse::<f64>().ok().filter(|it| it.is_finite());
+            self.no_data = element(band, "NoDataValue").as_deref().and_then(parse_no_data);
+            self.band = BandMetadata {
+                scale: number("Scale").filter(|&scale| scale != 0.0),
+                offset: number("Offset"),
+                unit: element(band, "UnitType").map(|unit| unit.trim().to_ascii_lowercase()),
+            };
+        }
+        self.overrules()
+    }
+}
+
+/// Whether the heights of the GeoTIFF at `path` depend on more than the file: then it cannot be flown over as it is.
+pub(crate) fn need_side_files(path: &Path) -> bool {
+    masked::path_beside(path).is_some() || SideFiles::of(path).overrules()
+}
+
+/// The text of the first element of a name, without elements in it.
+fn element(xml: &str, name: &str) -> Option<String> {
+    let start = format!("<{name}");
+    let rest = xml.match_indices(&start).map(|(at, _)| &xml[at + start.len()..]);
+    let rest = rest.into_iter().find(|rest| rest.starts_with(['>', ' ', '\n']))?;
+    let (attributes, rest) = rest.split_once('>')?;
+    let text = if attributes.ends_with('/') { "" } else { rest.split('<').next()? };
+    let plain = text.replace("&quot;", "\"").replace("&apos;", "'").replace("&lt;", "<").replace("&gt;", ">");
+    Some(plain.replace("&amp;", "&")).filter(|text| !text.trim().is_empty())
+}
+
+/// Six numbers: the steps of x and y with the column, the same with the row, and the centre of the first sample.
+fn parse_world_file(text: &str) -> Option<[f64; 6]> {
+    let numbers: Option<Vec<f64>> = text.split_whitespace().map(|word| word.replace(',', ".").parse().ok()).collect();
+    let &[a, c, b, d, x, y] = numbers?.as_slice() else { return None };
+    Some([x, a, b, y, c, d])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn side_files_say_place_and_meaning() {
+        let mut found = SideFiles::default();
+        let text = r#"<PAMDataset><SRS dataAxisToSRSAxisMapping="1,2">PROJCS[&quot;x&quot;,UNIT["metre",1],AUTHORITY["EPSG","2056"]]</SRS>
+            <GeoTransform> 1e1, 2.0, 0, 20, 0, -4</GeoTransform>
+            <PAMRasterBand band="2"><NoDataValue>7</NoDataValue></PAMRasterBand>
+            <PAMRasterBand band="1"><NoDataValue le_hex_equiv="0">-9999</NoDataValue><UnitType>ft</UnitType></PAMRasterBand>"#;
+        assert!(found.read_aux(text));
+        assert_eq!(found.crs_from_grid, Some([11.0, 2.0, 0.0, 18.0, 0.0, -4.0]));
+        assert_eq!((found.no_data, found.band.metres_per_unit()), (Some(-9999.0), Some(0.3048)));
+        assert_eq!(found.geokeys.and_then(|keys| keys.epsg), Some(2056));
+        let mut statistics = SideFiles::default();
+        assert!(!statistics.read_aux("<PAMDataset><PAMRasterBand band=\"1\"><Metadata/></PAMRasterBand></PAMDataset>"));
+        assert!(!statistics.read_aux("<GeoTransform> 1, 2</GeoTransform><SRS/><PAMRasterBand band=\"1\">"));
+        assert_eq!(
+            parse_world_file("30\n0\n0\n-30\n594015\n5194985\n"),
+            Some([594_015.0, 30.0, 0.0, 5_194_985.0, 0.0, -30.0])
+        );
+        assert_eq!(parse_world_file("some words"), None);
+    }
+}

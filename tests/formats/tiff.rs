@@ -1,0 +1,134 @@
+//! TIFFs written byte by byte: shapes that libtiff reads and few writers make.
+
+use std::path::Path;
+
+use crate::dem::Dem;
+
+pub const STRIPS: [u16; 2] = [273, 279];
+pub const TILES: [u16; 2] = [324, 325];
+
+/// The value of a tag.
+#[derive(Clone)]
+pub enum Value {
+    Short(Vec<u16>),
+    Long(Vec<u32>),
+    Ascii(String),
+}
+
+/// A picture of a file. What it leaves out is one band of 16-bit signed samples in one strip, not compressed.
+#[derive(Clone)]
+pub struct Picture {
+    pub size: [u32; 2],
+    /// Tags beside the size and the places of blocks; a later one goes before an earlier one.
+    pub tags: Vec<(u16, Value)>,
+    /// The tags under which the places and lengths of blocks stand.
+    pub places: [u16; 2],
+    pub blocks: Vec<Vec<u8>>,
+}
+
+impl Picture {
+    pub fn of_i16(dem: &Dem) -> Self {
+        let blocks = vec![bytes(&dem.heights)];
+        let size = [dem.width as u32, dem.height as u32];
+        Self { size, tags: samples(16, 2), places: STRIPS, blocks }.with(278, short(dem.height as u16))
+    }
+
+    pub fn with(mut self, tag: u16, value: Value) -> Self {
+        self.tags.retain(|it| it.0 != tag);
+        self.tags.push((tag, value));
+        self
+    }
+}
+
+pub fn short(value: u16) -> Value {
+    Value::Short(vec![value])
+}
+
+/// Bits of a sample and its format: 1 unsigned, 2 signed, 3 floating-point.
+pub fn samples(bits: u16, format: u16) -> Vec<(u16, Value)> {
+    [(258, bits), (259, 1), (262, 1), (277, 1), (339, format)].into_iter().map(|(tag, it)| (tag, short(it))).collect()
+}
+
+pub fn bytes(samples: &[i16]) -> Vec<u8> {
+    samples.iter().flat_map(|it| it.to_le_bytes()).collect()
+}
+
+pub fn write(path: &Path, pictures: &[Picture]) {
+    std::fs::write(path, file(pictures)).unwrap();
+}
+
+fn file(pictures: &[Picture]) -> Vec<u8> {
+    let mut file = b"II*\0\0\0\0\0".to_vec();
+    let mut next = 4;
+    for picture in pictures {
+        let mut place = |bytes: &[u8]| {
+            file.resize(file.len().next_multiple_of(2), 0);
+            file.extend(bytes);
+            (file.len() - bytes.len()) as u32
+        };
+        let offsets: Vec<u32> = picture.blocks.iter().map(|block| place(block)).collect();
+        let counts = picture.blocks.iter().map(|block| block.len() as u32).collect();
+        let mut tags = picture.tags.clone();
+        tags.extend([(256, Value::Long(vec![picture.size[0]])), (257, Value::Long(vec![picture.size[1]]))]);
+        tags.extend([(picture.places[0], Value::Long(offsets)), (picture.places[1], Value::Long(counts))]);
+        tags.sort_by_key(|tag| tag.0);
+        let mut directory = (tags.len() as u16).to_le_bytes().to_vec();
+        for (tag, value) in &tags {
+            let (kind, count, mut bytes): (u16, usize, Vec<u8>) = match value {
+                Value::Short(values) => (3, values.len(), values.iter().flat_map(|it| it.to_le_bytes()).collect()),
+                Value::Long(values) => (4, values.len(), values.iter().flat_map(|it| it.to_le_bytes()).collect()),
+                Value::Ascii(text) => (2, text.len() + 1, format!("{text}\0").into_bytes()),
+            };
+            if bytes.len() > 4 {
+                bytes = place(&bytes).to_le_bytes().to_vec();
+            }
+            bytes.resize(4, 0);
+            directory.extend(tag.to_le_bytes());
+            directory.extend(kind.to_le_bytes());
+            directory.extend((count as u32).to_le_bytes());
+            directory.extend(bytes);
+        }
+        directory.extend([0; 4]);
+        let at = place(&directory);
+        file[next..next + 4].copy_from_slice(&at.to_le_bytes());
+        next = file.len() - 4;
+    }
+    file
+}
+
+/// A zlib stream of one stored block.
+pub fn deflate(bytes: &[u8]) -> Vec<u8> {
+    let length = bytes.len() as u16;
+    let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), &byte| {
+        let a = (a + u32::from(byte)) % 65_521;
+        (a, (b + a) % 65_521)
+    });
+    let head = [0x78, 1, 1];
+    [&head[..], &length.to_le_bytes(), &(!length).to_le_bytes(), bytes, &(b << 16 | a).to_be_bytes()].concat()
+}
+
+/// LZW that begins anew before its codes grow beyond nine bits.
+pub fn lzw(bytes: &[u8]) -> Vec<u8> {
+    const CLEAR: u16 = 256;
+    const END: u16 = 257;
+    let mut codes = Vec::new();
+    for run in bytes.chunks(200) {
+        codes.push(CLEAR);
+        codes.extend(run.iter().map(|&byte| u16::from(byte)));
+    }
+    codes.push(END);
+    let bits: Vec<u8> = codes.iter().flat_map(|code| (0..9).rev().map(move |bit| (code >> bit & 1) as u8)).collect();
+    bits.chunks(8).map(|bits| bits.iter().enumerate().fold(0, |byte, (at, bit)| byte | bit << (7 - at))).collect()
+}
+
+/// Literal runs.
+pub fn pack_bits(bytes: &[u8]) -> Vec<u8> {
+    bytes.chunks(128).flat_map(|run| std::iter::once(run.len() as u8 - 1).chain(run.iter().copied())).collect()
+}
+
+/// A Zstandard frame of one block as it is (RFC 8878).
+pub fn zstd(bytes: &[u8]) -> Vec<u8> {
+    let block = (bytes.len() as u32) << 3 | 1;
+    let size = (bytes.len() as u16 - 256).to_le_bytes();
+    [&[0x28, 0xb5, 0x2f, 0xfd, 0x60], &size[..], &block.to_le_bytes()[..3], bytes].concat()
+}

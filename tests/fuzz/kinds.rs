@@ -1,0 +1,348 @@
+//! The kinds of input: whole files of each, and what the program does with them.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::ensure;
+use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder, Predictor, TiffVariant};
+use hachure::file::exr::{Channel, Samples, read_exr, write_exr};
+use hachure::file::png::{read_rgba8, write_rgba8};
+use hachure::mesh::obj;
+use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake, open_local_cog};
+use hachure::scene::Scene;
+use hachure::scene::path::CameraPath;
+use hachure::source::{self, Silent, Window};
+use hachure::style::{self, Style};
+use ndarray::Array2;
+
+use super::dem::Dem;
+use super::seeds::Seed;
+use super::{sparse, world, write};
+
+/// See the head of the file.
+pub struct Kind {
+    pub name: &'static str,
+    pub open: fn(&Path) -> anyhow::Result<()>,
+    /// Writes whole files below a folder.
+    pub seeds: fn(&Path) -> Vec<Seed>,
+    /// How the program is asked about such a file; the file comes last.
+    pub arguments: Option<&'static [&'static str]>,
+}
+
+const INFO: Option<&[&str]> = Some(&["info"]);
+
+const fn heights(name: &'static str, seeds: fn(&Path) -> Vec<Seed>) -> Kind {
+    Kind { name, open: read_heights, seeds, arguments: INFO }
+}
+
+pub const KINDS: &[Kind] = &[
+    heights("geotiff", geotiffs),
+    heights("real-geotiff", real_geotiffs),
+    Kind { name: "cog", open: fly_over, seeds: cogs, arguments: INFO },
+    heights("hgt", |home| one(home, "N46E008.hgt", |path| write::hgt(path, &Dem::new(1201, 1201, 1)))),
+    heights("hgt-zip", |home| one(home, "h.zip", |path| write::hgt_zip(path, "N46E008.hgt", &Dem::new(1201, 1201, 1)))),
+    heights("dted", |home| {
+        let whole = one(home, "whole.dt0", |path| _ = write::dted(path, &small(), 50));
+        whole.into_iter().chain(one(home, "short.dt0", |path| _ = write::dted(path, &small(), 47))).collect()
+    }),
+    heights("ehdr", |home| {
+        let bil = one(home, "d.bil", |path| _ = write::ehdr(path, &small(), "M"));
+        bil.into_iter().chain(one(home, "e.flt", |path| _ = write::grid_float(path, &small()))).collect()
+    }),
+    heights("envi", |home| {
+        let of = |name: &str, interleave: &'static str| {
+            one(home, name, move |path| _ = write::envi(path, &small(), interleave))
+        };
+        [of("a.img", "bip"), of("b.img", "bil"), of("c.img", "bsq")].into_iter().flatten().collect()
+    }),
+    heights("ascii", |home| {
+        let esri = |path: &Path| {
+            write::ascii(path, &small(), false);
+            std::fs::write(path.with_extension("prj"), write::UTM_PRJ).unwrap();
+        };
+        one(home, "a.asc", esri).into_iter().chain(one(home, "b.txt", |path| _ = write::grass(path, &small()))).collect()
+    }),
+    heights("usgs-dem", |home| {
+        let plain = one(home, "a.dem", |path| _ = write::usgs_dem(path, &small(), false));
+        plain.into_iter().chain(one(home, "b.dem", |path| _ = write::usgs_dem(path, &small(), true))).collect()
+    }),
+    heights("xyz", |home| {
+        one(home, "p.xyz", |path| {
+            write::xyz(path, &small());
+            std::fs::write(path.with_extension("prj"), write::UTM_PRJ).unwrap();
+        })
+    }),
+    heights("png16", |home| {
+        let alone = one(home, "a.png", |path| write::png16(path, &small()));
+        alone.into_iter().chain(one(home, "b.png", |path| with_side_file(path, write::png16))).collect()
+    }),
+    heights("raw", |home| one(home, "r.r16", |path| with_side_file(path, |path, dem| write::raw(path, dem, false)))),
+    heights("terrain-rgb", |home| {
+        let of = |name: &str, is_mapbox| {
+            let encoding = if is_mapbox { "mapbox" } else { "terrarium" };
+            one(home, name, move |path| {
+                write::terrain_rgb(path, &small(), is_mapbox);
+                let side = format!("encoding = \"{encoding}\"\nspacing_m = 10.0\n");
+                std::fs::write(path.with_file_name(format!("{}.toml", file_name(path))), side).unwrap();
+            })
+        };
+        of("m.png", true).into_iter().chain(of("t.png", false)).collect()
+    }),
+    heights("tile-folder", tile_folders),
+    Kind { name: "pyramid", open: read_pyramid, seeds: pyramids, arguments: INFO },
+    Kind { name: "obj", open: |path| Ok(obj::read(path).map(drop)?), seeds: objs, arguments: None },
+    Kind { name: "scene", open: |path| Ok(Scene::read(path).map(drop)?), seeds: scenes, arguments: INFO },
+    Kind { name: "style", open: read_style, seeds: styles, arguments: Some(&["styles", "check"]) },
+    Kind { name: "marks", open: read_marks, seeds: |home| recipes(home, "marks"), arguments: None },
+    Kind { name: "strokes", open: read_strokes, seeds: |home| recipes(home, "strokes"), arguments: None },
+    Kind { name: "camera-path", open: read_path, seeds: paths, arguments: INFO },
+    Kind { name: "png", open: |path| Ok(read_rgba8(path).map(drop)?), seeds: pictures, arguments: None },
+    Kind { name: "exr", open: |path| Ok(read_exr(path).map(drop)?), seeds: exrs, arguments: None },
+];
+
+fn small() -> Dem {
+    Dem::new(50, 50, 3).above_sea()
+}
+
+fn file_name(path: &Path) -> &str {
+    path.file_name().and_then(|name| name.to_str()).unwrap()
+}
+
+/// A seed in a folder of its own, with all that `write` puts beside the file.
+fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
+    let folder = home.join(name.replace('.', "_"));
+    std::fs::create_dir_all(&folder).unwrap();
+    write(&folder.join(name));
+    vec![Seed::of(&folder, name)]
+}
+
+// What is read.
+
+/// As `info` reads it, and some windows as a bake has them.
+fn read_heights(path: &Path) -> anyhow::Result<()> {
+    let reader = source::open_reader(path)?;
+    let found = source::statistics(&*reader, path, &Silent)?;
+    ensure!(found.min_m <= found.max_m && found.min_m.abs().max(found.max_m.abs()) <= 1e6, "absurd: {found:?}");
+    let [width, height] = reader.size();
+    let side = |size: u32| size.min(9);
+    for [x, y] in [[width - side(width), height - side(height)], [0, 0], [width / 2, 0]] {
+        let window = Window { x, y, width: side(width - x), height: side(height - y) };
+        let heights_m = reader.read(window)?;
+        ensure!(heights_m.len() == window.samples(), "{} heights of {window:?}", heights_m.len());
+        let inside = heights_m.iter().all(|height| height.is_nan() || (found.min_m..=found.max_m).contains(height));
+        ensure!(inside, "a window has other heights than the whole");
+    }
+    ensure!(reader.georeference().crs_from_grid.iter().all(|number| number.is_finite()), "lies nowhere");
+    Ok(())
+}
+
+/// As heights, and as a pyramid that is drawn as it is.
+fn fly_over(path: &Path) -> anyhow::Result<()> {
+    if let Some(store) = open_local_cog(path)? {
+        let levels = store.levels().len() as u32;
+        for level in (0..levels).rev().take(4) {
+            let size = store.levels()[level as usize];
+            for [x, y] in [[0, 0], [size.tiles_x() - 1, size.tiles_y() - 1]] {
+                store.clone().load(TileAddress { level, x, y })?;
+            }
+        }
+    }
+    read_heights(path)
+}
+
+fn read_pyramid(path: &Path) -> anyhow::Result<()> {
+    let pyramid = Arc::new(Pyramid::open(path)?);
+    for (level, size) in (0..).zip(pyramid.levels()) {
+        for y in 0..size.tiles_y().min(3) {
+            for x in 0..size.tiles_x().min(3) {
+                pyramid.clone().load(TileAddress { level, x, y })?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_style(path: &Path) -> anyhow::Result<()> {
+    Ok(Style::load(path.to_str().unwrap()).map(drop)?)
+}
+
+fn read_marks(path: &Path) -> anyhow::Result<()> {
+    Ok(style::marks::Recipe::load(file_name(path), path.parent().unwrap()).map(drop)?)
+}
+
+fn read_strokes(path: &Path) -> anyhow::Result<()> {
+    Ok(style::texture::Recipe::load(file_name(path), path.parent().unwrap()).map(drop)?)
+}
+
+fn read_path(path: &Path) -> anyhow::Result<()> {
+    let found = CameraPath::read_on_ground(path, |_, _| 0.0)?;
+    ensure!(found.frame_count(30.0) > 0, "has no frame");
+    ensure!(found.spread(100).all(|camera| camera.position_m.is_finite()), "leads nowhere");
+    Ok(())
+}
+
+// What is written.
+
+fn geotiffs(home: &Path) -> Vec<Seed> {
+    let heights = small();
+    let floats = Array2::from_shape_fn((50, 50), |(row, column)| f32::from(heights.at(column, row)));
+    let wholes = Array2::from_shape_fn((50, 50), |(row, column)| heights.at(column, row));
+    let new = || GeoTiffBuilder::new(50, 50).nodata("-32768").pixel_scale(3.0, 3.0).origin(5.0e5, 7.0e6).epsg(32_633);
+    let float =
+        |name: &str, builder: GeoTiffBuilder| one(home, name, |path| builder.write_2d(path, floats.view()).unwrap());
+    let whole =
+        |name: &str, builder: GeoTiffBuilder| one(home, name, |path| builder.write_2d(path, wholes.view()).unwrap());
+    let seeds = [
+        float("tiled.tif", new().tile_size(16, 16).compression(Compression::Deflate)),
+        float("lerc.tif", new().tile_size(16, 16).compression(Compression::Lerc)),
+        float("zstd.tif", new().compression(Compression::Zstd).predictor(Predictor::FloatingPoint)),
+        whole("plain.tif", new().compression(Compression::None)),
+        whole("lzw.tif", new().compression(Compression::Lzw).predictor(Predictor::Horizontal)),
+        whole("wide.tif", new().tile_size(64, 32).compression(Compression::Lzw)),
+        whole("big.tif", new().tile_size(16, 16).compression(Compression::Deflate).tiff_variant(TiffVariant::BigTiff)),
+        one(home, "sparse.tif", |path| sparse::write(path, 4096)),
+    ];
+    seeds.into_iter().flatten().collect()
+}
+
+/// Every encoding and every oddity of GDAL's, where the real data is.
+fn real_geotiffs(home: &Path) -> Vec<Seed> {
+    let data = std::env::var_os("HACHURE_TEST_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if !data.join("dem_odd").is_dir() {
+        println!("skipped: no real data at {}", data.display());
+        return Vec::new();
+    }
+    let mut files = Vec::new();
+    let mut folders = vec![data.join("dem_odd"), data.join("dem/encodings_rainier")];
+    while let Some(folder) = folders.pop() {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let (inner, found): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+        folders.extend(inner);
+        files.extend(found);
+    }
+    files.sort();
+    let seed = |(number, file): (usize, PathBuf)| {
+        let bytes = std::fs::read(&file).unwrap();
+        let is_tiff = bytes.starts_with(b"II") || bytes.starts_with(b"MM");
+        // What is refused as it is would be refused again.
+        let is_wanted = is_tiff && bytes.len() < 400_000 && read_heights(&file).is_ok();
+        is_wanted.then(|| one(home, &format!("{number}.tif"), |path| std::fs::write(path, bytes).unwrap()))
+    };
+    files.into_iter().enumerate().filter_map(seed).flatten().collect()
+}
+
+fn cogs(home: &Path) -> Vec<Seed> {
+    let heights = Dem::new(300, 280, 1);
+    let samples = Array2::from_shape_fn((280, 300), |(row, column)| f32::from(heights.at(column, row)));
+    let of = |name: &str, compression| {
+        one(home, name, |path| {
+            let builder = GeoTiffBuilder::new(300, 280).tile_size(64, 64).nodata("-32768").compression(compression);
+            let builder = builder.pixel_scale(30.0, 30.0).origin(5.0e5, 7.0e6).epsg(32_633);
+            CogBuilder::new(builder).overview_levels(vec![2, 4, 8]).write_2d(path, samples.view()).unwrap();
+        })
+    };
+    of("deflate.tif", Compression::Deflate).into_iter().chain(of("lerc.tif", Compression::Lerc)).collect()
+}
+
+fn with_side_file(path: &Path, write: impl FnOnce(&Path, &Dem)) {
+    write(path, &small());
+    let side = "width = 50\nheight = 50\nspacing_m = 3.5\nheight_scale_m = 0.25\nheight_offset_m = -100\nendian = \"little\"\n\
+                no_data = 0\ncrs = \"EPSG:32610\"\norigin = [594000.0, 5195010.0]\n";
+    std::fs::write(path.with_file_name(format!("{}.toml", file_name(path))), side).unwrap();
+}
+
+fn tile_folders(home: &Path) -> Vec<Seed> {
+    let folder = home.join("tiles");
+    let dem = Dem::new(32, 32, 2).above_sea();
+    for [x, y] in [[33, 22], [34, 22], [34, 24]] {
+        let path: PathBuf = folder.join(format!("6/{x}/{y}.png"));
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        write::terrain_rgb(&path, &dem, true);
+    }
+    std::fs::write(home.join("tiles.toml"), "encoding = \"mapbox\"\n").unwrap();
+    vec![Seed::of(&folder, "")]
+}
+
+fn pyramids(home: &Path) -> Vec<Seed> {
+    let of = |name: &str, max_error_m| {
+        one(home, name, |path| {
+            bake(&world::rough(300, 60, true), path, &BakeOptions { max_error_m }, &Silent).unwrap();
+        })
+    };
+    of("lossless.tif", 0.0).into_iter().chain(of("lerc.tif", 0.1)).collect()
+}
+
+fn text(home: &Path, name: &str, text: &str) -> Vec<Seed> {
+    one(home, name, |path| std::fs::write(path, text).unwrap())
+}
+
+fn objs(home: &Path) -> Vec<Seed> {
+    let cube = "# a cube\nmtllib none.mtl\no cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                vn 0 0 1\nvt 0.5 0.5\nusemtl grey\ns off\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2/1/1 3/1/1 7/1/1 6/1/1\n\
+                f 3//1 4//1 8//1 7//1\nf -8 -4 -1 -5\n";
+    let mut field = String::from("g field\n");
+    for row in 0..12 {
+        for column in 0..12 {
+            field += &format!("v {column}.25 {row}.5 {}e-1\n", row * column);
+        }
+    }
+    for (row, column) in (0..11).flat_map(|row| (0..11).map(move |column| (row, column))) {
+        let first = row * 12 + column + 1;
+        field += &format!("f {first} {} {} {}\n", first + 1, first + 13, first + 12);
+    }
+    text(home, "cube.obj", cube).into_iter().chain(text(home, "field.obj", &field)).collect()
+}
+
+fn scenes(home: &Path) -> Vec<Seed> {
+    let one_file = "vertical_exaggeration = 1.5\n[world]\ndem = \"mountain.tif\"\n[sun]\nazimuth_deg = 315\n\
+                    elevation_deg = 35.5\n[haze]\ndistance_m = 20000\ncolor = \"#c8d0d8\"\n[earth]\ncurvature = true\n\
+                    refraction = 0.13\n[camera]\nstart = \"0,-1500,+200,10,-5,60\"\n";
+    let several = "[world]\ndem = [\"a.tif\", \"b.tif\"]\n[earth]\ncurvature = false\n";
+    let made = "[world]\nprocedural = { seed = 7 }\n[camera]\nstart = \"0,0,2000,0,-10,50\"\n";
+    let land = "[world]\ncontinent = { seed = 3 }\n";
+    let all = [("one.toml", one_file), ("several.toml", several), ("made.toml", made), ("land.toml", land)];
+    all.into_iter().flat_map(|(name, scene)| text(home, name, scene)).collect()
+}
+
+fn styles(home: &Path) -> Vec<Seed> {
+    let of = |name: &&str| text(home, &format!("{name}.toml"), style::preset_text(name).unwrap());
+    style::names().iter().flat_map(of).collect()
+}
+
+fn recipes(home: &Path, what: &str) -> Vec<Seed> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("textures").join(what);
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|ending| ending == "toml"));
+    files.sort();
+    files.iter().flat_map(|path| text(home, file_name(path), &std::fs::read_to_string(path).unwrap())).collect()
+}
+
+fn paths(home: &Path) -> Vec<Seed> {
+    let head = "t,x,y,z,yaw,pitch,fov\n";
+    let flight = "# a flight\n0,0,-1500,+200,10,-5,60\n2.5,100,-1200,+180.5,20,-5,60\n4,300,-900,+150,350,-10,50\n\
+                  4,0,0,+20,0,0,50\n9.75,1e3,900,+1e2,-30,5,45\n";
+    let level = "0,0,0,2000,0,-10,50\n1,10,0,2000,5,-10,50\n2,20,5,1990,9,-12,50\n";
+    let of = |name: &str, rows: &str| text(home, name, &format!("{head}{rows}"));
+    of("flight.csv", flight).into_iter().chain(of("level.csv", level)).collect()
+}
+
+fn pictures(home: &Path) -> Vec<Seed> {
+    let rgba: Vec<u8> = (0..40 * 30 * 4).map(|index| (index * 7 % 251) as u8).collect();
+    let plain = one(home, "plain.png", |path| write_rgba8(path, 40, 30, &rgba).unwrap());
+    let grey = one(home, "grey.png", |path| {
+        write::png(path, [40, 30], png::ColorType::Grayscale, png::BitDepth::Eight, &rgba[..40 * 30]);
+    });
+    plain.into_iter().chain(grey).collect()
+}
+
+fn exrs(home: &Path) -> Vec<Seed> {
+    one(home, "p.exr", |path| {
+        let samples: Vec<f32> = (0..40 * 30).map(|index| index as f32 * 0.25).collect();
+        let channels = [
+            Channel { name: "depth.V".into(), samples: Samples::F32(samples.clone()) },
+            Channel { name: "surface.id".into(), samples: Samples::U32((0..40 * 30).collect()) },
+        ];
+        write_exr(path, 40, 30, &channels, &[]).unwrap();
+    })
+}

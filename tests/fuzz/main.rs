@@ -1,0 +1,109 @@
+//! Mutated inputs of every kind that the program reads: none may end in a panic, take over 20 s or more than 1 GB, and
+//! every refusal is one line under 200 characters that names the file.
+//!
+//! A test runs some cases of each kind; `CONTRIBUTING.md` says how to run them for hours. A case depends on the seed, the
+//! kind and its number alone. The one that fails is named, and its files are kept.
+//!
+//! - `HACHURE_FUZZ_CASES`: cases of each kind (100)
+//! - `HACHURE_FUZZ_FIRST`: number of the first case (0)
+//! - `HACHURE_FUZZ_SEED`: another seed gives other cases (1)
+//! - `HACHURE_FUZZ_KIND`: this kind alone, or several separated by commas
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+mod bounded;
+#[allow(dead_code, reason = "the other tests of the formats use more of it")]
+#[path = "../formats/dem.rs"]
+mod dem;
+mod kinds;
+mod memory;
+mod mutate;
+mod planted;
+mod program;
+mod rule;
+mod seeds;
+mod sparse;
+mod watch;
+#[path = "../pyramid/world.rs"]
+mod world;
+#[allow(dead_code, reason = "the other tests of the formats use more of it")]
+#[path = "../formats/write.rs"]
+mod write;
+
+use std::time::Instant;
+
+use kinds::KINDS;
+use seeds::Seed;
+use watch::{Limits, Watch};
+
+/// A number from the environment.
+fn number(name: &str, default: u64) -> u64 {
+    match std::env::var(name) {
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} is {text:?}, which is no whole number")),
+        Err(_) => default,
+    }
+}
+
+#[test]
+fn mutated_inputs_are_read_or_refused() {
+    let (cases, first) = (number("HACHURE_FUZZ_CASES", 100), number("HACHURE_FUZZ_FIRST", 0));
+    let run_seed = number("HACHURE_FUZZ_SEED", 1);
+    let only = std::env::var("HACHURE_FUZZ_KIND").ok();
+    let is_wanted = |name: &str| only.as_ref().is_none_or(|only| only.split(',').any(|wanted| wanted == name));
+    assert!(KINDS.iter().any(|kind| is_wanted(kind.name)), "there is no kind {only:?}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let mut watch = Watch::new(Limits::default());
+    let mut failures = Vec::new();
+    println!("{:>14} {:>7} {:>7} {:>8} {:>7} {:>8}", "kind", "cases", "refused", "program", "peak MB", "seconds");
+    for kind in KINDS.iter().filter(|kind| is_wanted(kind.name)) {
+        let start = Instant::now();
+        let home = folder.path().join(kind.name);
+        let seeds: Vec<Seed> = (kind.seeds)(&home);
+        if seeds.is_empty() {
+            continue;
+        }
+        for seed in &seeds {
+            seed.restore();
+            let case = watch.run(kind, seed);
+            assert!(case.what.is_none(), "{}: the seed {:?} fails: {case:?}", kind.name, seed.entry);
+            assert!(case.refusal.is_none(), "{}: the seed {:?} is refused: {case:?}", kind.name, seed.entry);
+        }
+        let (mut refused, mut spawned, mut peak_bytes) = (0, 0, 0);
+        for number in first..first + cases {
+            let mut random = mutate::Random::new(&format!("{run_seed} {} {number}", kind.name));
+            let seed = &seeds[random.below(seeds.len())];
+            let donor = &seeds[random.below(seeds.len())];
+            seed.mutate(donor, &mut random);
+            let mut case = watch.run(kind, seed);
+            // A process for each case would take most of the time.
+            if case.what.is_none() && program::is_due(number - first, cases) {
+                spawned += u64::from(kind.arguments.is_some());
+                case.what = program::fault(kind, seed);
+            }
+            refused += u64::from(case.refusal.is_some());
+            peak_bytes = peak_bytes.max(case.peak_bytes.unwrap_or(0));
+            if let Some(what) = case.what {
+                let kept = seed.keep(kind.name, run_seed, number);
+                let again = format!(
+                    "HACHURE_FUZZ_SEED={run_seed} HACHURE_FUZZ_KIND={} HACHURE_FUZZ_FIRST={number} HACHURE_FUZZ_CASES=1",
+                    kind.name
+                );
+                println!("FAILED {what}\n  kept in {}\n  again: {again}", kept.display());
+                failures.push(format!("{}: {what}", kind.name));
+            }
+            seed.restore();
+        }
+        println!(
+            "{:>14} {cases:>7} {refused:>7} {spawned:>8} {:>7} {:>8.1}",
+            kind.name,
+            peak_bytes / 1_000_000,
+            start.elapsed().as_secs_f64()
+        );
+        // Where nothing is refused, nothing was damaged.
+        assert!(cases < 100 || refused > 0, "{}: no case was refused", kind.name);
+    }
+    if !memory::is_measured() {
+        println!("skipped: the system does not tell how much memory a case took");
+    }
+    assert!(failures.is_empty(), "{} cases failed:\n{}", failures.len(), failures.join("\n"));
+}

@@ -1,0 +1,50 @@
+//! Some cases through the program itself: its exit status, and what it says on standard error.
+
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use super::kinds::Kind;
+use super::rule;
+use super::seeds::Seed;
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Whether a case of so many is one of those: three of a short run, every 500th of a long one.
+pub fn is_due(index: u64, cases: u64) -> bool {
+    index % (cases / 3).clamp(1, 500) == 0
+}
+
+/// What is wrong with the program's answer to the seed's files as they are.
+pub fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
+    let arguments = kind.arguments?;
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
+    command.args(arguments).arg(seed.entry()).env("HACHURE_CACHE", seed.folder.with_extension("cache"));
+    command.env_remove("RUST_LOG").stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let Some(output) = output(command) else { return Some(format!("hachure {arguments:?} hangs")) };
+    let error = String::from_utf8_lossy(&output.stderr);
+    // Warnings may come before the line that says why it failed.
+    let last = error.trim_end_matches('\n').rsplit('\n').next().unwrap_or_default();
+    let is_noisy = error.contains("panicked") || error.chars().any(|c| c.is_control() && c != '\n');
+    match (output.status.code(), last.strip_prefix("hachure: ")) {
+        _ if is_noisy => Some(format!("hachure {arguments:?} says {error:?}")),
+        (Some(0), _) => None,
+        (Some(1), Some(line)) => rule::fault(kind.name, seed, line),
+        (status, _) => Some(format!("hachure {arguments:?} ends with {status:?} and says {error:?}")),
+    }
+}
+
+/// What a process says, or nothing if it does not end in time.
+fn output(mut command: Command) -> Option<Output> {
+    let child = command.spawn().unwrap();
+    let id = child.id();
+    let (send, answer) = std::sync::mpsc::channel();
+    drop(std::thread::spawn(move || send.send(child.wait_with_output())));
+    let start = Instant::now();
+    let output = answer.recv_timeout(PATIENCE);
+    if output.is_err() {
+        println!("process {id} was not done after {:?}", start.elapsed());
+        // The one that hangs is a failure of this test and must not outlive it.
+        drop(Command::new("kill").arg("-9").arg(id.to_string()).status());
+    }
+    output.ok().map(Result::unwrap)
+}
