@@ -13,7 +13,7 @@ use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidErro
 use crate::scene::camera::Camera;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{MeshPlacement, Scene, World};
-use crate::source::{self, Kind, Progress, Silent};
+use crate::source::{self, Kind, OpenOptions, Progress, Silent};
 use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
@@ -41,6 +41,12 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// Voids are named for heights that are not baked here.
+    #[error("{name}: --nodata is for DEM files of this machine: bake it with --nodata first")]
+    NoData {
+        /// The world.
+        name: String,
+    },
     /// Not on this machine.
     #[error("{url}: hachure reads files of this machine; worlds over the network come later")]
     Remote {
@@ -78,9 +84,11 @@ pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
 /// # Errors
 /// When the DEM cannot be read or the cache not written.
 pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
+    let options = OpenOptions { no_data: scene.no_data, ..OpenOptions::default() };
     let store: Arc<dyn TileStore> = match &scene.world {
-        World::File(path) => several(&files_of(std::slice::from_ref(path))?, progress)?,
-        World::Files(paths) => several(&files_of(paths)?, progress)?,
+        World::File(path) => several(&files_of(std::slice::from_ref(path))?, &options, progress)?,
+        World::Files(paths) => several(&files_of(paths)?, &options, progress)?,
+        World::Url(name) if scene.no_data.is_some() => return Err(WorldError::NoData { name: name.clone() }),
         World::Url(url) => pyramid::open_remote(url)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
@@ -109,21 +117,30 @@ fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
 }
 
 /// A DEM, or several as one world.
-fn several(files: &[PathBuf], progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    let mut stores = files.iter().map(|file| open_file(file, progress)).collect::<Result<Vec<_>, _>>()?;
+fn several(
+    files: &[PathBuf],
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, WorldError> {
+    let mut stores = files.iter().map(|file| open_file(file, options, progress)).collect::<Result<Vec<_>, _>>()?;
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
-fn open_file(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    if !pyramid::sidecar_path(path).exists()
+fn open_file(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, WorldError> {
+    if options.no_data.is_none()
+        && !pyramid::sidecar_path(path).exists()
         && path.is_file()
         && let Some(store) = pyramid::open_local_cog(path)?
         && store.levels()[0].samples() > BAKED_SAMPLES
     {
         return Ok(store);
     }
-    Ok(Arc::new(pyramid::open_or_bake_file(path, progress)?))
+    Ok(Arc::new(pyramid::open_or_bake_file_with(path, options, progress)?))
 }
 
 impl OpenWorld {

@@ -51,6 +51,9 @@ pub struct BakeArgs {
     /// Height of a heightmap's 0
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
+    /// Heights that are voids, in metres, beside those that the DEM declares
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = super::parse_no_data)]
+    pub nodata: Option<f64>,
     /// Tiles along the side of a chunk, as a power of 2; for tests
     #[arg(long, hide = true, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=6))]
     pub chunk_levels: u32,
@@ -68,6 +71,7 @@ impl BakeArgs {
             height_scale_m: self.height_scale,
             height_offset_m: self.height_offset,
             big_endian: self.raw_big_endian,
+            no_data: self.nodata,
         }
     }
 }

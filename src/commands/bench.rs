@@ -78,6 +78,9 @@ pub struct BenchArgs {
     /// Let the camera follow the clock on the wall: as many frames as there is time for, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
+    /// Heights that are voids, in metres, beside those that the DEM declares
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = super::parse_no_data)]
+    pub nodata: Option<f64>,
     /// Memory for tiles on the GPU, and as much for tiles in memory, in MiB, for each style
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
@@ -108,7 +111,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", args.output.display()))?;
     // Baked once, where it is not yet; then each style opens its own.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let scene = super::with_no_data(world::scene_of(args.world.as_deref())?, args.nodata);
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
@@ -357,7 +360,7 @@ impl Flight {
     }
 
     fn record(&mut self, t_s: f64, wall_s: f64, drawn: Drawn) -> FrameRecord {
-        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped } } = drawn;
+        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped, detail } } = drawn;
         self.failed_tiles = self.failed_tiles.max(tiles.failed);
         let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
         FrameRecord {
@@ -372,6 +375,8 @@ impl Flight {
             strokes_left_out: None,
             tiles_loaded: Some(tiles.loaded),
             late: Some(tiles.late),
+            allowed_error_px: Some(detail.error_px),
+            over_budget: Some(detail.is_over_budget),
             prepare_ms: Some(prepare_ms),
             jumped: Some(jumped),
             wall_s: Some(wall_s),

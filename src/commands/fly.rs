@@ -34,6 +34,9 @@ pub struct FlyArgs {
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0)]
     pub lod_error: f64,
+    /// Heights that are voids, in metres, beside those that the DEM declares
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = super::parse_no_data)]
+    pub nodata: Option<f64>,
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
@@ -56,7 +59,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
     // As early: a DEM that is seen for the first time takes a while to bake.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let scene = super::with_no_data(world::scene_of(args.world.as_deref())?, args.nodata);
     let store = world::open_store(&scene, &super::progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {

@@ -17,13 +17,16 @@ use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
 use crate::scene::path::CameraPath;
 use crate::scene::{MeshPlacement, Scene, World};
-use crate::source;
+use crate::source::{self, OpenOptions};
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
     /// A DEM, a baked pyramid, a scene, a style or a camera path
     pub file: PathBuf,
+    /// Heights that are voids, in metres, beside those that the DEM declares
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = super::parse_no_data)]
+    pub nodata: Option<f64>,
     /// Print for programs
     #[arg(long)]
     pub json: bool,
@@ -114,18 +117,19 @@ struct PathInfo {
 /// # Errors
 /// A file that is none of these, or does not hold.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    let answer = Answer { info: look_at(&args.file)?, file: args.file.clone() };
+    let options = OpenOptions { no_data: args.nodata, ..OpenOptions::default() };
+    let answer = Answer { info: look_at(&args.file, &options)?, file: args.file.clone() };
     if args.json {
         return tell_json(&answer);
     }
     tell(&answer.text())
 }
 
-fn look_at(file: &Path) -> anyhow::Result<Info> {
+fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
     // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
-    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, None) };
+    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
-        return dem(file, None);
+        return dem(file, options, None);
     }
     let cannot_read = || format!("{}: cannot be read", file.display());
     let mut head = Vec::new();
@@ -144,8 +148,9 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
     {
         return Ok(info);
     }
-    if !sidecar_path(file).exists() {
-        return dem(file, None);
+    // What a pyramid's heights were averaged with cannot be a void any more.
+    if !sidecar_path(file).exists() || options.no_data.is_some() {
+        return dem(file, options, None);
     }
     match Pyramid::open(file) {
         Ok(pyramid) => {
@@ -153,13 +158,13 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
             let heights = Heights::of_pyramid(&pyramid).with_context(of)?;
             Ok(Info::Pyramid { heights, levels: Levels::of(&pyramid).with_context(of)? })
         }
-        Err(error) if error.wants_bake() => dem(file, Some(error.to_string())),
+        Err(error) if error.wants_bake() => dem(file, options, Some(error.to_string())),
         Err(error) => Err(error.into()),
     }
 }
 
-fn dem(file: &Path, stale: Option<String>) -> anyhow::Result<Info> {
-    let grid = source::open(file, &Bar::default())?;
+fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Result<Info> {
+    let grid = source::read_all(&*source::open_reader_with(file, options)?, file, &Bar::default())?;
     let of = || file.display().to_string();
     let file_bytes = std::fs::metadata(file).with_context(of)?.len();
     Ok(Info::Dem { heights: Heights::of_grid(&grid).with_context(of)?, file_bytes, stale })

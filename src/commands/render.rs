@@ -62,6 +62,9 @@ pub struct RenderArgs {
     /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
     pub aov: String,
+    /// Heights that are voids, in metres, beside those that the DEM declares
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = super::parse_no_data)]
+    pub nodata: Option<f64>,
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub tile_memory: u64,
@@ -108,6 +111,9 @@ struct Report {
     parts: u64,
     tiles_loaded: u64,
     tiles_missing: u64,
+    /// The height error that the mesh was allowed, in pixels: --lod-error, or more where that takes too many triangles.
+    allowed_error_px: f64,
+    over_budget_frames: u64,
     gpu_bytes: u64,
     camera: String,
     /// Of an SVG.
@@ -148,7 +154,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         bail!("cannot write {}: there is no folder {}", args.output.display(), folder.display());
     }
     // The world first: what is wrong with it needs no GPU to be told.
-    let scene = world::scene_of(args.world.as_deref())?;
+    let scene = super::with_no_data(world::scene_of(args.world.as_deref())?, args.nodata);
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {
@@ -171,6 +177,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
             args.tile_memory
         );
     }
+    if report.over_budget > 0 {
+        tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error));
+    }
     if args.json {
         let report = job.report(&cameras, report);
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -178,6 +187,16 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         println!("{}", svg.told(&job.drawn));
     }
     Ok(())
+}
+
+/// What a picture, or some of a film's, is drawn with instead of `--lod-error`.
+fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> String {
+    let of = if frames > 1 { format!(" in {} of {frames} frames", report.over_budget) } else { String::new() };
+    format!(
+        "the surface was drawn to within {:.2} px{of} instead of --lod-error {lod_error}: that takes more triangles than a \
+         picture of this size has",
+        report.error_px
+    )
 }
 
 struct Job<'a> {
@@ -342,6 +361,8 @@ impl Job<'_> {
             parts: report.parts,
             tiles_loaded: report.tiles_loaded,
             tiles_missing: report.tiles_missing,
+            allowed_error_px: report.error_px,
+            over_budget_frames: report.over_budget,
             gpu_bytes: report.target_bytes + self.world.terrain.gpu_bytes(),
             camera,
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),

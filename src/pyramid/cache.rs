@@ -12,7 +12,7 @@ use super::bytes::fnv;
 use super::link::has_sidecar;
 use super::sidecar::{self, sidecar_path};
 use super::{BakeOptions, BakeWork, Pyramid, PyramidError, bake, bake_reader};
-use crate::source::{self, HeightGrid, Progress, SourceError};
+use crate::source::{self, HeightGrid, OpenOptions, Progress, SourceError};
 
 /// How much the cache may hold: 8 GiB.
 pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
@@ -59,11 +59,24 @@ where
 /// # Errors
 /// As [`open_or_bake`].
 pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+    open_or_bake_file_with(path, &OpenOptions::default(), progress)
+}
+
+/// The same for a file that does not say all of itself. Other options are another pyramid; where they name a void,
+/// heights that were baked before are baked anew.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file_with(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError> {
     let load = |error: SourceError| PyramidError::Load(Box::new(error));
-    if has_sidecar(path) || !path.exists() {
+    if has_sidecar(path) && options.no_data.is_none() || !path.exists() {
         return open_or_bake(path, || source::open(path, progress), None, progress);
     }
-    let reader = source::open_reader(path).map_err(load)?;
+    let reader = source::open_reader_with(path, options).map_err(load)?;
     let [width, height] = reader.size();
     let (key, name) = (reader.identity(), path.display().to_string());
     let is_large = u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES;

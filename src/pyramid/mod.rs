@@ -36,7 +36,7 @@ mod stored;
 
 pub use bake::{BakeOptions, BakeReport, BakeWork, Baked, bake, bake_reader, parts_path};
 pub(crate) use cache::cache_folder;
-pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_key, trim};
+pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_file_with, open_or_bake_key, trim};
 pub use cog_store::CogStore;
 pub use continent_store::ContinentStore;
 pub use error::PyramidError;

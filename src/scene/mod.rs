@@ -23,6 +23,8 @@ pub struct Scene {
     pub start: Option<Camera>,
     /// The curvature of the earth; none is a flat map.
     pub earth: Option<earth::Earth>,
+    /// Heights of the DEMs, in metres, that are voids beside those that the files declare.
+    pub no_data: Option<f64>,
     /// What heights are multiplied by; 1 is true to nature.
     pub vertical_exaggeration: f64,
     /// What stands on the land.
@@ -106,6 +108,7 @@ impl Scene {
             haze: Haze::default(),
             start: None,
             earth: None,
+            no_data: None,
             vertical_exaggeration: 1.0,
             meshes: Vec::new(),
         }

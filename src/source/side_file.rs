@@ -37,6 +37,8 @@ pub struct OpenOptions {
     pub height_offset_m: Option<f64>,
     /// Whether the larger byte of a raw sample comes first.
     pub big_endian: Option<bool>,
+    /// Heights in metres, as they are read, that are voids: of any format, beside what the file itself declares.
+    pub no_data: Option<f64>,
 }
 
 /// How heights are packed into the colours of a picture.
