@@ -74,6 +74,16 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
     ]
 }
 
+/// What the terrain is asked for a view.
+pub fn terrain_view(view: &View) -> TerrainView {
+    TerrainView {
+        camera_m: view.pose.position_m,
+        frusta: vec![view.frustum()],
+        focal_px: view.focal_px(),
+        pixels: view.part.size_px.map(f64::from).iter().product(),
+    }
+}
+
 /// From a frame to the next.
 const STEP_S: f64 = 1.0 / 30.0;
 
@@ -126,8 +136,7 @@ impl Frame {
     /// When the style needs a pass that the frame was not made for.
     pub fn render(&mut self, gpu: &Gpu, terrain: &mut Terrain, view: &View, style: &Style, light: &Light) -> Prepared {
         let size_px = view.part.size_px;
-        let terrain_view =
-            TerrainView { camera_m: view.pose.position_m, frusta: vec![view.frustum()], focal_px: view.focal_px() };
+        let terrain_view = terrain_view(view);
         terrain.see(gpu, Requirements::of(style).seen.then_some(light.to_sun));
         let prepared = terrain.prepare(gpu, &terrain_view);
         let world = terrain.resources();

@@ -53,6 +53,12 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// Voids are named for heights that are not baked here.
+    #[error("{}: --nodata is for DEM files of this machine: bake it with --nodata first", named(name))]
+    NoData {
+        /// The world.
+        name: String,
+    },
 }
 
 impl WorldError {
@@ -101,6 +107,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
     let store: Arc<dyn TileStore> = match &scene.world {
         World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
         World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
+        World::Url(name) if scene.heights.no_data.is_some() => return Err(WorldError::NoData { name: name.clone() }),
         World::Url(url) => pyramid::open_remote(url)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
@@ -141,10 +148,8 @@ fn several(
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
 fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    let as_it_is = match !pyramid::sidecar_path(path).exists() && path.is_file() {
-        true => pyramid::open_local_cog(path)?,
-        false => None,
-    };
+    let is_own = pyramid::sidecar_path(path).exists() || !path.is_file();
+    let as_it_is = if is_own || options.no_data.is_some() { None } else { pyramid::open_local_cog(path)? };
     match as_it_is {
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
         Some(store) => match pyramid::open_or_bake_store(path, options, progress) {

@@ -71,8 +71,8 @@ fn report_has_the_names_that_scripts_rely_on() {
     let run = &json["runs"][0];
     assert_eq!(
         keys(run),
-        "eyes frame_ms frames gpu_ms hitches lod_error_px memory passes prepare_ms stereo strokes strokes_left_out style \
-         temporal tiles triangles"
+        "allowed_error_px eyes frame_ms frames gpu_ms hitches lod_error_px memory over_budget_frames passes prepare_ms \
+         stereo strokes strokes_left_out style temporal tiles triangles"
     );
     assert_eq!(keys(&run["frame_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
@@ -128,10 +128,10 @@ fn frames_table_has_a_column_for_each_pass() {
     assert_eq!(
         lines[0],
         "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,prepare_ms,jumped,wall_s,\
-         gpu_ms.terrain,gpu_ms.lsa"
+         allowed_error_px,over_budget,gpu_ms.terrain,gpu_ms.lsa"
     );
-    assert_eq!(lines[1], "ink,mono,0,0,5,3,0.5,1000,,,0,,,,1,2");
-    assert_eq!(lines[2001], "a <b>,mono,0,1,,,,,,,,,,,,");
+    assert_eq!(lines[1], "ink,mono,0,0,5,3,0.5,1000,,,0,,,,,,1,2");
+    assert_eq!(lines[2001], "a <b>,mono,0,1,,,,,,,,,,,,,,");
 }
 
 #[test]

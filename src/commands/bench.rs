@@ -110,8 +110,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Baked once, where it is not yet; then each style opens its own.
-    let mut scene = world::scene_of(args.world.as_deref())?;
-    scene.heights = args.heights.options();
+    let scene = args.heights.over(world::scene_of(args.world.as_deref())?);
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
@@ -361,7 +360,7 @@ impl Flight {
     }
 
     fn record(&mut self, t_s: f64, wall_s: f64, drawn: Drawn) -> FrameRecord {
-        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped } } = drawn;
+        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped, detail } } = drawn;
         self.failed_tiles = self.failed_tiles.max(tiles.failed);
         let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
         FrameRecord {
@@ -376,6 +375,8 @@ impl Flight {
             strokes_left_out: None,
             tiles_loaded: Some(tiles.loaded),
             late: Some(tiles.late),
+            allowed_error_px: Some(detail.error_px),
+            over_budget: Some(detail.is_over_budget),
             prepare_ms: Some(prepare_ms),
             jumped: Some(jumped),
             wall_s: Some(wall_s),

@@ -56,8 +56,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
     // As early: a DEM that is seen for the first time takes a while to bake.
-    let mut scene = world::scene_of(args.world.as_deref())?;
-    scene.heights = args.heights.options();
+    let scene = args.heights.over(world::scene_of(args.world.as_deref())?);
     let store = world::open_store(&scene, &super::progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {

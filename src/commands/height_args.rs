@@ -2,6 +2,8 @@
 
 use clap::Args;
 
+use super::arguments;
+use crate::scene::Scene;
 use crate::source::{Encoding, OpenOptions};
 
 /// What height files leave open.
@@ -10,12 +12,23 @@ pub struct HeightArgs {
     /// How heights are packed into the colours of a terrain-RGB picture or tile folder
     #[arg(long)]
     pub encoding: Option<Encoding>,
+    /// Heights that are voids, in metres, beside those that the DEM declares
+    #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
+    pub nodata: Option<f64>,
 }
 
 impl HeightArgs {
     /// For the readers.
     #[must_use]
     pub fn options(&self) -> OpenOptions {
-        OpenOptions { encoding: self.encoding, ..OpenOptions::default() }
+        OpenOptions { encoding: self.encoding, no_data: self.nodata, ..OpenOptions::default() }
+    }
+
+    /// The scene with what the command line says of its heights; where that says nothing, what the scene says stays.
+    #[must_use]
+    pub fn over(&self, mut scene: Scene) -> Scene {
+        scene.heights.encoding = self.encoding.or(scene.heights.encoding);
+        scene.heights.no_data = self.nodata.or(scene.heights.no_data);
+        scene
     }
 }

@@ -158,7 +158,8 @@ fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
         let is_large = metadata.len() > LARGEST_TOML_BYTES;
         bail!("{}: is no TOML: it is {}", named(file), if is_large { "too large" } else { "not in UTF-8" });
     }
-    if !sidecar_path(file).exists() {
+    // What a pyramid's heights were averaged with cannot be a void any more.
+    if !sidecar_path(file).exists() || options.no_data.is_some() {
         return dem(file, options, None);
     }
     match Pyramid::open(file) {

@@ -115,6 +115,9 @@ struct Report {
     parts: u64,
     tiles_loaded: u64,
     tiles_missing: u64,
+    /// The height error that the mesh was allowed, in pixels: --lod-error, or more where that takes too many triangles.
+    allowed_error_px: f64,
+    over_budget_frames: u64,
     gpu_bytes: u64,
     camera: String,
     /// Of an SVG.
@@ -152,8 +155,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
-    let mut scene = world::scene_of(args.world.as_deref())?;
-    scene.heights = args.heights.options();
+    let scene = args.heights.over(world::scene_of(args.world.as_deref())?);
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {
@@ -176,6 +178,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
             report.tiles_missing,
             args.tile_memory
         );
+    }
+    if report.over_budget > 0 {
+        tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error));
     }
     if args.json {
         let report = job.report(&cameras, report);
@@ -203,6 +208,16 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
         ))),
         _ => Ok(()),
     }
+}
+
+/// What a picture, or some of a film's, is drawn with instead of `--lod-error`.
+fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> String {
+    let of = if frames > 1 { format!(" in {} of {frames} frames", report.over_budget) } else { String::new() };
+    format!(
+        "the surface was drawn to within {:.2} px{of} instead of --lod-error {lod_error}: that takes more triangles than a \
+         picture of this size has",
+        report.error_px
+    )
 }
 
 struct Job<'a> {
@@ -364,6 +379,8 @@ impl Job<'_> {
             parts: report.parts,
             tiles_loaded: report.tiles_loaded,
             tiles_missing: report.tiles_missing,
+            allowed_error_px: report.error_px,
+            over_budget_frames: report.over_budget,
             gpu_bytes: report.target_bytes + self.world.terrain.gpu_bytes(),
             camera,
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),

@@ -58,8 +58,13 @@ pub struct Run {
     pub memory: Memory,
     /// Over the whole run.
     pub tiles: TileCounts,
-    /// Of the frames' largest projected errors.
+    /// Of the frames' largest projected errors; without frames that were late or over budget.
     pub lod_error_px: Option<LodError>,
+    /// The error that the terrain's mesh was allowed in the frames: more than what was asked for where they were over
+    /// budget.
+    pub allowed_error_px: Option<LodError>,
+    /// Frames in which the error that was asked for takes more triangles than a frame has.
+    pub over_budget_frames: Option<u64>,
     /// In the median frame.
     pub triangles: Option<u64>,
     /// In the median of the frames in which they were counted.
@@ -158,10 +163,15 @@ impl Run {
                 gpu_ms: gpu_ms.map(|Percentiles { p50, p95, p99, .. }| PassTime { p50, p95, p99 }),
             }
         });
-        // A late frame makes no promise.
-        let punctual = frames.iter().filter(|frame| frame.late != Some(true));
+        // A late frame makes no promise, and one over budget another.
+        let punctual = frames.iter().filter(|frame| frame.late != Some(true) && frame.over_budget != Some(true));
         let lod_error_px = Percentiles::of(punctual.filter_map(|frame| frame.lod_error_px));
         let prepare_ms = Percentiles::of(frames.iter().filter_map(|frame| frame.prepare_ms));
+        let percentiles = |values: Option<Percentiles>| values.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max });
+        let allowed_error_px = Percentiles::of(frames.iter().filter_map(|frame| frame.allowed_error_px));
+        let over_budget: Vec<bool> = frames.iter().filter_map(|frame| frame.over_budget).collect();
+        let over_budget_frames =
+            (!over_budget.is_empty()).then(|| over_budget.iter().filter(|&&over_budget| over_budget).count() as u64);
         let late: Vec<bool> = frames.iter().filter_map(|frame| frame.late).collect();
         let late_frames = (!late.is_empty()).then(|| late.iter().filter(|&&late| late).count() as u64);
         Self {
@@ -179,7 +189,9 @@ impl Run {
                 full_detail_ms: full_detail_ms(frames),
                 ..TileCounts::default()
             },
-            lod_error_px: lod_error_px.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max }),
+            lod_error_px: percentiles(lod_error_px),
+            allowed_error_px: percentiles(allowed_error_px),
+            over_budget_frames,
             triangles: median(frames.iter().filter_map(|frame| frame.triangles)),
             strokes: median(frames.iter().filter_map(|frame| frame.strokes)),
             strokes_left_out: frames.iter().filter_map(|frame| frame.strokes_left_out).reduce(LeftOut::most),
@@ -239,10 +251,15 @@ fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
 }
 
 impl Report {
-    /// A line for each run in which strokes found no room.
+    /// A line for each run in which strokes found no room, or the terrain too few triangles.
     pub fn warnings(&self) -> Vec<String> {
-        let of = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.told()?));
-        self.runs.iter().filter_map(of).collect()
+        let strokes = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.told()?));
+        let terrain = |run: &Run| {
+            let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
+            let (style, of, most) = (&run.style, run.frames, allowed.max);
+            Some(format!("{style}: in {frames} of {of} frames the surface was drawn to within {most:.2} px at most"))
+        };
+        self.runs.iter().flat_map(|run| [strokes(run), terrain(run)]).flatten().collect()
     }
 
     /// Writes `report.json`, whole or not at all.

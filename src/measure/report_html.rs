@@ -181,7 +181,7 @@ fn table(runs: &[Run]) -> String {
     fn mebibytes(bytes: Option<u64>) -> String {
         bytes.map_or(none(), |bytes| short(bytes as f64 / 1_048_576.0))
     }
-    let rows: [(&str, Cell); 29] = [
+    let rows: [(&str, Cell); 31] = [
         ("frames", |run| run.frames.to_string()),
         ("frame ms, p50", |run| time(run.frame_ms, |ms| ms.p50)),
         ("frame ms, p95", |run| time(run.frame_ms, |ms| ms.p95)),
@@ -194,6 +194,8 @@ fn table(runs: &[Run]) -> String {
         ("level-of-detail error px, p50", |run| run.lod_error_px.map_or(none(), |px| short(px.p50))),
         ("level-of-detail error px, p99", |run| run.lod_error_px.map_or(none(), |px| short(px.p99))),
         ("level-of-detail error px, max", |run| run.lod_error_px.map_or(none(), |px| short(px.max))),
+        ("allowed error px, max", |run| run.allowed_error_px.map_or(none(), |px| short(px.max))),
+        ("frames over budget", |run| count(run.over_budget_frames)),
         ("triangles", |run| count(run.triangles)),
         ("strokes", |run| count(run.strokes)),
         ("GPU memory, MiB", |run| mebibytes(run.memory.gpu_bytes)),

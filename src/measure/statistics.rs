@@ -56,6 +56,10 @@ pub struct FrameRecord {
     pub tiles_loaded: Option<u64>,
     /// Whether some of the terrain was coarser than its error allows: tiles were on their way.
     pub late: Option<bool>,
+    /// The error that the terrain's mesh was allowed, in pixels: what was asked for, or more.
+    pub allowed_error_px: Option<f64>,
+    /// Whether it was more, because what was asked for takes more triangles than a frame has.
+    pub over_budget: Option<bool>,
     /// What the frame thread spent on tiles and patches.
     pub prepare_ms: Option<f64>,
     /// Whether the camera jumped to this frame.
@@ -95,7 +99,15 @@ pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError
     let passes = pass_names(runs.iter().flat_map(|run| &run.frames));
     let mut table = csv::Writer::from_writer(Vec::new());
     let fixed = ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];
-    let header = fixed.into_iter().chain(["tiles_loaded", "late", "prepare_ms", "jumped", "wall_s"]).map(str::to_owned);
+    let header = fixed.into_iter().chain([
+        "tiles_loaded",
+        "late",
+        "prepare_ms",
+        "jumped",
+        "wall_s",
+        "allowed_error_px",
+        "over_budget",
+    ]).map(str::to_owned);
     let header = header.chain(passes.iter().map(|pass| format!("gpu_ms.{pass}")));
     let failed = |error: csv::Error| FileError::write(path, error);
     table.write_record(header).map_err(failed)?;
@@ -116,6 +128,8 @@ pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError
                 text(frame.prepare_ms),
                 text(frame.jumped.map(u8::from)),
                 text(frame.wall_s),
+                text(frame.allowed_error_px),
+                text(frame.over_budget.map(u8::from)),
             ];
             let times = passes
                 .iter()

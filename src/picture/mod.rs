@@ -17,7 +17,7 @@ use aov::{Plane, PlaneSource};
 use crate::file::FileError;
 use crate::file::exr::Samples;
 use crate::file::png::PngWriter;
-use crate::frame::{Frame, Light, Requirements};
+use crate::frame::{Frame, Light, Requirements, terrain_view};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::timer::PassTime;
@@ -111,6 +111,10 @@ pub struct PictureReport {
     pub tiles_pending: u64,
     /// Whether some of the terrain is coarser than its error allows.
     pub late: bool,
+    /// The largest height error that the mesh was allowed, in pixels.
+    pub error_px: f64,
+    /// Pictures whose mesh was allowed more than was asked for, for want of patches.
+    pub over_budget: u64,
     /// What the frame thread spent on tiles and patches.
     pub prepare_ms: f64,
     /// Bytes of targets on the GPU.
@@ -172,6 +176,21 @@ pub fn render_in_parts<E>(
     let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
     let margin_px = parts.margin_px.max(stroke_px).max(balance_px);
 
+    terrain.hold_error_px(0.0);
+    if !single {
+        // Both sides of a seam have the mesh of one allowed error: that of the part that needs the largest.
+        let mut error_px = 0.0_f64;
+        for (first_row, first_column) in (0..height)
+            .step_by(band_rows as usize)
+            .flat_map(|row| (0..width).step_by(part_columns as usize).map(move |column| (row, column)))
+        {
+            let size = [part_columns.min(width - first_column), band_rows.min(height - first_row)];
+            let (part, _) = part_with_margin([first_column, first_row], size, request.size_px, margin_px);
+            let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
+            error_px = error_px.max(terrain.detail_of(gpu, &terrain_view(&view)).error_px);
+        }
+        terrain.hold_error_px(error_px);
+    }
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);
         let pixels = rows as usize * width as usize;
@@ -206,6 +225,7 @@ pub fn render_in_parts<E>(
         }
         take(band).map_err(PictureError::Sink)?;
     }
+    terrain.hold_error_px(0.0);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(report)
 }
@@ -242,6 +262,8 @@ impl PictureReport {
         self.tiles_failed += other.tiles_failed;
         self.tiles_pending += other.tiles_pending;
         self.late |= other.late;
+        self.error_px = self.error_px.max(other.error_px);
+        self.over_budget += other.over_budget;
         self.prepare_ms += other.prepare_ms;
         self.target_bytes = self.target_bytes.max(other.target_bytes);
     }
@@ -265,6 +287,8 @@ impl PictureReport {
         self.tiles_failed += prepared.tiles.failed;
         self.tiles_pending += prepared.tiles.pending;
         self.late |= prepared.tiles.late;
+        self.error_px = self.error_px.max(prepared.detail.error_px);
+        self.over_budget = self.over_budget.max(u64::from(prepared.detail.is_over_budget));
         self.prepare_ms += prepared.prepare_ms;
         self.target_bytes = self.target_bytes.max(frame.targets().bytes());
     }

@@ -63,7 +63,8 @@ pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid
     open_or_bake_file_with(path, &OpenOptions::default(), progress)
 }
 
-/// The same for a file that does not say all of itself. Other options are another pyramid.
+/// The same for a file that does not say all of itself. Other options are another pyramid; where they name a void,
+/// heights that were baked before are baked anew.
 ///
 /// # Errors
 /// As [`open_or_bake`].
@@ -72,7 +73,7 @@ pub fn open_or_bake_file_with(
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Pyramid, PyramidError> {
-    if has_sidecar(path) || !path.exists() {
+    if is_pyramid(path, options) || !path.exists() {
         let open = || source::read_all(&*source::open_reader_with(path, options)?, path, progress);
         return open_or_bake(path, open, None, progress);
     }
@@ -88,11 +89,11 @@ pub fn open_or_bake_store(
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Arc<dyn TileStore>, PyramidError> {
-    if has_sidecar(path) || !path.exists() {
+    if is_pyramid(path, options) || !path.exists() {
         return Ok(Arc::new(open_or_bake_file_with(path, options, progress)?));
     }
     let (pyramid, entry) = file_of_cache(path, options, progress)?;
-    let (path, options, key) = (path.to_owned(), options.clone(), entry.key().to_owned());
+    let (path, options, key) = (path.to_owned(), *options, entry.key().to_owned());
     let make = move |out: &Path| {
         let reader = source::open_reader_with(&path, &options).map_err(load_error)?;
         if reader.identity() != key {
@@ -102,6 +103,11 @@ pub fn open_or_bake_store(
         bake_file(&*reader, &path, out, &Silent)
     };
     Ok(Arc::new(Healing::new(pyramid, entry, Box::new(make))))
+}
+
+/// Whether the file is read as the pyramid that it is: what its heights were averaged with cannot be a void any more.
+fn is_pyramid(path: &Path, options: &OpenOptions) -> bool {
+    has_sidecar(path) && options.no_data.is_none()
 }
 
 fn load_error(error: SourceError) -> PyramidError {

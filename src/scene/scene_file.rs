@@ -6,6 +6,7 @@
 //! [world]
 //! dem = "mountain.tif"              # beside the scene file, or an address (https://…, s3://…)
 //! # dem = ["a.tif", "b.tif"]        # several in one world; a folder means all DEMs in it
+//! # nodata = -9999                  # heights that are voids, in metres, beside those that the DEM declares
 //! # procedural = { seed = 1 }       # instead of dem
 //! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # likewise; all of it optional
 //!
@@ -83,6 +84,7 @@ struct FileToml {
 #[serde(deny_unknown_fields)]
 struct WorldToml {
     dem: Option<DemToml>,
+    nodata: Option<f64>,
     procedural: Option<ProceduralToml>,
     continent: Option<ContinentToml>,
 }
@@ -194,12 +196,17 @@ impl Scene {
             toml_text::wrong(&name, text, key, format!("{key}: {cause}")).into()
         };
 
+        let no_data = file.world.nodata;
+        if no_data.is_some_and(|no_data| !no_data.is_finite() || file.world.dem.is_none()) {
+            return Err(wrong("world.nodata", "it must be a finite height in metres, of a dem"));
+        }
         let mut scene = Self::of_world(world(path, file.world).map_err(|cause| {
             let key = format!("world.{}", cause.split(' ').next().unwrap_or_default());
             toml_text::wrong(&name, text, &key, format!("world: {cause}"))
         })?);
         scene.file = Some(path.to_owned());
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
+        scene.heights.no_data = no_data;
         scene.sun = Sun {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),

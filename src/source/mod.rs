@@ -50,6 +50,7 @@ mod tiff_blocks;
 mod tiff_samples;
 pub(crate) mod tiff_side_files;
 mod tile_folder;
+mod undeclared;
 mod usgs_dem;
 mod valley;
 mod wkt;
@@ -129,11 +130,18 @@ pub fn open_reader(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
 /// # Errors
 /// As [`open`].
 pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
+    Ok(undeclared::watch(open_as_it_is(path, options)?, path, options))
+}
+
+/// With marks for no data that nobody declares.
+fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
     if kind_of(path) == Kind::TileFolder {
         return Ok(Box::new(tile_folder::TileFolderReader::open(path, options)?));
     }
     let format = format::of(path, options)?;
-    if *options != OpenOptions::default() && !matches!(format, Format::Png | Format::Raw) {
+    // What every format may need to be told.
+    let special = OpenOptions { no_data: None, ..*options };
+    if special != OpenOptions::default() && !matches!(format, Format::Png | Format::Raw) {
         tracing::warn!(
             "{}: says its size, spacing and heights itself; the options for them are passed over",
             path.display()

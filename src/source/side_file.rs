@@ -41,6 +41,8 @@ pub struct OpenOptions {
     pub big_endian: Option<bool>,
     /// How heights are packed into the colours of a picture.
     pub encoding: Option<Encoding>,
+    /// Heights in metres, as they are read, that are voids: of any format, beside what the file itself declares.
+    pub no_data: Option<f64>,
 }
 
 /// How heights are packed into the colours of a picture.

@@ -4,6 +4,7 @@ pub mod atlas;
 pub mod bending;
 pub mod beside;
 pub mod blocked;
+pub mod budget;
 pub mod cache;
 mod flight;
 pub mod frustum;

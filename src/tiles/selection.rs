@@ -12,6 +12,11 @@
 //!
 //! Patches are visited from near to far, and what is hidden behind nearer land (`horizon`) is left out.
 //!
+//! Land may be so steep that its error is many times as long as its quads are wide: spikes, damaged samples, marks for no
+//! data that nobody declared. There a height is found again a little to the side: where quads are no wider than a quarter
+//! of the allowed error, a patch stays whole, whatever its error in height. So what is promised is the allowed error in
+//! height, or a quarter of it sideways. How many patches a frame may have altogether is in `budget`.
+//!
 //! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
 //! children begin in their parent's shape and fade in.
 //!
@@ -23,7 +28,7 @@ use glam::{DVec2, DVec3};
 use super::bending::Bending;
 use super::frustum::Frustum;
 use super::patches::Patches;
-use super::walk::Walk;
+use super::walk::{Over, Walk};
 use super::warp::Warp;
 use crate::pyramid::{LevelSize, PATCH_QUADS};
 
@@ -121,13 +126,25 @@ impl Selection {
     }
 }
 
-/// Chooses the patches for a viewpoint.
+/// Chooses the patches for a viewpoint, as many as it takes.
 pub fn select(patches: &dyn Patches, warp: &Warp, anchor: DVec2, viewpoint: &Viewpoint) -> Selection {
-    let mut walk = Walk::new(patches, warp, viewpoint);
+    select_within(patches, warp, anchor, viewpoint, usize::MAX).unwrap_or_default()
+}
+
+/// Chooses the patches for a viewpoint; none if that takes more than `most_patches`, which is found without choosing
+/// many more.
+pub fn select_within(
+    patches: &dyn Patches,
+    warp: &Warp,
+    anchor: DVec2,
+    viewpoint: &Viewpoint,
+    most_patches: usize,
+) -> Option<Selection> {
+    let mut walk = Walk::new(patches, warp, viewpoint, most_patches);
     let top = patches.strides() as i32 - 1;
-    walk.visit(PatchKey { level: top, x: 0, y: 0 }, f64::INFINITY);
+    walk.visit(PatchKey { level: top, x: 0, y: 0 }, Over::NONE);
     walk.limit_steps();
-    walk.finish(anchor)
+    (!walk.is_over()).then(|| walk.finish(anchor))
 }
 
 /// The patches of the same level beside the first column, last column, first row and last row.

@@ -18,6 +18,13 @@ use crate::pyramid::{PATCH_QUADS, TileAddress};
 const MAX_LEVEL_STEP: i32 = 3;
 /// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
 const LEVEL_STEPS: f64 = 4096.0;
+/// Where quads are no wider than this part of the allowed error, in height, land is drawn to within that part sideways,
+/// however steep it is.
+const FINEST_QUAD: f64 = 0.25;
+/// Larger errors count as this one: an infinite one would never be small enough.
+const LARGEST_ERROR_M: f64 = 1e38;
+/// For each patch that may be chosen, so many may be looked at.
+const VISITS_PER_PATCH: usize = 16;
 
 #[derive(Clone, Copy)]
 struct Leaf {
@@ -39,6 +46,23 @@ pub(super) struct Walk<'a> {
     pinned: FxHashSet<PatchKey>,
     /// What the patches that were chosen so far hide.
     horizon: Horizon,
+    spacing_m: f64,
+    /// So many patches may be chosen.
+    most_patches: usize,
+    visits: usize,
+}
+
+/// What the patch over another one was allowed, and what it showed.
+#[derive(Clone, Copy)]
+pub(super) struct Over {
+    allowed_m: f64,
+    /// See [`Walk::shown_error_m`].
+    error_m: f64,
+}
+
+impl Over {
+    /// Of a patch that begins in its own shape.
+    pub const NONE: Self = Self { allowed_m: f64::INFINITY, error_m: 0.0 };
 }
 
 /// A patch that may be drawn.
@@ -51,8 +75,8 @@ struct Seen {
 }
 
 impl<'a> Walk<'a> {
-    /// Nothing is chosen yet.
-    pub fn new(patches: &'a dyn Patches, warp: &'a Warp, viewpoint: &'a Viewpoint) -> Self {
+    /// Nothing is chosen yet. The walk ends early when it would choose more than `most_patches`.
+    pub fn new(patches: &'a dyn Patches, warp: &'a Warp, viewpoint: &'a Viewpoint, most_patches: usize) -> Self {
         Self {
             patches,
             warp,
@@ -61,29 +85,42 @@ impl<'a> Walk<'a> {
             leaves: FxHashMap::default(),
             pinned: FxHashSet::default(),
             horizon: Horizon::new(viewpoint.focal_px),
+            spacing_m: warp.spacing_m(),
+            most_patches,
+            visits: 0,
         }
     }
 
-    /// Chooses from a patch and what is under it. `parent_allowed_m` is the error that its parent was allowed.
-    pub fn visit(&mut self, key: PatchKey, parent_allowed_m: f64) {
+    /// Whether more patches would have been chosen, or looked at, than may be: what was chosen is not all then.
+    pub fn is_over(&self) -> bool {
+        self.leaves.len() > self.most_patches || self.visits / VISITS_PER_PATCH > self.most_patches
+    }
+
+    /// Chooses from a patch and what is under it.
+    pub fn visit(&mut self, key: PatchKey, parent: Over) {
+        self.visits += 1;
+        if self.is_over() {
+            return;
+        }
         if let Some(seen) = self.seen(key).filter(|seen| !self.horizon.hides(&seen.bounds)) {
-            self.visit_seen(seen, parent_allowed_m);
+            self.visit_seen(seen, parent);
         }
     }
 
-    fn visit_seen(&mut self, seen: Seen, parent_allowed_m: f64) {
+    fn visit_seen(&mut self, seen: Seen, parent: Over) {
         let allowed_m = self.allowed_m(&seen);
-        let error_m = self.mesh_error_m(seen.key);
-        if error_m > allowed_m && seen.key.level > self.finest_level {
-            if self.children_are_known(seen.key, error_m / allowed_m) {
+        let shown_m = self.shown_error_m(&seen);
+        if shown_m > allowed_m && seen.key.level > self.finest_level {
+            if self.children_are_known(seen.key, shown_m / allowed_m) {
                 for child in self.nearest_first(seen.key.children()) {
-                    self.visit(child, allowed_m);
+                    self.visit(child, Over { allowed_m, error_m: shown_m });
                 }
                 return;
             }
             self.pinned.insert(seen.key);
         }
-        self.add_leaf(&seen, parent_allowed_m);
+        self.add_leaf(&seen, parent);
+        let error_m = self.mesh_error_m(seen.key);
         if seen.statistics.voids == Voids::None && self.viewpoint.is_above_ground {
             // The patch as drawn may lie below the land by as much as it may be wrong, on either level.
             self.close(&seen, 2.0 * allowed_m.max(error_m));
@@ -154,8 +191,7 @@ impl<'a> Walk<'a> {
     }
 
     fn allowed_m(&self, seen: &Seen) -> f64 {
-        let distance_m = seen.bounds.distance_m().max(self.viewpoint.nearest_m);
-        self.viewpoint.error_px * distance_m / self.viewpoint.focal_px
+        self.viewpoint.error_px * self.distance_m(seen) / self.viewpoint.focal_px
     }
 
     /// Whether a patch can be split; if not, what is missing is asked for.
@@ -191,8 +227,24 @@ impl<'a> Walk<'a> {
         // Halving the quads of a smooth surface quarters the error.
         let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
         // A quad is flat and the earth is not: the sagitta of its diagonal.
-        let quad_m = self.warp.spacing_m() * f64::from(key.level).exp2();
-        error_m + 0.25 * quad_m * quad_m * self.viewpoint.bending.inverse_radius
+        let quad_m = self.quad_m(key);
+        (error_m + 0.25 * quad_m * quad_m * self.viewpoint.bending.inverse_radius).min(LARGEST_ERROR_M)
+    }
+
+    fn quad_m(&self, key: PatchKey) -> f64 {
+        self.spacing_m * f64::from(key.level).exp2()
+    }
+
+    /// The mesh error of a patch, as far as finer quads are worth it: see [`FINEST_QUAD`]. From twice that width on the
+    /// error fades out, so that no patch appears at once.
+    fn shown_error_m(&self, seen: &Seen) -> f64 {
+        let quad_px = self.quad_m(seen.key) * self.viewpoint.focal_px / self.distance_m(seen);
+        let finest_px = FINEST_QUAD * self.viewpoint.error_px;
+        self.mesh_error_m(seen.key) * (quad_px / finest_px - 1.0).clamp(0.0, 1.0)
+    }
+
+    fn distance_m(&self, seen: &Seen) -> f64 {
+        seen.bounds.distance_m().max(self.viewpoint.nearest_m)
     }
 
     fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
@@ -212,19 +264,18 @@ impl<'a> Walk<'a> {
         self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m })
     }
 
-    fn add_leaf(&mut self, seen: &Seen, parent_allowed_m: f64) {
+    fn add_leaf(&mut self, seen: &Seen, parent: Over) {
         let key = seen.key;
-        let own_m = self.mesh_error_m(key);
-        let parent_m = self.mesh_error_m(key.parent());
-        let way = if parent_allowed_m.is_finite() && parent_m > own_m {
-            ((parent_allowed_m - own_m) / (parent_m - own_m)).clamp(0.0, 1.0)
+        let own_m = self.shown_error_m(seen);
+        let way = if parent.allowed_m.is_finite() && parent.error_m > own_m {
+            ((parent.allowed_m - own_m) / (parent.error_m - own_m)).clamp(0.0, 1.0)
         } else {
             0.0
         };
         // In steps that f32 holds exactly: the two patches at an edge count the same level from their own levels, and
         // must come to the same vertices to the bit.
         let level = f64::from(key.level) + (way.max(seen.above) * LEVEL_STEPS).round() / LEVEL_STEPS;
-        let distance_m = seen.bounds.distance_m().max(self.viewpoint.nearest_m);
+        let distance_m = self.distance_m(seen);
         self.leaves.insert(key, Leaf { distance_m, level, holes: seen.statistics.voids != Voids::None });
     }
 
@@ -241,7 +292,7 @@ impl<'a> Walk<'a> {
                     (coarse.level > key.level + MAX_LEVEL_STEP).then_some((key, coarse))
                 })
                 .collect();
-            if too_far_apart.is_empty() {
+            if too_far_apart.is_empty() || self.is_over() {
                 return;
             }
             for (fine, coarse) in too_far_apart {
@@ -256,10 +307,14 @@ impl<'a> Walk<'a> {
                 }
                 self.leaves.remove(&coarse);
                 // It could have stayed whole, so its children begin in its shape, as when they appear by themselves.
-                let allowed_m = self.seen(coarse).map_or(f64::INFINITY, |seen| self.allowed_m(&seen));
+                let over = self.seen(coarse).map_or(Over::NONE, |seen| {
+                    // What shows nothing of its error still has its own shape.
+                    let least_m = if self.mesh_error_m(coarse) > 0.0 { f64::MIN_POSITIVE } else { 0.0 };
+                    Over { allowed_m: self.allowed_m(&seen), error_m: self.shown_error_m(&seen).max(least_m) }
+                });
                 for child in coarse.children() {
                     if let Some(seen) = self.seen(child) {
-                        self.add_leaf(&seen, allowed_m);
+                        self.add_leaf(&seen, over);
                     }
                 }
             }
@@ -280,7 +335,7 @@ impl<'a> Walk<'a> {
         self.leaves.retain(|leaf, _| !is_under(*leaf));
         self.pinned.insert(key);
         if let Some(seen) = self.seen(key) {
-            self.add_leaf(&seen, f64::INFINITY);
+            self.add_leaf(&seen, Over::NONE);
         }
     }
 

@@ -243,6 +243,7 @@ impl Flight {
             tiles_on_gpu: terrain.tile_counts().on_gpu,
             tiles_loaded: self.last.tiles_loaded,
             tiles_missing: prepared.tiles.pending + prepared.tiles.without_room + prepared.tiles.failed,
+            over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
             gpu_bytes: terrain.gpu_bytes() + self.frame.as_ref().map_or(0, |frame| frame.targets().bytes()),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
             toast: self.toast.as_ref().map(|(text, _)| text.as_str()),

@@ -37,6 +37,8 @@ pub struct Facts<'a> {
     pub tiles_loaded: u64,
     /// That coarser ones stood in for in the last frame.
     pub tiles_missing: u64,
+    /// The error that the last frame's mesh was allowed, where it is more than what is asked for.
+    pub over_budget_px: Option<f64>,
     /// Of targets and terrain.
     pub gpu_bytes: u64,
     /// Of the camera.
@@ -211,6 +213,10 @@ fn cost(ui: &mut Ui, facts: &Facts<'_>) {
     }
     row(ui, "Tiles on GPU", grouped(facts.tiles_on_gpu));
     row(ui, "Tiles loaded, missing", format!("{}, {}", grouped(facts.tiles_loaded), grouped(facts.tiles_missing)));
+    if let Some(error_px) = facts.over_budget_px {
+        let text = format!("Too steep for its triangles: drawn to within {error_px:.1} px");
+        ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
+    }
     row(ui, "GPU memory", format!("{:.1} MiB", facts.gpu_bytes as f64 / f64::from(1 << 20)));
     ui.label(RichText::new(facts.adapter).weak().size(9.0));
 }
@@ -295,6 +301,7 @@ mod tests {
             tiles_on_gpu: 0,
             tiles_loaded: 0,
             tiles_missing: 0,
+            over_budget_px: None,
             gpu_bytes: 0,
             height_above_ground_m: 0.0,
             toast: None,

@@ -1,0 +1,174 @@
+//! Marks for no data that a file does not declare.
+//!
+//! Some numbers are no-data marks in so many files that a sample which has one of them, far outside of all other
+//! heights, is most likely a void: -9999 m where the land lies above the sea. Whether it is one only its owner knows. So
+//! it stays what it is, and is told once, with its share of the samples; `OpenOptions::no_data` says that it is void.
+//!
+//! Heights are looked at as they come out of a reader, in metres. -32768 and -32767 of 16-bit files are voids already,
+//! and so is what lies beyond ±1000 km (`samples`).
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::georeference::Georeference;
+use super::reader::{HeightReader, Window};
+use super::{OpenOptions, SourceError};
+
+/// The marks, in metres.
+const MARKS_M: [f32; 6] = [-9999.0, -99_999.0, -999_999.0, 999_999.0, -32_767.0, -32_768.0];
+/// A mark is told when it lies at least so far outside of the other heights…
+const LEAST_GAP_M: f32 = 500.0;
+/// … and at least this part of their range.
+const GAP_OF_RANGE: f32 = 0.5;
+
+/// A reader whose samples of one height are voids, and which tells of marks among the others.
+struct Watched {
+    inner: Box<dyn HeightReader>,
+    path: PathBuf,
+    void_m: Option<f32>,
+    found: Mutex<Found>,
+}
+
+/// What was read so far.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    samples: u64,
+    marks: [u64; MARKS_M.len()],
+    /// Of the other heights.
+    range_m: [f32; 2],
+    told: bool,
+}
+
+impl Found {
+    const NONE: Self =
+        Self { samples: 0, marks: [0; MARKS_M.len()], range_m: [f32::INFINITY, f32::NEG_INFINITY], told: false };
+
+    fn add(&mut self, heights_m: &[f32]) {
+        self.samples += heights_m.len() as u64;
+        for height_m in heights_m {
+            match MARKS_M.iter().position(|mark| mark == height_m) {
+                Some(mark) => self.marks[mark] += 1,
+                // NaN is smaller and larger than nothing.
+                None => self.range_m = [self.range_m[0].min(*height_m), self.range_m[1].max(*height_m)],
+            }
+        }
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.marks.iter_mut().zip(other.marks).for_each(|(count, other)| *count += other);
+        self.range_m = [self.range_m[0].min(other.range_m[0]), self.range_m[1].max(other.range_m[1])];
+    }
+
+    /// A line for each mark that is far outside of the other heights; `samples` is how many there are in all, since
+    /// some may have been read twice.
+    fn lines(&self, path: &Path, samples: u64) -> Vec<String> {
+        let [low_m, high_m] = self.range_m;
+        let gap_m = LEAST_GAP_M.max(GAP_OF_RANGE * (high_m - low_m));
+        let is_outside = |mark: f32| low_m <= high_m && (mark <= low_m - gap_m || mark >= high_m + gap_m);
+        let marks = MARKS_M.iter().zip(self.marks).filter(|(mark, count)| *count > 0 && is_outside(**mark));
+        let line = |(mark, count): (&f32, u64)| {
+            let share = count as f64 / self.samples as f64;
+            let (count, name) = ((share * samples as f64).round(), path.display());
+            let (are, makes) = if count == 1.0 { ("sample is", "makes it a void") } else { ("samples are", "makes them voids") };
+            let percent = share * 100.0;
+            let percent = if percent < 0.1 { "less than 0.1 %".to_owned() } else { format!("{percent:.1} %") };
+            format!("{name}: {count} {are} {mark} m ({percent}), which is usually no data; --nodata {mark} {makes}")
+        };
+        marks.map(line).collect()
+    }
+}
+
+/// Watches over a reader of `path`.
+pub(super) fn watch(inner: Box<dyn HeightReader>, path: &Path, options: &OpenOptions) -> Box<dyn HeightReader> {
+    let void_m = options.no_data.map(|no_data| no_data as f32);
+    Box::new(Watched { inner, path: path.into(), void_m, found: Mutex::new(Found::NONE) })
+}
+
+impl HeightReader for Watched {
+    fn size(&self) -> [u32; 2] {
+        self.inner.size()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        self.inner.georeference()
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        let mut heights_m = self.inner.read(window)?;
+        if let Some(void_m) = self.void_m {
+            for height_m in heights_m.iter_mut().filter(|height_m| **height_m == void_m) {
+                *height_m = f32::NAN;
+            }
+        }
+        let mut here = Found::NONE;
+        here.add(&heights_m);
+        // A thread that panicked while it counted left whole numbers.
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        found.join(&here);
+        let [width, height] = self.size();
+        let samples = u64::from(width) * u64::from(height);
+        if found.samples >= samples && !found.told {
+            found.told = true;
+            found.lines(&self.path, samples).iter().for_each(|line| tracing::warn!("{line}"));
+        }
+        Ok(heights_m)
+    }
+
+    fn block(&self) -> [u32; 2] {
+        self.inner.block()
+    }
+
+    fn identity(&self) -> String {
+        let inner = self.inner.identity();
+        self.void_m.map_or_else(|| inner.clone(), |void_m| format!("{inner}\nno data {void_m}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(heights_m: &[f32]) -> Vec<String> {
+        let mut found = Found::NONE;
+        // In two windows, as from two threads.
+        let (first, last) = heights_m.split_at(heights_m.len() / 2);
+        for window in [first, last] {
+            let mut here = Found::NONE;
+            here.add(window);
+            found.join(&here);
+        }
+        found.lines(Path::new("a.tif"), heights_m.len() as u64)
+    }
+
+    #[test]
+    fn marks_far_outside_of_the_heights_are_told() {
+        let land = |i: usize| 300.0 + (i % 700) as f32;
+        let with = |mark: f32, every: usize| -> Vec<f32> {
+            (0..10_000).map(|i| if i % every == 0 { mark } else { land(i) }).collect()
+        };
+        assert_eq!(
+            lines(&with(-9999.0, 100)),
+            ["a.tif: 100 samples are -9999 m (1.0 %), which is usually no data; --nodata -9999 makes them voids"]
+        );
+        for mark in MARKS_M {
+            assert_eq!(lines(&with(mark, 5000)).len(), 1, "{mark}");
+        }
+        assert!(lines(&with(-9999.0, 10_000))[0].contains("1 sample is -9999 m (less than 0.1 %)"));
+        // Two marks in one file do not hide each other.
+        let mut two = with(-9999.0, 100);
+        two[1] = -99_999.0;
+        assert_eq!(lines(&two).len(), 2);
+    }
+
+    #[test]
+    fn heights_that_may_be_true_are_not_told() {
+        let seas: Vec<f32> = (0..10_000).map(|i| if i == 7 { -9999.0 } else { -10_900.0 + i as f32 }).collect();
+        assert!(lines(&seas).is_empty(), "a trench has such depths");
+        let near: Vec<f32> = (0..9_990).map(|i| -9_990.0 + i as f32).chain([-9999.0]).collect();
+        assert!(lines(&near).is_empty(), "so has what leads to it");
+        let other: Vec<f32> = (0..1000).map(|i| if i == 7 { -9998.0 } else { i as f32 }).collect();
+        assert!(lines(&other).is_empty(), "it is no mark");
+        assert!(lines(&[-9999.0; 100]).is_empty() && lines(&[f32::NAN; 4]).is_empty() && lines(&[]).is_empty());
+    }
+}

@@ -1,0 +1,183 @@
+//! How many patches a frame may have, and how much coarser it gets where they would be more.
+//!
+//! Land of ordinary relief takes a number of patches that follows the picture. Nothing says that relief is ordinary: a
+//! checkerboard of heights, an allowed error of a billionth of a pixel, spikes everywhere. So a frame has a budget. Over
+//! it the allowed error of the whole frame is multiplied by a factor, the least with which the choice fits. Patches
+//! morph with the allowed error, so a factor that moves continuously moves the surface continuously.
+//!
+//! A frame that waits for its tiles stands for itself, and the factor is found by bisection: the same picture has the
+//! same factor, whatever was drawn before. In a flight the factor goes on from the frame before and changes by a bounded
+//! part in a second, upward when a choice is over the budget, downward when a finer one would be well under it.
+//! A choice may be over by a fourth while the factor is on its way; what would be over by more takes a jump.
+
+/// Pixels of the picture for each patch of 512 triangles, where a pixel of error is allowed. The Alps take a fourth of
+/// that, seen from a summit.
+const PX_PER_PATCH: f64 = 32.0;
+/// Samples of the land for each patch, likewise: patches of the finest data have 256. A small land close by takes finer
+/// ones, and these are as many as all but a few views of it take.
+const SAMPLES_PER_PATCH: f64 = 16.0;
+/// A small picture, or a small land, may have as many patches as this.
+const LEAST_PATCHES: f64 = 1024.0;
+/// Who asks for a smaller error gets as many times the patches, up to this.
+const MOST_TIMES: f64 = 8.0;
+/// Bytes that a patch takes: its vertices, and what choosing it takes.
+const PATCH_BYTES: u64 = 8192;
+/// A power of 2: how fast the factor moves, in a second.
+const OCTAVES_PER_S: f64 = 2.0;
+/// The least and the most that it moves in a frame.
+const STEP_OCTAVES: [f64; 2] = [1.0 / 64.0, 0.25];
+/// A finer choice is taken when it is no more than this part of the budget: less than 1, so that the factor rests.
+const WELL_UNDER: f64 = 0.9;
+/// How much of the budget a choice may take while the factor is on its way.
+const ON_THE_WAY: f64 = 1.25;
+/// How exactly the factor is found for a picture that stands for itself, in octaves.
+const EXACT_OCTAVES: f64 = 1.0 / 64.0;
+
+/// The most patches for a picture of so many pixels of a land of so many samples, where an error of `error_px` is asked
+/// for and tiles may take `tile_memory_bytes`.
+pub fn most_patches(pixels: f64, samples: f64, error_px: f64, tile_memory_bytes: u64) -> usize {
+    let ordinary = (pixels / PX_PER_PATCH).min(samples / SAMPLES_PER_PATCH).max(LEAST_PATCHES);
+    let room = (tile_memory_bytes / PATCH_BYTES) as f64;
+    (ordinary * (1.0 / error_px).clamp(1.0, MOST_TIMES)).min(room.max(LEAST_PATCHES)) as usize
+}
+
+/// How the factor is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Search {
+    /// Within an octave of the least.
+    Roughly,
+    /// The least.
+    Exactly,
+    /// On from the frame before, so many seconds ago.
+    GoOn {
+        /// Between the two frames.
+        step_s: f64,
+    },
+}
+
+/// What a frame may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// Of patches.
+    most: usize,
+    /// The factor is at least this.
+    least: f64,
+}
+
+impl Budget {
+    /// `most` patches, and a factor of at least `least`.
+    pub fn new(most: usize, least: f64) -> Self {
+        Self { most, least: least.max(1.0) }
+    }
+
+    /// Finds the factor for a frame after one with the factor `before`, and what `choose` makes of it: that tries a
+    /// factor with a number of patches, and gives none where they do not suffice. With a factor that is large enough
+    /// they always do.
+    pub fn find<T>(
+        &self,
+        search: Search,
+        before: f64,
+        mut choose: impl FnMut(f64, usize) -> Option<T>,
+    ) -> (T, f64) {
+        let mut tries = vec![(self.least, self.most)];
+        if let Search::GoOn { step_s } = search {
+            let octaves = (OCTAVES_PER_S * step_s).clamp(STEP_OCTAVES[0], STEP_OCTAVES[1]).exp2();
+            let before = before.max(self.least);
+            let part = |of: f64| (self.most as f64 * of) as usize;
+            tries = match before / octaves > self.least {
+                true => vec![(before / octaves, part(WELL_UNDER)), (before, self.most)],
+                false => tries,
+            };
+            tries.push((before * octaves, part(ON_THE_WAY)));
+        }
+        let mut from = self.least;
+        for (factor, most) in tries {
+            if let Some(chosen) = choose(factor, most) {
+                return (chosen, factor);
+            }
+            from = factor;
+        }
+        let within = if search == Search::Roughly { 1.0 } else { EXACT_OCTAVES };
+        // Octaves above `from`: too few, and enough.
+        let (mut low, mut high) = (0.0_f64, 1.0_f64);
+        let mut chosen = loop {
+            if let Some(chosen) = choose(from * high.exp2(), self.most) {
+                break chosen;
+            }
+            (low, high) = (high, 2.0 * high);
+        };
+        while high - low > within {
+            let middle = 0.5 * (low + high);
+            match choose(from * middle.exp2(), self.most) {
+                Some(finer) => (chosen, high) = (finer, middle),
+                None => low = middle,
+            }
+        }
+        (chosen, from * high.exp2())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A land that takes `patches` at a factor of 1, and fewer as the factor grows.
+    fn land(patches: f64) -> impl Fn(f64, usize) -> Option<usize> {
+        move |factor, most| Some(1 + (patches / factor) as usize).filter(|taken| *taken <= most)
+    }
+
+    #[test]
+    fn a_picture_gets_the_least_factor_that_fits() {
+        let budget = Budget::new(1000, 1.0);
+        assert_eq!(budget.find(Search::Exactly, 9.0, land(900.0)), (901, 1.0));
+        for patches in [1.1e3, 5e3, 1e6, 1e30] {
+            let (taken, factor) = budget.find(Search::Exactly, 9.0, land(patches));
+            assert!(taken <= 1000 && taken > 970, "{patches}: {taken}");
+            assert!((factor / (patches / 1000.0) - 1.0).abs() < 0.03, "{patches}: {factor}");
+            let (taken, _) = budget.find(Search::Roughly, 9.0, land(patches));
+            assert!(taken <= 1000 && taken > 480, "{patches}: {taken}");
+        }
+        assert_eq!(Budget::new(1000, 7.0).find(Search::Exactly, 1.0, land(900.0)).1, 7.0);
+    }
+
+    #[test]
+    fn in_a_flight_the_factor_glides_and_rests() {
+        let budget = Budget::new(1000, 1.0);
+        let search = Search::GoOn { step_s: 1.0 / 30.0 };
+        let mut factor = 1.0;
+        let mut factors = vec![factor];
+        // Toward steep land within four seconds, then a rest, then away from it.
+        for frame in 0..360 {
+            let toward = (f64::from(frame) / 120.0).min(1.0) - (f64::from(frame) / 60.0 - 4.0).clamp(0.0, 1.0);
+            let (taken, next) = budget.find(search, factor, land(500.0 * 16_f64.powf(toward)));
+            assert!(taken <= 1250, "frame {frame}: {taken}");
+            factor = next;
+            factors.push(factor);
+        }
+        let steps = factors.windows(2).map(|pair| (pair[1] / pair[0]).log2().abs());
+        assert!(steps.fold(0.0, f64::max) <= OCTAVES_PER_S / 30.0 + 1e-9);
+        assert!(factors.iter().any(|factor| *factor > 6.0) && factors[360] == 1.0, "{factors:?}");
+        // While the land rests, so does the factor.
+        assert!(factors[180..220].windows(2).all(|pair| pair[0] == pair[1]));
+        // A jump into steep land is bounded at once.
+        let (taken, _) = budget.find(search, 1.0, land(1e9));
+        assert!(taken <= 1000);
+        // The planted error: without a budget nothing bounds it.
+        assert!(Budget::new(usize::MAX, 1.0).find(search, 1.0, land(1e9)).0 > 1000);
+    }
+
+    #[test]
+    fn the_budget_follows_the_picture_and_the_memory() {
+        let (small, large, land, memory) = (64.0 * 36.0, 1280.0 * 720.0, 3601.0 * 3601.0, 512 << 20);
+        assert_eq!(most_patches(small, land, 1.0, memory), 1024);
+        assert_eq!(most_patches(large, land, 1.0, memory), 28_800);
+        assert_eq!(most_patches(large, 300.0 * 300.0, 1.0, memory), 5_625);
+        assert_eq!(most_patches(large, 20.0 * 20.0, 4.0, memory), 1024);
+        assert_eq!(most_patches(large, land, 1.0, 80 << 20), 10_240);
+        assert_eq!(most_patches(large, land, 1.0, 1 << 20), 1024);
+        // Finer for who asks for it, within bounds.
+        assert_eq!(most_patches(small, land, 0.5, memory), 2048);
+        assert_eq!(most_patches(small, land, 1e-9, memory), 8192);
+        assert_eq!(most_patches(f64::INFINITY, f64::INFINITY, 1e-9, memory), 65_536);
+    }
+}
