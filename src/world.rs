@@ -128,7 +128,8 @@ fn open_file(path: &Path, progress: &dyn Progress) -> Result<Arc<dyn TileStore>,
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
         Some(store) => match pyramid::open_or_bake_store(path, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
-                tracing::warn!("{error}. {} is read as it is, and its errors are estimates", path.display());
+                let name = path.display();
+                tracing::warn!("{}. {name} is read as it is, and its errors are estimates", error.told());
                 Ok(store)
             }
             opened => Ok(opened?),

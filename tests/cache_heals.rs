@@ -14,6 +14,13 @@ use hachure::gpu::device::AdapterWish;
 use hachure::pyramid::{self, PyramidError, TileAddress, open_or_bake_store};
 use hachure::source::Silent;
 
+const UTM: &str = concat!(
+    r#"PROJCS["WGS 84 / UTM zone 10N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],"#,
+    r#"PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],"#,
+    r#"PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",-123],PARAMETER["scale_factor",0.9996],"#,
+    r#"PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]"#
+);
+
 /// SplitMix64.
 fn next(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -35,7 +42,7 @@ fn has_gpu() -> bool {
 
 /// A DEM of text, which has to be baked.
 fn dem(folder: &Path, name: &str, height_m: f64) -> PathBuf {
-    let mut text = "ncols 500\nnrows 300\nxllcorner 0\nyllcorner 0\ncellsize 10\n".to_owned();
+    let mut text = "ncols 500\nnrows 300\nxllcorner 500000\nyllcorner 5000000\ncellsize 10\n".to_owned();
     let mut chance = 5;
     for y in 0..300 {
         for x in 0..500 {
@@ -48,13 +55,14 @@ fn dem(folder: &Path, name: &str, height_m: f64) -> PathBuf {
     }
     let path = folder.join(name);
     fs::write(&path, text).unwrap();
+    fs::write(path.with_extension("prj"), UTM).unwrap();
     path
 }
 
 fn command(folder: &Path, cache: &Path, world: &Path, out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
     command
-        .args(["render", "--size", "64x36", "--camera", "0,-1400,+150,0,-10,60", "--style", "toon", "-o"])
+        .args(["render", "--size", "64x36", "--camera", "0,-1400,+150,0,-10,60", "--style", "plain", "-o"])
         .args([out, world])
         .env("HACHURE_CACHE", cache)
         .env("XDG_RUNTIME_DIR", folder)

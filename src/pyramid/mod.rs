@@ -38,7 +38,9 @@ mod stored;
 
 pub use bake::{BakeOptions, BakeReport, BakeWork, Baked, bake, bake_reader, parts_path};
 pub(crate) use cache::cache_folder;
-pub use cache::{CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_key, open_or_bake_store, open_or_grow_store, trim};
+pub use cache::{
+    CACHE_LIMIT_BYTES, open_or_bake, open_or_bake_file, open_or_bake_key, open_or_bake_store, open_or_grow_store, trim,
+};
 pub use cog_store::CogStore;
 pub use continent_store::ContinentStore;
 pub use error::PyramidError;
