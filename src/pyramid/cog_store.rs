@@ -91,7 +91,7 @@ impl CogStore {
         file.read_twice(true);
         let opened = Self::open_carefully(&file, sidecar, decoded_bytes);
         file.read_twice(false);
-        opened.map_err(|error| match of_network(error) {
+        opened.map_err(of_network).map_err(|error| match error {
             PyramidError::Source(SourceError::Damaged { .. }) | PyramidError::Decode { .. } if file.is_remote() => {
                 error.sent(file.name().as_ref(), "a GeoTIFF")
             }
