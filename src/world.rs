@@ -154,7 +154,8 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
         Some(store) => match pyramid::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
-                tracing::warn!("{error}. {} is read as it is, and its errors are estimates", path.display());
+                let name = path.display();
+                tracing::warn!("{}. {name} is read as it is, and its errors are estimates", error.told());
                 Ok(store)
             }
             opened => Ok(opened?),

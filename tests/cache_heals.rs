@@ -5,14 +5,23 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail so")]
 
 use std::fs;
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
-use hachure::pyramid::{self, PyramidError, TileAddress, open_or_bake_store};
-use hachure::source::{OpenOptions, Silent};
+use hachure::pyramid::{self, Cancel, PyramidError, TileAddress, TileStore, open_or_bake_store, open_or_grow_store};
+use hachure::source::{OpenOptions, Progress, Silent};
+
+const UTM: &str = concat!(
+    r#"PROJCS["WGS 84 / UTM zone 10N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],"#,
+    r#"PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],"#,
+    r#"PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",-123],PARAMETER["scale_factor",0.9996],"#,
+    r#"PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]"#
+);
 
 /// SplitMix64.
 fn next(state: &mut u64) -> u64 {
@@ -35,7 +44,7 @@ fn has_gpu() -> bool {
 
 /// A DEM of text, which has to be baked.
 fn dem(folder: &Path, name: &str, height_m: f64) -> PathBuf {
-    let mut text = "ncols 500\nnrows 300\nxllcorner 0\nyllcorner 0\ncellsize 10\n".to_owned();
+    let mut text = "ncols 500\nnrows 300\nxllcorner 500000\nyllcorner 5000000\ncellsize 10\n".to_owned();
     let mut chance = 5;
     for y in 0..300 {
         for x in 0..500 {
@@ -48,13 +57,14 @@ fn dem(folder: &Path, name: &str, height_m: f64) -> PathBuf {
     }
     let path = folder.join(name);
     fs::write(&path, text).unwrap();
+    fs::write(path.with_extension("prj"), UTM).unwrap();
     path
 }
 
 fn command(folder: &Path, cache: &Path, world: &Path, out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
     command
-        .args(["render", "--size", "64x36", "--camera", "0,-1400,+150,0,-10,60", "--style", "toon", "-o"])
+        .args(["render", "--size", "64x36", "--camera", "0,-1400,+150,0,-10,60", "--style", "plain", "-o"])
         .args([out, world])
         .env("HACHURE_CACHE", cache)
         .env("XDG_RUNTIME_DIR", folder)
@@ -211,6 +221,56 @@ fn an_unwritable_cache_says_so() {
     println!("{}", said.trim_end());
     assert!(output.status.success() && picture.is_some() && said.lines().count() == 1, "{said}");
     assert!(said.contains("as it is"), "{said}");
+}
+
+#[test]
+fn a_store_heals_while_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    let world = dem(folder.path(), "world.asc", 500.0);
+    let grown = Arc::new(AtomicU64::new(0));
+    let open = || {
+        let (world, grown) = (world.clone(), grown.clone());
+        let grow = move |_: &dyn Progress| {
+            grown.fetch_add(1, Ordering::Relaxed);
+            hachure::source::open(&world, &Silent).unwrap()
+        };
+        open_or_grow_store("key", "world", grow, Some(&cache), &Silent).unwrap()
+    };
+    let at = |level, x, y| TileAddress { level, x, y };
+    let places = [at(0, 0, 0), at(0, 1, 0), at(0, 0, 1), at(0, 1, 1), at(1, 0, 0)];
+    let all = |store: &Arc<dyn TileStore>| places.map(|place| store.clone().load(place).unwrap());
+    let truth = all(&open());
+    let [tif, tiles] = entry(&cache, "world.");
+    let (lengths, mut times) = ([&tif, &tiles].map(|file| fs::metadata(file).unwrap().len()), 1);
+    for (file, offset) in [(&tif, 100_000), (&tiles, lengths[1] - 200), (&tiles, lengths[1] - 2000)] {
+        let store = open();
+        // In place, under the open store: what a disk does.
+        let mut opened = fs::File::options().write(true).open(file).unwrap();
+        opened.seek(SeekFrom::Start(offset)).unwrap();
+        opened.write_all(&[0xa5; 150]).unwrap();
+        drop(opened);
+        // Somebody who does not want the tile any more does not wait for it; the others get what is right.
+        let cancel = Cancel::default();
+        cancel.cancel();
+        for place in places {
+            let unwanted = store.clone().fetch(place, &cancel).and_then(|decode| decode());
+            assert!(unwanted.is_err_and(|error| matches!(error, PyramidError::Cancelled)));
+        }
+        assert!(all(&store) == truth);
+        times += 1;
+        assert_eq!(grown.load(Ordering::Relaxed), times, "made anew once");
+        assert!(all(&open()) == truth);
+        assert_eq!(grown.load(Ordering::Relaxed), times);
+    }
+    // The same name for something else: two entries that were exchanged.
+    let other = dem(folder.path(), "other.asc", 600.0);
+    let grow = move |_: &dyn Progress| hachure::source::open(&other, &Silent).unwrap();
+    drop(open_or_grow_store("other key", "other", grow, Some(&cache), &Silent).unwrap());
+    let others = entry(&cache, "other.");
+    fs::copy(&others[0], &tif).unwrap();
+    fs::copy(&others[1], &tiles).unwrap();
+    assert!(all(&open()) == truth, "checksums hold, and the heights are of another DEM");
 }
 
 #[test]

@@ -26,7 +26,8 @@ use super::served::serve;
 use super::statistics::{PatchStatistics, tile_index};
 use super::store::{Cancel, Decode, LoadedTile, TileStore};
 use super::{LevelSize, PyramidError, TILE_BORDER, TileAddress, Voids};
-use crate::remote::{RemoteFile, Traffic, never};
+use crate::remote::{RemoteError, RemoteFile, Traffic, never};
+use crate::source::SourceError;
 use crate::source::cog::Pictures;
 use crate::source::georeference::Georeference;
 
@@ -46,6 +47,20 @@ impl TiffSource for Bytes {
         self.0
             .read(offset, length, &never)
             .map_err(|error| TiffError::Io(std::io::Error::other(error), self.0.name().to_owned()))
+    }
+}
+
+/// Where the bytes could not be had, what the network said rather than what the decoder makes of it.
+fn of_network(error: PyramidError) -> PyramidError {
+    match error {
+        PyramidError::Source(SourceError::Damaged { source: TiffError::Io(error, _), .. })
+        | PyramidError::Unread { source: SourceError::Damaged { source: TiffError::Io(error, _), .. } }
+            if error.get_ref().is_some_and(|inner| inner.is::<RemoteError>()) =>
+        {
+            let inner = error.into_inner().map(|inner| inner.downcast::<RemoteError>());
+            inner.and_then(Result::ok).map_or(PyramidError::Cancelled, |error| PyramidError::from(*error))
+        }
+        error => error,
     }
 }
 
@@ -76,7 +91,12 @@ impl CogStore {
         file.read_twice(true);
         let opened = Self::open_carefully(&file, sidecar, decoded_bytes);
         file.read_twice(false);
-        opened
+        opened.map_err(of_network).map_err(|error| match error {
+            PyramidError::Source(SourceError::Damaged { .. }) | PyramidError::Decode { .. } if file.is_remote() => {
+                error.sent(file.name().as_ref(), "a GeoTIFF")
+            }
+            error => error,
+        })
     }
 
     fn open_carefully(
@@ -161,12 +181,13 @@ impl CogStore {
                 Ok(loaded)
             }
             Err(error) => {
+                let error = of_network(error);
                 if matches!(error, PyramidError::Decode { .. } | PyramidError::Mismatch { .. }) {
                     let also = self.ranges(address, true);
                     fetched.iter().chain(&also).for_each(|range| self.file.invalidate(range.clone()));
                     if self.file.is_remote() {
-                        let path = self.file.name().into();
-                        return Err(PyramidError::Sent { path, address, source: Box::new(error) });
+                        let TileAddress { level, x, y } = address;
+                        return Err(error.sent(self.file.name().as_ref(), &format!("tile {level} {x} {y}")));
                     }
                 }
                 Err(error)

@@ -65,10 +65,7 @@ impl Entry {
     ///
     /// # Errors
     /// [`PyramidError::Cache`] if the folder cannot be written, and what `make` fails with.
-    pub fn open_or_make(
-        &self,
-        make: impl FnMut(&Path) -> Result<(), PyramidError>,
-    ) -> Result<Pyramid, PyramidError> {
+    pub fn open_or_make(&self, make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
         // The lock guards no data, so a panic elsewhere does not spoil it.
         let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
         let damage = match self.tif.symlink_metadata() {
@@ -78,7 +75,13 @@ impl Entry {
             },
             Err(_) => None,
         };
-        let _lock = self.lock()?;
+        let lock = self.lock().map_err(|error| match (error, &damage) {
+            (PyramidError::Cache { source, .. }, Some(damage)) => {
+                self.unwritable(format!("{source}; and what is there is damaged: {}", damage.told()))
+            }
+            (error, _) => error,
+        });
+        let _lock = lock?;
         // Another process may have made it meanwhile.
         if let Ok(pyramid) = self.open() {
             return Ok(pyramid);

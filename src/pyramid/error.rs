@@ -111,18 +111,15 @@ pub enum PyramidError {
         /// What is missing.
         cause: String,
     },
-    /// A server sent bytes that are no tile, as often as it was asked.
-    #[error(
-        "{}: what the server sent for tile {} {} {} (level, x, y) is damaged",
-        path.display(), address.level, address.x, address.y
-    )]
+    /// A server sent bytes that cannot be, as often as it was asked.
+    #[error("{}: the server sends damaged bytes for {what}: {cause}", path.display())]
     Sent {
         /// The address of the file.
         path: PathBuf,
-        /// The tile asked for.
-        address: TileAddress,
+        /// What they were to be.
+        what: String,
         /// What is wrong with them.
-        source: Box<PyramidError>,
+        cause: String,
     },
     /// The file, here or elsewhere, could not be had.
     #[error(transparent)]
@@ -181,6 +178,17 @@ impl PyramidError {
             Self::Unread { .. } => true,
             _ => false,
         }
+    }
+
+    /// The same where the bytes came from a server: the file may be whole.
+    pub(super) fn sent(self, path: &Path, what: &str) -> Self {
+        let mut cause: &dyn std::error::Error = &self;
+        while let Some(inner) = cause.source() {
+            cause = inner;
+        }
+        let cause = crate::file::one_line(&cause.to_string());
+        let cause = cause.trim_start_matches(&format!("{}: ", path.display())).to_owned();
+        Self::Sent { path: path.to_owned(), what: what.to_owned(), cause }
     }
 
     /// The error with its causes, in one line.

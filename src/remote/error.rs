@@ -43,7 +43,7 @@ pub enum RemoteError {
         name: String,
     },
     /// All tries failed.
-    #[error("{name}: no answer after {tries} tries: {cause}")]
+    #[error("{name}: no answer after {}: {cause}", times(*tries))]
     Failed {
         /// The address.
         name: String,
@@ -53,7 +53,7 @@ pub enum RemoteError {
         cause: String,
     },
     /// It kept its reader waiting for too long, over all its requests.
-    #[error("{name}: given up after {seconds} s of waiting{}: {cause}", after(*tries))]
+    #[error("{name}: given up after {seconds} s of waiting ({}): {cause}", times(*tries))]
     GivenUp {
         /// The address.
         name: String,
@@ -89,11 +89,11 @@ pub enum RemoteError {
     Cancelled,
 }
 
-fn after(tries: u32) -> String {
+fn times(tries: u32) -> String {
     match tries {
-        0 => String::new(),
-        1 => " for one answer".to_owned(),
-        tries => format!(" and {tries} tries"),
+        0 => "before".to_owned(),
+        1 => "1 try".to_owned(),
+        tries => format!("{tries} tries"),
     }
 }
 

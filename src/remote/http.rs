@@ -108,7 +108,7 @@ impl Client {
     }
 
     async fn head(&self, request: Request, end: Instant) -> Result<Response, NoAnswer> {
-        let response = self.in_time(end, || String::new(), self.http.execute(request)).await?;
+        let response = self.in_time(end, String::new, self.http.execute(request)).await?;
         response.map_err(|error| self.why(&error))
     }
 
@@ -163,7 +163,8 @@ impl Client {
         let expected = asked.start..asked.end.min(size);
         if sent != expected {
             let [first, last] = [sent.start, sent.end - 1];
-            let cause = format!("bytes {first} to {last} came, and {} to {} were asked for", asked.start, asked.end - 1);
+            let cause =
+                format!("bytes {first} to {last} came, and {} to {} were asked for", asked.start, asked.end - 1);
             return Err(NoAnswer::Again(cause));
         }
         Ok((sent, size))
@@ -182,7 +183,15 @@ impl Client {
                 let cause = "the server does not answer requests for a part of a file".into();
                 RemoteError::Unusable { name, cause }
             }
-            300..=399 => RemoteError::Unusable { name, cause: format!("{told} and not where the file is") },
+            300..=399 => {
+                // What is left: no place, or one that is no address of a web server.
+                let cause = match text(headers, header::LOCATION) {
+                    Some(place) => not_followed(place.split(['?', '#']).next().unwrap_or_default()),
+                    None if number == 304 => told,
+                    None => format!("{told} and not where the file is"),
+                };
+                return self.unusable(cause);
+            }
             408 | 425 | 429 | 500.. => {
                 let seconds = text(headers, header::RETRY_AFTER).and_then(|text| text.trim().parse::<u32>().ok());
                 return match seconds {
@@ -223,7 +232,7 @@ fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
     let is_secret = attempt.previous().last().is_some_and(|url| url.scheme() == "https");
     let allowed = if is_secret { &["https"][..] } else { &["https", "http"] };
     let refused = if !allowed.contains(&next.scheme()) {
-        Some(format!("the server sends on to {place}, which is not followed"))
+        Some(not_followed(&place))
     } else if attempt.previous().contains(next) || attempt.previous().len() > MOST_REDIRECTS {
         Some("the server sends on in a circle".to_owned())
     } else {
@@ -233,6 +242,10 @@ fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
         Some(cause) => attempt.error(cause),
         None => attempt.follow(),
     }
+}
+
+fn not_followed(place: &str) -> String {
+    format!("the server sends on to {place}, which is not followed")
 }
 
 /// `bytes 0-99/1234`: the range and the size of the whole file.
