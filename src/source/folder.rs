@@ -62,7 +62,9 @@ fn is_member(path: &Path) -> bool {
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     // A header whose data has a known ending is found by its data.
     let is_named_by_data = ending(path) == "hdr" && ehdr::partner(path).is_some_and(|data| data.extension().is_some());
-    if is_hidden || is_named_by_data || !path.is_file() {
+    // Masks and overviews that GDAL writes beside a file are part of it: `dem.tif.msk`, `dem.tif.ovr`.
+    let is_part = ["msk", "ovr"].contains(&&*ending(path)) && path.with_extension("").is_file();
+    if is_hidden || is_named_by_data || is_part || !path.is_file() {
         return false;
     }
     let options = OpenOptions::default();

@@ -11,7 +11,7 @@ use super::tiff_blocks::{Blocks, CODEC_NONE};
 use super::tiff_samples::Samples;
 
 /// One strip or tile, decoded, all bands.
-const MAX_BLOCK_BYTES: u64 = 1 << 31;
+pub(super) const MAX_BLOCK_BYTES: u64 = 1 << 31;
 /// What a file may always decode to, however small it is.
 const FREE_BYTES: u64 = 64 << 20;
 /// Decoded bytes per byte of the file beyond that. Deflate reaches 1032; Zstandard and LERC go further on constant

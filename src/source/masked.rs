@@ -12,7 +12,7 @@ use tiff_reader::{OpenOptions, TiffFile};
 use super::SourceError;
 use super::georeference::Georeference;
 use super::geotiff::{decode_error, guarded};
-use super::geotiff_layout::{Layout, check_mask, is_mask};
+use super::geotiff_layout::{Layout, MAX_BLOCK_BYTES, check_mask, is_mask};
 use super::place::{self, cannot_open, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
@@ -74,7 +74,12 @@ impl Mask {
             let own = || Self { cache: tiff_blocks::cache(block_bytes as usize), ..mask.clone() };
             return Ok(Some(if is_large { own() } else { mask }));
         }
-        Ok(blocks.samples.alpha.map(|band| mask(blocks.clone(), band)))
+        let Some(band) = blocks.samples.alpha else { return Ok(None) };
+        // Heights that lie in the file as they are may have a strip of any size; opacity is decoded by strips.
+        if blocks.block_bytes() > MAX_BLOCK_BYTES {
+            return Err(SourceError::TooLarge { path: path.into(), width, height });
+        }
+        Ok(Some(mask(blocks.clone(), band)))
     }
 
     /// The first picture of a file of masks.

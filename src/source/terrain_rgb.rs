@@ -104,10 +104,10 @@ impl Packing {
         [[0, 1], [1, 2]].into_iter().any(|[coarse, fine]| {
             let (mut steps, mut wraps) = (0u64, 0u64);
             for picture in pictures {
-                let pixels: Vec<&[u8]> = picture.bytes.chunks_exact(picture.channels.max(3)).collect();
-                for row in pixels.chunks_exact(picture.size[0].max(1) as usize) {
-                    for pair in row.windows(2) {
-                        let (a, b) = (pair[0], pair[1]);
+                let channels = picture.channels.max(3);
+                for row in picture.bytes.chunks_exact((picture.size[0] as usize * channels).max(1)) {
+                    let next = row.chunks_exact(channels).skip(1);
+                    for (a, b) in row.chunks_exact(channels).zip(next) {
                         let is_void = |pixel: &[u8]| self.height_m(pixel).is_nan();
                         let difference = |channel: usize| i32::from(b[channel]) - i32::from(a[channel]);
                         if is_void(a) || is_void(b) || (0..coarse).any(|higher| difference(higher) != 0) {

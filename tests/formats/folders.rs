@@ -72,6 +72,9 @@ fn members_are_the_height_files() {
     write::png(&at("photo.png"), [8, 8], png::ColorType::Grayscale, png::BitDepth::Eight, &[7; 64]);
     // A damaged one is a member: passing it over in silence would leave a hole.
     std::fs::write(at("broken.tif"), b"II*\0garbage").unwrap();
+    // A mask and overviews belong to the file that they stand beside.
+    std::fs::write(at("broken.tif.msk"), b"II*\0mask").unwrap();
+    std::fs::write(at("broken.tif.ovr"), b"II*\0overviews").unwrap();
     std::fs::create_dir(at("tiles")).unwrap();
     tiles(&at("tiles"));
 

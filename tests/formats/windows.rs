@@ -21,7 +21,7 @@ pub fn one_of_each(folder: &Path) -> Vec<PathBuf> {
     write::usgs_dem(&at("h.dem"), &dem, false);
     write::png16(&at("i.png"), &dem);
     write::raw(&at("j.r16"), &dem, false);
-    write::terrain_rgb(&at("k.png"), &dem, true);
+    write::terrain_rgb(&at("k.png"), &dem, false);
     let samples = ndarray::Array2::from_shape_fn((50, 50), |(row, column)| f32::from(dem.at(column, row)));
     let tiff = geotiff_writer::GeoTiffBuilder::new(50, 50).tile_size(16, 16).nodata("-32768").pixel_scale(3.0, 3.0);
     let tiff = tiff.origin(5.0, 7.0).compression(geotiff_writer::Compression::Deflate);
