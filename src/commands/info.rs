@@ -15,8 +15,8 @@ use crate::frame::Requirements;
 use crate::mesh::placed::Stance;
 use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
-use crate::scene::path::CameraPath;
 use crate::scene::camera::Camera;
+use crate::scene::path::CameraPath;
 use crate::scene::{MeshPlacement, Scene, World};
 use crate::source;
 

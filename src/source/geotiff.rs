@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use tiff_reader::{ByteOrder, OpenOptions, TagValue, TiffError, TiffFile};
 
 use super::flat::{Description, FlatReader};
-use super::memory;
 use super::georeference::{self, GeoTags, Georeference};
 use super::geotiff_layout::{self as layout, Layout};
+use super::memory;
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::samples::{BandMetadata, Meaning, Tally, Told, parse_no_data};
 use super::{GeoKeys, SourceError, WorldMapping};
+use crate::file::one_line;
 
 const TAG_PIXEL_SCALE: u16 = 33550;
 const TAG_TIE_POINTS: u16 = 33922;
@@ -23,6 +24,9 @@ const TAG_GEO_DOUBLES: u16 = 34736;
 const TAG_GEO_ASCII: u16 = 34737;
 const TAG_GDAL_METADATA: u16 = 42112;
 const TAG_GDAL_NODATA: u16 = 42113;
+
+/// Longer words of a decoder are cut.
+const MAX_DECODER_CHARS: usize = 140;
 
 /// Decoded strips and tiles that are kept: for windows that do not begin and end where a block does.
 const CACHE_BYTES: usize = 32 << 20;
@@ -206,7 +210,16 @@ pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
         TiffError::UnsupportedPredictor(code) => {
             SourceError::Unsupported { path: path.into(), what: format!("predictor {code} for this sample type") }
         }
-        source => SourceError::Damaged { path: path.into(), source },
+        // Whether the bytes could not be had is asked of the error later.
+        source @ TiffError::Io(..) => SourceError::Damaged { path: path.into(), source },
+        source => {
+            let words = source.to_string();
+            match words.chars().count() > MAX_DECODER_CHARS {
+                // The decoders' own words are no sentences that a line has room for.
+                true => inconsistent(path, one_line(&words)),
+                false => SourceError::Damaged { path: path.into(), source },
+            }
+        }
     }
 }
 

@@ -41,7 +41,8 @@ pub(super) struct Layout {
 impl Layout {
     /// Whether the file leaves out all of the blocks that a window touches.
     pub fn is_absent(&self, window: Window) -> bool {
-        let is_inside = |at: u32, count: u32, size: u32| count > 0 && at.checked_add(count).is_some_and(|it| it <= size);
+        let is_inside =
+            |at: u32, count: u32, size: u32| count > 0 && at.checked_add(count).is_some_and(|it| it <= size);
         if self.is_absent.is_empty()
             || !is_inside(window.x, window.width, self.width)
             || !is_inside(window.y, window.height, self.height)
@@ -50,7 +51,8 @@ impl Layout {
         }
         let [columns, rows] = self.block;
         let blocks_across = (self.width as usize).div_ceil(columns);
-        let blocks = |at: u32, count: u32, size: usize| at as usize / size..(at as usize + count as usize).div_ceil(size);
+        let blocks =
+            |at: u32, count: u32, size: usize| at as usize / size..(at as usize + count as usize).div_ceil(size);
         let across = blocks(window.x, window.width, columns);
         blocks(window.y, window.height, rows)
             .all(|row| self.is_absent[row * blocks_across..][across.clone()].iter().all(|&it| it))

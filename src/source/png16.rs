@@ -10,8 +10,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use png::{BitDepth, ColorType};
 
 use super::SourceError;
-use super::geotiff::guarded;
 use super::georeference::Georeference;
+use super::geotiff::guarded;
 use super::memory;
 use super::picture::{Picture, Rows};
 use super::place::{self, check_window};

@@ -54,11 +54,7 @@ impl Statistics {
 ///
 /// # Errors
 /// What the reader says; [`SourceError::AllNoData`] for a grid without a single height.
-pub fn statistics(
-    reader: &dyn HeightReader,
-    path: &Path,
-    progress: &dyn Progress,
-) -> Result<Statistics, SourceError> {
+pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
     let [width, height] = reader.size();
     let whole = Window { x: 0, y: 0, width, height };
     let is_serial = reader.is_serial();

@@ -40,9 +40,7 @@ pub const KINDS: &[Kind] = &[
     heights("real-geotiff", real_geotiffs),
     Kind { name: "cog", open: fly_over, seeds: cogs, arguments: INFO },
     heights("hgt", |home| one(home, "N46E008.hgt", |path| write::hgt(path, &Dem::new(1201, 1201, 1)))),
-    heights("hgt-zip", |home| {
-        one(home, "h.zip", |path| write::hgt_zip(path, "N46E008.hgt", &Dem::new(1201, 1201, 1)))
-    }),
+    heights("hgt-zip", |home| one(home, "h.zip", |path| write::hgt_zip(path, "N46E008.hgt", &Dem::new(1201, 1201, 1)))),
     heights("dted", |home| {
         let whole = one(home, "whole.dt0", |path| _ = write::dted(path, &small(), 50));
         whole.into_iter().chain(one(home, "short.dt0", |path| _ = write::dted(path, &small(), 47))).collect()
@@ -62,7 +60,10 @@ pub const KINDS: &[Kind] = &[
             write::ascii(path, &small(), false);
             std::fs::write(path.with_extension("prj"), write::UTM_PRJ).unwrap();
         };
-        one(home, "a.asc", esri).into_iter().chain(one(home, "b.txt", |path| _ = write::grass(path, &small()))).collect()
+        one(home, "a.asc", esri)
+            .into_iter()
+            .chain(one(home, "b.txt", |path| _ = write::grass(path, &small())))
+            .collect()
     }),
     heights("usgs-dem", |home| {
         let plain = one(home, "a.dem", |path| _ = write::usgs_dem(path, &small(), false));
@@ -190,8 +191,10 @@ fn geotiffs(home: &Path) -> Vec<Seed> {
     let floats = Array2::from_shape_fn((50, 50), |(row, column)| f32::from(heights.at(column, row)));
     let wholes = Array2::from_shape_fn((50, 50), |(row, column)| heights.at(column, row));
     let new = || GeoTiffBuilder::new(50, 50).nodata("-32768").pixel_scale(3.0, 3.0).origin(5.0e5, 7.0e6).epsg(32_633);
-    let float = |name: &str, builder: GeoTiffBuilder| one(home, name, |path| builder.write_2d(path, floats.view()).unwrap());
-    let whole = |name: &str, builder: GeoTiffBuilder| one(home, name, |path| builder.write_2d(path, wholes.view()).unwrap());
+    let float =
+        |name: &str, builder: GeoTiffBuilder| one(home, name, |path| builder.write_2d(path, floats.view()).unwrap());
+    let whole =
+        |name: &str, builder: GeoTiffBuilder| one(home, name, |path| builder.write_2d(path, wholes.view()).unwrap());
     let seeds = [
         float("tiled.tif", new().tile_size(16, 16).compression(Compression::Deflate)),
         float("lerc.tif", new().tile_size(16, 16).compression(Compression::Lerc)),

@@ -7,15 +7,73 @@ const HEADER_BYTES: usize = 1100;
 
 /// Numbers that parsers forget.
 const NUMBERS: &[&str] = &[
-    "0", "-1", "1", "2", "nan", "-nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "1e400", "4294967295", "4294967296",
-    "2147483647", "-2147483648", "18446744073709551615", "99999999999999999999", "0.1", "-0", "1.5.2", "1,5", "0x10",
-    "65536", "1e9", "3000000", "-32768", "00000000000000000000000000000001", "", "0.5", "3", "10", "100", "1000", "-0.5",
+    "0",
+    "-1",
+    "1",
+    "2",
+    "nan",
+    "-nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "1e400",
+    "4294967295",
+    "4294967296",
+    "2147483647",
+    "-2147483648",
+    "18446744073709551615",
+    "99999999999999999999",
+    "0.1",
+    "-0",
+    "1.5.2",
+    "1,5",
+    "0x10",
+    "65536",
+    "1e9",
+    "3000000",
+    "-32768",
+    "00000000000000000000000000000001",
+    "",
+    "0.5",
+    "3",
+    "10",
+    "100",
+    "1000",
+    "-0.5",
 ];
 
 /// Words and signs that a text does not expect.
 const WORDS: &[&str] = &[
-    "\0", "\u{1b}[31m", "\u{feff}", "é", "\u{202e}", "\"", "'", "[", "]", "[[", "{", "}", "=", ",", ";", "\r", "\n", "\t",
-    "#", "\\", "/", "..", "*", "true", "[[[[", "\"\"\"", "+5", "%s",
+    "\0",
+    "\u{1b}[31m",
+    "\u{feff}",
+    "é",
+    "\u{202e}",
+    "\"",
+    "'",
+    "[",
+    "]",
+    "[[",
+    "{",
+    "}",
+    "=",
+    ",",
+    ";",
+    "\r",
+    "\n",
+    "\t",
+    "#",
+    "\\",
+    "/",
+    "..",
+    "*",
+    "true",
+    "[[[[",
+    "\"\"\"",
+    "+5",
+    "%s",
 ];
 
 /// A xorshift generator: the same damage in every run.
@@ -186,7 +244,11 @@ fn in_text(text: &str, is_gentle: bool, random: &mut Random) -> String {
             if among.is_empty() {
                 return insert(text, random.one_of::<&str>(NUMBERS), random);
             }
-            let word = if random.below(3) == 0 { among[random.below(among.len().min(12))].clone() } else { random.one_of(among).clone() };
+            let word = if random.below(3) == 0 {
+                among[random.below(among.len().min(12))].clone()
+            } else {
+                random.one_of(among).clone()
+            };
             let new = match is_for_numbers {
                 true => (*random.one_of(NUMBERS)).to_owned(),
                 // A key that nobody knows, or the name of another.
