@@ -79,7 +79,7 @@ pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Resul
 }
 
 /// Characters of a cause, at most: it may quote the file.
-const LONGEST_CAUSE: usize = 180;
+const LONGEST_CAUSE: usize = 140;
 
 /// The file contradicts itself.
 pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {

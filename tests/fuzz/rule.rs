@@ -6,21 +6,26 @@ use super::seeds::Seed;
 
 const MAX_CHARS: usize = 200;
 
-/// Refusals that are known to break the rule, by kind (or `*`) and a part of them, with the reason why that is so. Each
-/// is to be mended; none may be added without a reason.
-const KNOWN: &[(&str, &str, &str)] = &[
-    ("*", "unknown field `", "the parser of TOML lists all keys that there are, and echoes the wrong one whole"),
-    ("*", "unknown variant `", "the same for words"),
-    ("*", "invalid type: ", "the parser of TOML echoes a value whole"),
-    ("scene", ".toml:", "the parser of TOML echoes a key whole, with its control characters"),
-    ("scene", "the camera's ", "a value is echoed whole"),
-    ("camera-path", "the header is `", "a header is echoed whole"),
-    ("camera-path", "the camera's ", "a value is echoed whole"),
-    ("camera-path", "t is `", "a value is echoed whole"),
-    ("*", "the crs \"", "a value is echoed whole"),
-    ("style", "no such stroke texture", "the style that asks for it is not named"),
-    ("style", "no such marks", "the style that asks for them is not named"),
+/// Refusals that are known to break the rule: the kind, how they break it, a part of the refusal, and the reason. Each is
+/// to be mended; none may be added without a reason.
+const KNOWN: &[(&str, &str, &str, &str)] = &[
+    ("scene", LONG, "", "keys and values are echoed whole, and all keys listed that there are"),
+    ("scene", CONTROL, "", "keys are echoed with their control characters"),
+    ("style", LONG, "", "keys and values are echoed whole, and all keys listed that there are"),
+    ("style", CONTROL, "", "keys are echoed with their control characters"),
+    ("style", NAMELESS, ": no such stroke texture;", "the style that asks for it is not named"),
+    ("style", NAMELESS, ": no such marks;", "the style that asks for them is not named"),
+    ("marks", LONG, "", "keys and values are echoed whole, and all keys listed that there are"),
+    ("marks", CONTROL, "", "keys are echoed with their control characters"),
+    ("strokes", LONG, "", "keys and values are echoed whole, and all keys listed that there are"),
+    ("strokes", CONTROL, "", "keys are echoed with their control characters"),
+    ("camera-path", LONG, "", "fields and the header are echoed whole, and numbers with all their zeros"),
+    ("camera-path", CONTROL, "", "fields and the header are echoed with their control characters"),
 ];
+
+const CONTROL: &str = "has more than one line, or control characters";
+const LONG: &str = "is longer than 199 characters";
+const NAMELESS: &str = "does not name the file";
 
 /// What is wrong with a refusal of these files. The folder that they are in does not count: its name is as long as it
 /// is.
@@ -30,14 +35,14 @@ pub fn fault(kind: &str, seed: &Seed, message: &str) -> Option<String> {
     let shown = message.replace(&folder, "");
     let is_named = seed.names().any(|name| shown.contains(name));
     let wrong = if shown.chars().any(char::is_control) {
-        "has more than one line, or control characters"
+        CONTROL
     } else if shown.chars().count() >= MAX_CHARS {
-        "is longer than 199 characters"
+        LONG
     } else if !is_named {
-        "does not name the file"
+        NAMELESS
     } else {
         return None;
     };
-    let is_known = KNOWN.iter().any(|(of, part, _)| (*of == "*" || *of == kind) && shown.contains(part));
+    let is_known = KNOWN.iter().any(|(of, how, part, _)| *of == kind && *how == wrong && shown.contains(part));
     (!is_known).then(|| format!("a refusal that {wrong}: {shown:?}"))
 }
