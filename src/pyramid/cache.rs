@@ -119,12 +119,7 @@ fn file_of_cache(
     Ok((pyramid, entry))
 }
 
-fn bake_file(
-    reader: &dyn HeightReader,
-    path: &Path,
-    out: &Path,
-    progress: &dyn Progress,
-) -> Result<(), PyramidError> {
+fn bake_file(reader: &dyn HeightReader, path: &Path, out: &Path, progress: &dyn Progress) -> Result<(), PyramidError> {
     let [width, height] = reader.size();
     if u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES {
         let work = BakeWork { in_folder: true, resume: true, ..BakeWork::default() };

@@ -65,10 +65,7 @@ impl Entry {
     ///
     /// # Errors
     /// [`PyramidError::Cache`] if the folder cannot be written, and what `make` fails with.
-    pub fn open_or_make(
-        &self,
-        make: impl FnMut(&Path) -> Result<(), PyramidError>,
-    ) -> Result<Pyramid, PyramidError> {
+    pub fn open_or_make(&self, make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
         // The lock guards no data, so a panic elsewhere does not spoil it.
         let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
         let damage = match self.tif.symlink_metadata() {

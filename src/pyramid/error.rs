@@ -91,8 +91,8 @@ pub enum PyramidError {
     },
     /// The folder of cached pyramids cannot be written.
     #[error(
-        "{}: the cache cannot be written; HACHURE_CACHE names another folder, and what `hachure bake` makes needs none",
-        folder.display()
+        "{}: the cache cannot be written: {}; HACHURE_CACHE names another folder, and what `hachure bake` makes needs none",
+        named(folder), chain(source.as_ref())
     )]
     Cache {
         /// The folder.
@@ -113,8 +113,8 @@ pub enum PyramidError {
     },
     /// A server sent bytes that are no tile, as often as it was asked.
     #[error(
-        "{}: what the server sent for tile {} {} {} (level, x, y) is damaged",
-        path.display(), address.level, address.x, address.y
+        "{}: what the server sent for tile {} {} {} (level, x, y) is damaged: {source}",
+        named(path), address.level, address.x, address.y
     )]
     Sent {
         /// The address of the file.

@@ -118,7 +118,9 @@ impl DiskCache {
             state.rests_until = Some(Instant::now() + REST);
             if !self.warned.swap(true, Ordering::Relaxed) {
                 let folder = self.folder.display();
-                tracing::warn!("{folder}: the cache cannot be written, so nothing is kept ({error}); HACHURE_CACHE names another folder");
+                tracing::warn!(
+                    "{folder}: the cache cannot be written, so nothing is kept ({error}); HACHURE_CACHE names another folder"
+                );
             }
             return;
         }

@@ -63,11 +63,7 @@ impl RemoteFile {
         Self::open_patiently(location, settings, Arc::clone(&self.patience))
     }
 
-    fn open_patiently(
-        location: &str,
-        settings: Settings,
-        patience: Arc<Patience>,
-    ) -> Result<Arc<Self>, RemoteError> {
+    fn open_patiently(location: &str, settings: Settings, patience: Arc<Patience>) -> Result<Arc<Self>, RemoteError> {
         let address = Address::parse(location)?;
         let transport = Transport::open(&address, &settings)?;
         let counters = Counters::default();

@@ -163,7 +163,8 @@ impl Client {
         let expected = asked.start..asked.end.min(size);
         if sent != expected {
             let [first, last] = [sent.start, sent.end - 1];
-            let cause = format!("bytes {first} to {last} came, and {} to {} were asked for", asked.start, asked.end - 1);
+            let cause =
+                format!("bytes {first} to {last} came, and {} to {} were asked for", asked.start, asked.end - 1);
             return Err(NoAnswer::Again(cause));
         }
         Ok((sent, size))

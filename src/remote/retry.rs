@@ -116,7 +116,10 @@ mod tests {
         // Whoever comes next hears of it, and no request is made.
         let none = || -> Result<(), NoAnswer> { unreachable!("the file is left alone") };
         let ended = persistently("it", &settings, &patience, &never, none, |_| {}).unwrap_err();
-        assert!(matches!(&ended, RemoteError::GivenUp { tries: 0, .. }) && ended.to_string().contains("busy"), "{ended}");
+        assert!(
+            matches!(&ended, RemoteError::GivenUp { tries: 0, .. }) && ended.to_string().contains("busy"),
+            "{ended}"
+        );
 
         let mut asked = vec![Duration::from_secs(3600), Duration::from_millis(80)];
         let mut later = || asked.pop().map_or(Ok(()), |pause| Err(NoAnswer::Later("busy".into(), pause)));

@@ -60,7 +60,10 @@ pub const KINDS: &[Kind] = &[
             write::ascii(path, &small(), false);
             std::fs::write(path.with_extension("prj"), write::UTM_PRJ).unwrap();
         };
-        one(home, "a.asc", esri).into_iter().chain(one(home, "b.txt", |path| _ = write::grass(path, &small()))).collect()
+        one(home, "a.asc", esri)
+            .into_iter()
+            .chain(one(home, "b.txt", |path| _ = write::grass(path, &small())))
+            .collect()
     }),
     heights("usgs-dem", |home| {
         let plain = one(home, "a.dem", |path| _ = write::usgs_dem(path, &small(), false));

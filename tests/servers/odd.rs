@@ -212,9 +212,12 @@ impl Shared {
         if path.contains(".tiles") {
             return stream.write_all(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
         }
-        let range = head.lines().find_map(|line| line.to_ascii_lowercase().strip_prefix("range: bytes=")?.split_once('-').map(
-            |(first, last)| (first.parse::<usize>().unwrap(), last.trim().parse::<usize>().unwrap()),
-        ));
+        let range = head.lines().find_map(|line| {
+            line.to_ascii_lowercase()
+                .strip_prefix("range: bytes=")?
+                .split_once('-')
+                .map(|(first, last)| (first.parse::<usize>().unwrap(), last.trim().parse::<usize>().unwrap()))
+        });
         let (first, last) = range.unwrap_or((0, self.file.len()));
         let end = (last + 1).min(self.file.len());
         let number = self.asked.fetch_add(1, Ordering::Relaxed);
@@ -253,7 +256,8 @@ impl Shared {
     fn answer(&self, stream: &mut TcpStream, ask: Ask) -> io::Result<()> {
         let size = self.file.len();
         let Ask { number, first, end, .. } = ask;
-        let range = |first: usize, end: usize, size: usize| format!("Content-Range: bytes {first}-{}/{size}\r\n", end - 1);
+        let range =
+            |first: usize, end: usize, size: usize| format!("Content-Range: bytes {first}-{}/{size}\r\n", end - 1);
         let body = self.file[first..end].to_vec();
         let mut answer = Answer {
             status: "206 Partial Content",
@@ -264,7 +268,9 @@ impl Shared {
         let length = end - first;
         let half = length / 2;
         let third = number % 3 == 1;
-        let redirect = |place: &str| format!("HTTP/1.1 302 Found\r\nLocation: {place}\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+        let redirect = |place: &str| {
+            format!("HTTP/1.1 302 Found\r\nLocation: {place}\r\nContent-Length: 0\r\nConnection: close\r\n\r\n")
+        };
         let status = |line: &str| format!("HTTP/1.1 {line}\r\nContent-Length: 4\r\nConnection: close\r\n\r\nbusy");
         let chunked = |body: &[u8], piece: usize| {
             let mut bytes = Vec::new();
@@ -277,7 +283,10 @@ impl Shared {
         };
         let hops = ask.path.trim_start_matches("/hop").parse::<u32>().unwrap_or(0);
         match self.kind {
-            "chunked" | "chunked in small pieces" | "closes in the middle, chunked" | "a chunk of no size"
+            "chunked"
+            | "chunked in small pieces"
+            | "closes in the middle, chunked"
+            | "a chunk of no size"
             | "an endless body, chunked" => {
                 answer.head += "Transfer-Encoding: chunked\r\n";
                 answer.length = None;
@@ -320,7 +329,8 @@ impl Shared {
             "the head in two pieces" => {
                 stream.write_all(b"HTTP/1.1 206 Part")?;
                 std::thread::sleep(self.second / 4);
-                stream.write_all(format!("ial Content\r\n{}Content-Length: {length}\r\n\r\n", answer.head).as_bytes())?;
+                stream
+                    .write_all(format!("ial Content\r\n{}Content-Length: {length}\r\n\r\n", answer.head).as_bytes())?;
                 return stream.write_all(&answer.body);
             }
             "slow, but on the way" => {
