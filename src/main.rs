@@ -122,9 +122,12 @@ fn parsed() -> Result<Cli, ExitCode> {
 /// What stands before a command and is not for all of them. `-v` and `--adapter` may stand anywhere.
 fn stray(matches: &ArgMatches) -> Option<Misuse> {
     let command = matches.subcommand_name()?;
-    let id = matches.ids().find(|id| {
-        let given = matches.value_source(id.as_str()) == Some(ValueSource::CommandLine);
-        given && !["adapter", "verbose", "Cli", "FlyArgs"].contains(&id.as_str())
+    let parser = Cli::command();
+    // Those of the flight; there are groups of arguments as well.
+    let mut arguments = parser.get_arguments().map(clap::Arg::get_id).filter(|id| *id != "adapter" && *id != "verbose");
+    let id = arguments.find(|id| {
+        matches.try_contains_id(id.as_str()).is_ok()
+            && matches.value_source(id.as_str()) == Some(ValueSource::CommandLine)
     })?;
     let name = id.as_str().replace('_', "-");
     let argument = match matches.try_get_one::<String>("world") {

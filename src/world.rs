@@ -48,7 +48,7 @@ pub enum WorldError {
         source: TerrainError,
     },
     /// The ground under a camera or a mesh, from which its height is counted.
-    #[error("the ground could not be read")]
+    #[error("the ground could not be read: {0}")]
     Ground(#[source] Arc<PyramidError>),
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]

@@ -67,7 +67,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let start = args.camera.unwrap_or_else(|| world.default_camera());
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         if let Err(error) = world.ground_was_read() {
-            tracing::warn!("{:#}", anyhow::Error::new(error));
+            tracing::warn!("{error}");
         }
         Ok(FlightWorld {
             name: title(args.world.as_deref()),

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::TileAddress;
-use crate::file::message::{chain, named};
+use crate::file::message::{chain, named, printable};
 use crate::remote::RemoteError;
 use crate::source::SourceError;
 
@@ -91,8 +91,8 @@ pub enum PyramidError {
     },
     /// The folder of cached pyramids cannot be written.
     #[error(
-        "{}: the cache cannot be written; HACHURE_CACHE names another folder, and what `hachure bake` makes needs none",
-        folder.display()
+        "{}: the cache cannot be written: {}; HACHURE_CACHE names another folder, and what `hachure bake` makes needs none",
+        named(folder), chain(source.as_ref())
     )]
     Cache {
         /// The folder.
@@ -112,7 +112,7 @@ pub enum PyramidError {
         cause: String,
     },
     /// A server sent bytes that cannot be, as often as it was asked.
-    #[error("{}: the server sends damaged bytes for {what}: {cause}", path.display())]
+    #[error("{}: the server sends damaged bytes for {what}: {}", named(path), printable(cause, 180))]
     Sent {
         /// The address of the file.
         path: PathBuf,

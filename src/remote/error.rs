@@ -2,12 +2,17 @@
 
 use std::io;
 
+use crate::file::message::{named, printable};
+
+/// Characters of a cause, at most: it may be in the words of a server.
+const LONGEST_CAUSE: usize = 180;
+
 /// Why bytes could not be had. The message is one line with the address, without the secrets in it, and the cause.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RemoteError {
     /// It cannot be understood.
-    #[error("{name}: {cause}")]
+    #[error("{}: {}", named(name), printable(cause, LONGEST_CAUSE))]
     BadAddress {
         /// The address.
         name: String,
@@ -15,13 +20,13 @@ pub enum RemoteError {
         cause: String,
     },
     /// The server, or the file system, knows no such file.
-    #[error("{name}: there is no such file")]
+    #[error("{}: there is no such file", named(name))]
     NotFound {
         /// The address.
         name: String,
     },
     /// The server wants to know who asks, or knows and does not give.
-    #[error("{name}: access is denied ({cause})")]
+    #[error("{}: access is denied ({})", named(name), printable(cause, LONGEST_CAUSE))]
     Denied {
         /// The address.
         name: String,
@@ -29,7 +34,7 @@ pub enum RemoteError {
         cause: String,
     },
     /// The server does not do what is needed: ranges of bytes.
-    #[error("{name}: {cause}")]
+    #[error("{}: {}", named(name), printable(cause, LONGEST_CAUSE))]
     Unusable {
         /// The address.
         name: String,
@@ -37,13 +42,13 @@ pub enum RemoteError {
         cause: String,
     },
     /// The file is another one than when it was opened.
-    #[error("{name}: has changed since it was opened")]
+    #[error("{}: has changed since it was opened", named(name))]
     Changed {
         /// The address.
         name: String,
     },
     /// All tries failed.
-    #[error("{name}: no answer after {}: {cause}", times(*tries))]
+    #[error("{}: no answer after {}: {}", named(name), times(*tries), printable(cause, LONGEST_CAUSE))]
     Failed {
         /// The address.
         name: String,
@@ -53,7 +58,10 @@ pub enum RemoteError {
         cause: String,
     },
     /// It kept its reader waiting for too long, over all its requests.
-    #[error("{name}: given up after {seconds} s of waiting ({}): {cause}", times(*tries))]
+    #[error(
+        "{}: given up after {seconds} s of waiting ({}): {}",
+        named(name), times(*tries), printable(cause, LONGEST_CAUSE)
+    )]
     GivenUp {
         /// The address.
         name: String,
@@ -65,7 +73,7 @@ pub enum RemoteError {
         cause: String,
     },
     /// The file on this machine.
-    #[error("{name}: {source}")]
+    #[error("{}: {source}", named(name))]
     Io {
         /// Its path.
         name: String,
@@ -73,7 +81,7 @@ pub enum RemoteError {
         source: io::Error,
     },
     /// Bytes beyond the end were asked for.
-    #[error("{name}: has {size} bytes, and {length} from {offset} on were asked for")]
+    #[error("{}: has {size} bytes, and {length} from {offset} on were asked for", named(name))]
     OutOfRange {
         /// The address.
         name: String,

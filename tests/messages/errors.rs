@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use hachure::file::message::chain;
 use hachure::mesh::MeshError;
-use hachure::pyramid::PyramidError;
+use hachure::pyramid::{PyramidError, TileAddress};
 use hachure::remote::RemoteError;
 use hachure::scene::path::PathError;
 use hachure::scene::scene_file::SceneError;
@@ -54,6 +54,12 @@ fn errors_tell_their_causes_once() {
         Box::new(PyramidError::Io { path: path(), what: "writing", source: full() }),
         Box::new(PyramidError::Encode { path: path(), source: boxed() }),
         Box::new(PyramidError::Decode { path: path(), source: boxed() }),
+        Box::new(PyramidError::Cache { folder: path(), source: boxed() }),
+        Box::new(PyramidError::Sent {
+            path: path(),
+            address: TileAddress { level: 1, x: 2, y: 3 },
+            source: Box::new(PyramidError::Decode { path: path(), source: boxed() }),
+        }),
         Box::new(PyramidError::from(remote())),
         Box::new(PyramidError::Unread { source: open() }),
         Box::new(PyramidError::from(open())),
@@ -66,6 +72,7 @@ fn errors_tell_their_causes_once() {
         Box::new(PathError::Open { path: path(), cause: full() }),
         Box::new(WorldError::from(bad_scene)),
         Box::new(WorldError::from(PyramidError::from(open()))),
+        Box::new(WorldError::Ground(std::sync::Arc::new(PyramidError::from(open())))),
         Box::new(WorldError::Terrain { name: name(), source: TerrainError::TooWide { width: 9, height: 9 } }),
         Box::new(WorldError::InScene { scene: "s.toml".into(), source: Box::new(PyramidError::from(open()).into()) }),
         Box::new(WorldError::from(MeshError::Read { path: path(), cause: name() })),

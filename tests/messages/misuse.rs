@@ -77,6 +77,7 @@ fn misuse_is_told_in_one_line() {
         (&["render", "-o", "o.png"], &["-o", "p.png"], &["--output", "twice"]),
         (&["render", "-o", "o.mp4"], &["--path", "p.csv", "--camera", "0,0,9,0,0,50"], &["--path", "--camera"]),
         (&["--style", "ink", "render"], &["-o", "o.png"], &["--style", "hachure render"]),
+        (&["--encoding", "terrarium", "info"], &["x.tif"], &["--encoding", "hachure info"]),
         (&["x.tif", "render"], &["-o", "o.png"], &["x.tif", "hachure render"]),
         (&["render", ""], &["-o", "o.png"], &["WORLD is empty"]),
     ];
