@@ -322,8 +322,7 @@ impl Terrain {
             tiles.late |= !self.asked.is_empty();
             if let Some(seen) = &mut self.seen {
                 let most = if streams { TILES_PER_FRAME } else { usize::MAX };
-                let residency = &self.residency;
-                tiles.late |= seen.plan(residency, self.store.levels(), most, self.frame) > 0;
+                tiles.late |= seen.plan(&self.residency, self.store.levels(), most, self.frame) > 0;
             }
             self.tell(gpu, &rule);
             let prepare_ms = (self.start.elapsed().as_secs_f64() - begun_s) * 1000.0;
