@@ -377,8 +377,9 @@ fn the_passes_of_a_style_are_those_of_the_list() {
                 };
                 let (finding, others) = lines::strokes::PASSES.split_at(lines::strokes::FINDING);
                 put("tones/", others);
-                put("surface/resolve", if meshes { &finding[1..] } else { &[] });
-                put(if meshes { "surface/mesh_vertices" } else { "surface/resolve" }, &finding[..1]);
+                let (on_land, on_meshes) = finding.split_at(lines::strokes::FINDING_ON_LAND);
+                put("surface/resolve", if meshes { on_meshes } else { &[] });
+                put(if meshes { "surface/mesh_vertices" } else { "surface/resolve" }, on_land);
             }
             assert_eq!(requirements.passes(), listed, "{requirements:?}");
         }

@@ -76,9 +76,9 @@ pub const PASSES: &[&str] = &[
     "lines/strokes/advance",
 ];
 
-/// Of these, so many find edges: the first on the land, the others on the meshes of a scene that has some.
+/// Of these, so many find edges.
 pub const FINDING: usize = 5;
-/// Of those, so many are the land's.
+/// Of those, so many find them on the land, the others on the meshes of a scene that has some.
 pub const FINDING_ON_LAND: usize = 3;
 
 /// Edges in a frame, at most.
