@@ -172,3 +172,23 @@ fn shapes_of_gdal() {
         assert!(matches!(crs, Crs::Projected { metres_per_unit: 1.0, .. }), "{options:?}: {crs:?}");
     }
 }
+
+/// Some 600 rasters, which takes minutes: where `HACHURE_GDAL_SUITE` names a Python that has GDAL's bindings.
+#[test]
+fn the_whole_suite_of_gdal() {
+    let Some(python) = std::env::var_os("HACHURE_GDAL_SUITE") else {
+        println!("skipped: HACHURE_GDAL_SUITE names no Python with GDAL");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/gdal_compare.py");
+    let run = |command: &[&str]| {
+        let output = Command::new(&python).arg(&script).args(command).arg(folder.path()).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+        said
+    };
+    run(&["make"]);
+    let said = run(&["compare", env!("CARGO_BIN_EXE_hachure")]);
+    assert!(said.matches("same ").count() > 400, "{said}");
+}
