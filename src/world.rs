@@ -127,11 +127,7 @@ fn several(
 }
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
-fn open_file(
-    path: &Path,
-    options: &OpenOptions,
-    progress: &dyn Progress,
-) -> Result<Arc<dyn TileStore>, WorldError> {
+fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     if options.no_data.is_none()
         && !pyramid::sidecar_path(path).exists()
         && path.is_file()

@@ -385,7 +385,10 @@ impl Terrain {
             let mut waits = false;
             for search in searches {
                 selection = Some(self.select(view, fades.then_some(now_s), *search));
-                waits = !streams && idle < 3 && rounds < MOST_ROUNDS && self.asked.keys().any(|tile| self.residency.can_come(*tile));
+                waits = !streams
+                    && idle < 3
+                    && rounds < MOST_ROUNDS
+                    && self.asked.keys().any(|tile| self.residency.can_come(*tile));
                 // A factor of 1 is exact.
                 if waits || self.coarser == 1.0 {
                     break;
@@ -395,10 +398,8 @@ impl Terrain {
             let Some(selection) = selection.filter(|_| !waits) else { continue };
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
             tiles.late |= !self.asked.is_empty();
-            let detail = Detail {
-                error_px: self.options.lod_error_px * self.coarser,
-                is_over_budget: self.coarser > 1.0,
-            };
+            let detail =
+                Detail { error_px: self.options.lod_error_px * self.coarser, is_over_budget: self.coarser > 1.0 };
             return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail };
         }
     }
