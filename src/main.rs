@@ -56,7 +56,7 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
-        // A log that cannot be written is no reason to stop, and telling of it would go the same way.
+        // Else a log that cannot be written is reported with `eprintln!`, which panics for the same reason.
         .log_internal_errors(false)
         .init();
     let result = match &cli.command {
