@@ -5,6 +5,7 @@ pub mod bench;
 mod describe;
 pub mod info;
 pub mod fly;
+mod inputs;
 pub mod progress;
 pub mod render;
 pub mod styles;
