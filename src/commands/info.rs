@@ -11,11 +11,13 @@ use serde::Serialize;
 use super::describe::{Heights, Levels};
 use super::progress::Bar;
 use super::{styles, tell, tell_json};
+use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::frame::Requirements;
 use crate::mesh::placed::Stance;
 use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
 use crate::scene::path::CameraPath;
+use crate::scene::reach::Reach;
 use crate::scene::{MeshPlacement, Scene, World};
 use crate::source;
 
@@ -24,6 +26,9 @@ use crate::source;
 pub struct InfoArgs {
     /// A DEM, a baked pyramid, a scene, a style or a camera path
     pub file: PathBuf,
+    /// Let a scene file name files outside of its folder, and addresses
+    #[arg(long)]
+    pub trust_scene: bool,
     /// Print for programs
     #[arg(long)]
     pub json: bool,
@@ -31,8 +36,6 @@ pub struct InfoArgs {
 
 /// So much of a file tells what it is.
 const HEAD_BYTES: u64 = 64 * 1024;
-/// A longer file is neither a scene nor a style.
-const LARGEST_TOML_BYTES: u64 = 1 << 20;
 
 #[derive(Serialize)]
 struct Answer {
@@ -114,14 +117,14 @@ struct PathInfo {
 /// # Errors
 /// A file that is none of these, or does not hold.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    let answer = Answer { info: look_at(&args.file)?, file: args.file.clone() };
+    let answer = Answer { info: look_at(&args.file, Reach::trusting(args.trust_scene))?, file: args.file.clone() };
     if args.json {
         return tell_json(&answer);
     }
     tell(&answer.text())
 }
 
-fn look_at(file: &Path) -> anyhow::Result<Info> {
+fn look_at(file: &Path, reach: Reach) -> anyhow::Result<Info> {
     // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, None) };
     if !metadata.is_file() || metadata.len() == 0 {
@@ -138,9 +141,8 @@ fn look_at(file: &Path) -> anyhow::Result<Info> {
     if is_camera_path(&String::from_utf8_lossy(&head)) {
         return camera_path(file);
     }
-    if metadata.len() <= LARGEST_TOML_BYTES
-        && let Ok(text) = std::fs::read_to_string(file)
-        && let Some(info) = scene_or_style(file, &text)?
+    if let Ok(text) = read_text(file, LARGEST_SCENE_BYTES)
+        && let Some(info) = scene_or_style(file, &text, reach)?
     {
         return Ok(info);
     }
@@ -191,7 +193,7 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
 }
 
 /// A scene has a `world`, a style a `tone`. None if it is no TOML and does not claim to be.
-fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
+fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Option<Info>> {
     let claims = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     let table = match toml::from_str::<toml::Table>(text) {
         // A text of comments alone is TOML, but hardly meant so.
@@ -206,7 +208,7 @@ fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
         }
     };
     if table.contains_key("world") {
-        return scene(file).map(Some);
+        return scene(file, reach).map(Some);
     }
     if ["tone", "lines", "paper"].iter().any(|key| table.contains_key(*key)) {
         let style = styles::read(file)?;
@@ -216,8 +218,9 @@ fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
     bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", file.display());
 }
 
-fn scene(file: &Path) -> anyhow::Result<Info> {
+fn scene(file: &Path, reach: Reach) -> anyhow::Result<Info> {
     let scene = Scene::read(file)?;
+    scene.check_reach(file, reach)?;
     let (dem, procedural_seed) = match scene.world {
         World::File(path) => (Some(path.display().to_string()), None),
         World::Url(url) => (Some(url), None),

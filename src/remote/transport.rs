@@ -66,7 +66,8 @@ impl Transport {
             },
             Place::Http { url, login } => {
                 let mut options = ClientOptions::new()
-                    .with_allow_http(true)
+                    // Who asks over HTTPS is not sent on to plain HTTP. Other schemes are followed from neither.
+                    .with_allow_http(url.starts_with("http://"))
                     .with_connect_timeout(settings.connect_timeout)
                     .with_timeout(timeout);
                 if let Some(login) = login {
@@ -225,10 +226,17 @@ fn why(error: object_store::Error, address: &Address) -> NoAnswer {
     use object_store::Error;
     let name = address.name.clone();
     let said = address.told(&error.to_string());
+    let causes = std::iter::successors(Some(&error as &dyn std::error::Error), |error| error.source());
+    let refuses_scheme = causes.into_iter().any(|error| error.to_string().contains("scheme is not allowed"));
     NoAnswer::Never(match error {
         Error::NotFound { .. } => RemoteError::NotFound { name },
         Error::PermissionDenied { .. } => RemoteError::Denied { name, cause: "403".into() },
         Error::Unauthenticated { .. } => RemoteError::Denied { name, cause: "401".into() },
+        // A redirect that the library refuses, or hands over because it cannot read where it leads.
+        Error::Generic { .. } if refuses_scheme || matches!(status(&said), Some(300..400)) => {
+            let cause = "the server sends us on to an address that is not read".into();
+            RemoteError::Unusable { name, cause }
+        }
         Error::Generic { .. } if said.contains("non-partial response") => {
             let cause = "the server does not answer requests for a part of a file".into();
             RemoteError::Unusable { name, cause }
