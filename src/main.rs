@@ -72,7 +72,7 @@ fn main() -> ExitCode {
             "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
             name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
         }))
-        // A log that cannot be written is no reason to stop, and telling of it would go the same way.
+        // Else a log that cannot be written is reported with `eprintln!`, which panics for the same reason.
         .log_internal_errors(false)
         .init();
     let result = match &cli.command {

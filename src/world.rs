@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
+use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::frame::Light;
 use crate::gpu::Gpu;
@@ -12,6 +13,7 @@ use crate::mesh::placed::{Placed, Stance};
 use crate::mesh::{Mesh, MeshError, obj};
 use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidError, TileStore};
 use crate::scene::camera::Camera;
+use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
 use crate::scene::{MeshPlacement, Scene, World};
 use crate::source::{self, Kind, OpenOptions, Progress, Silent};
@@ -82,17 +84,38 @@ pub struct OpenWorld {
 /// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, or not at all.
 ///
 /// # Errors
-/// When the scene file does not hold.
-pub fn scene_of(world: Option<&str>) -> Result<Scene, WorldError> {
+/// When the scene file does not hold, or names what is beyond its `reach`.
+pub fn scene_of(world: Option<&str>, reach: Reach) -> Result<Scene, WorldError> {
     let Some(world) = world else { return Ok(Scene::default()) };
     if world.contains("://") {
         return Ok(Scene::of_world(World::Url(world.to_owned())));
     }
     let path = Path::new(world);
-    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-        return Ok(Scene::read(path)?);
+    if is_scene(path) {
+        let scene = Scene::read(path)?;
+        scene.check_reach(path, reach)?;
+        return Ok(scene);
     }
     Ok(Scene::of_world(World::File(path.to_owned())))
+}
+
+fn is_scene(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
+/// All files of this machine that a world is read from: the scene file, DEMs with what lies beside them, meshes.
+pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
+    let mut inputs = Inputs::default();
+    if let Some(path) = world.map(Path::new).filter(|path| is_scene(path)) {
+        inputs.add(path);
+    }
+    match &scene.world {
+        World::File(path) => source::add_inputs(path, &mut inputs),
+        World::Files(paths) => paths.iter().for_each(|path| source::add_inputs(path, &mut inputs)),
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } => {}
+    }
+    scene.meshes.iter().for_each(|mesh| inputs.add(&mesh.file));
+    inputs
 }
 
 /// The tiles of a scene's world; a DEM that is no pyramid is baked into the cache.
@@ -168,9 +191,9 @@ impl OpenWorld {
     /// Opens `world` for drawing; a DEM that was not baked yet is baked into the cache, without a word.
     ///
     /// # Errors
-    /// When the scene or its DEM do not hold.
+    /// When the scene or its DEM do not hold, or the scene names files outside of its folder.
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> Result<Self, WorldError> {
-        let scene = scene_of(world)?;
+        let scene = scene_of(world, Reach::Beside)?;
         let store = open_store(&scene, &Silent)?;
         Self::on_gpu(gpu, scene, store, options)
     }

@@ -16,6 +16,7 @@ use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::{arguments, tell, tell_json};
+use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::pyramid::{self, BakeOptions, BakeWork, Baked, Pyramid, PyramidError, parts_path, sidecar_path};
 use crate::source::mosaic::MosaicReader;
@@ -120,10 +121,8 @@ struct ShardReport<'a> {
 pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
     let output = &args.output;
-    for input in &args.inputs {
-        arguments::check_local(input, "bake")?;
-        check_output(input, output)?;
-    }
+    args.inputs.iter().try_for_each(|input| arguments::check_local(input, "bake"))?;
+    check_output(&args.inputs, output)?;
     use_granted_threads();
     let reader = open(&args.inputs, &args.meaning())?;
     // Where it cannot be had, Ctrl-C ends the program as it always does, and nothing is lost either.
@@ -219,7 +218,7 @@ fn use_granted_threads() {
 }
 
 /// What can be known to go wrong before hours of work.
-fn check_output(input: &Path, output: &Path) -> anyhow::Result<()> {
+fn check_output(inputs: &[PathBuf], output: &Path) -> anyhow::Result<()> {
     if !output.extension().is_some_and(|ending| ["tif", "tiff"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
     {
         let name = named(output);
@@ -232,10 +231,9 @@ fn check_output(input: &Path, output: &Path) -> anyhow::Result<()> {
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
         bail!("{}: there is no folder {}", named(output), named(folder));
     }
-    // Links included; what is not there yet is not the input.
-    let same = |other: &Path| matches!((input.canonicalize(), other.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    if same(output) || same(&sidecar_path(output)) {
-        bail!("{}: is the input; a bake does not overwrite what it reads", named(output));
-    }
-    Ok(())
+    let mut read = Inputs::default();
+    inputs.iter().for_each(|input| source::add_inputs(input, &mut read));
+    read.check(output)?;
+    read.check(&sidecar_path(output))?;
+    Ok(read.check_folder(&parts_path(output))?)
 }

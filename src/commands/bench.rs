@@ -16,12 +16,12 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::Args;
 
-use self::pairs::PairPlan;
+use self::pairs::{Checks, PairPlan};
 use super::arguments;
 use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
-use super::{tell, tell_json};
+use super::{inputs, tell, tell_json};
 use crate::file::message::named;
 use crate::frame::{Frame, Requirements};
 use crate::gpu::device::AdapterWish;
@@ -35,6 +35,7 @@ use crate::measure::{lod_error, memory, report_text};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
+use crate::scene::reach::Reach;
 use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::surface::view::{Part, Pose, View};
@@ -54,6 +55,9 @@ const CHECKED_FRAMES: usize = 32;
 /// Frames per second along the path where no number of frames is given.
 const FPS: f64 = 30.0;
 
+/// What is written.
+const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
+
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
@@ -62,6 +66,9 @@ pub struct BenchArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// Let a scene file name files outside of its folder, and addresses
+    #[arg(long)]
+    pub trust_scene: bool,
     /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov
     #[arg(long)]
     pub path: PathBuf,
@@ -105,17 +112,19 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
     arguments::check_world(args.world.as_deref())?;
     // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
-    let flight =
-        std::fs::read(&args.path).with_context(|| format!("cannot read the camera path {}", named(&args.path)))?;
-    CameraPath::parse_on_ground(&args.path, &flight[..], |_, _| 0.0)?;
+    let flight = CameraPath::read_text(&args.path)?;
+    CameraPath::parse_on_ground(&args.path, flight.as_bytes(), |_, _| 0.0)?;
+    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
+    let scene = args.heights.over(scene);
+    let inputs = inputs::of(args.world.as_deref(), &scene, &styles, Some(&args.path));
+    FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Baked once, where it is not yet; then each style opens its own.
-    let scene = args.heights.over(world::scene_of(args.world.as_deref())?);
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
     let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
     let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
-    let path = CameraPath::parse_on_ground(&args.path, &flight[..], |x, y| flights[0].world.ground_m(x, y))?;
+    let path = CameraPath::parse_on_ground(&args.path, flight.as_bytes(), |x, y| flights[0].world.ground_m(x, y))?;
     flights[0].world.ground_was_read()?;
     fly(&gpu, &path, args, &mut flights)?;
 
@@ -129,19 +138,15 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         .into_iter()
         .map(|flight| RunFrames { style: flight.style.name, eyes: args.eyes.clone(), frames: flight.records })
         .collect();
-    write_frames_csv(&args.output.join("frames.csv"), &frames)?;
-    write_html(&args.output.join("report.html"), &report, &frames)?;
-    report.write_json(&args.output.join("report.json"))?;
+    let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
+    write_frames_csv(&frames_csv, &frames)?;
+    write_html(&page, &report, &frames)?;
+    report.write_json(&json)?;
     if args.json {
         return tell_json(&report);
     }
     let [width, height] = report.size;
-    tell(&format!(
-        "{}, {width}x{height}\n{}{}",
-        report.adapter,
-        report_text::table(&report),
-        named(args.output.join("report.html"))
-    ))
+    tell(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
 }
 
 fn world_size(world: &OpenWorld) -> WorldSize {
@@ -220,14 +225,6 @@ fn fly_by_the_clock(
         }
     }
     Ok(())
-}
-
-/// What is measured on a frame beside its times.
-#[derive(Clone, Copy)]
-struct Checks {
-    lod_error: bool,
-    /// Whether this frame and the next are compared.
-    begins_pair: bool,
 }
 
 /// A style on its way along the path.

@@ -9,6 +9,7 @@ use super::height_args::HeightArgs;
 use super::render::parse_size;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
+use crate::scene::reach::Reach;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::window::{FlightOptions, FlightWorld, Windowing};
 use crate::world::{self, OpenWorld};
@@ -21,6 +22,9 @@ pub struct FlyArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// Let a scene file name files outside of its folder, and addresses
+    #[arg(long)]
+    pub trust_scene: bool,
     /// A preset or a style file
     #[arg(long, default_value = "ink")]
     pub style: String,
@@ -56,7 +60,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let options =
         FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
     // As early: a DEM that is seen for the first time takes a while to bake.
-    let scene = args.heights.over(world::scene_of(args.world.as_deref())?);
+    let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
     let store = world::open_store(&scene, &super::progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {

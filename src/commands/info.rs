@@ -12,6 +12,7 @@ use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::{arguments, styles, tell, tell_json};
+use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
 use crate::frame::Requirements;
@@ -20,6 +21,7 @@ use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
+use crate::scene::reach::Reach;
 use crate::scene::{MeshPlacement, Scene, World};
 use crate::source::{self, OpenOptions};
 
@@ -31,6 +33,9 @@ pub struct InfoArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// Let a scene file name files outside of its folder, and addresses
+    #[arg(long)]
+    pub trust_scene: bool,
     /// Print for programs
     #[arg(long)]
     pub json: bool,
@@ -40,8 +45,6 @@ pub struct InfoArgs {
 const HEAD_BYTES: u64 = 64 * 1024;
 /// The length of a camera path is measured over so many frames at most: over an hour at 30 per second.
 const LENGTH_FRAMES: usize = 1 << 17;
-/// A longer file is neither a scene nor a style.
-const LARGEST_TOML_BYTES: u64 = 1 << 20;
 
 #[derive(Serialize)]
 struct Answer {
@@ -124,14 +127,15 @@ struct PathInfo {
 /// A file that is none of these, or does not hold.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
     arguments::check_local(&args.file, "info")?;
-    let answer = Answer { info: look_at(&args.file, &args.heights.options())?, file: args.file.clone() };
+    let reach = Reach::trusting(args.trust_scene);
+    let answer = Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() };
     if args.json {
         return tell_json(&answer);
     }
     tell(&answer.text())
 }
 
-fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
+fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<Info> {
     // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
@@ -148,15 +152,15 @@ fn look_at(file: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
     if is_camera_path(&String::from_utf8_lossy(&head)) {
         return camera_path(file);
     }
-    if metadata.len() <= LARGEST_TOML_BYTES
-        && let Ok(text) = std::fs::read_to_string(file)
-        && let Some(info) = scene_or_style(file, &text)?
-    {
-        return Ok(info);
-    }
-    if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-        let is_large = metadata.len() > LARGEST_TOML_BYTES;
-        bail!("{}: is no TOML: it is {}", named(file), if is_large { "too large" } else { "not in UTF-8" });
+    let claims_toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    match read_text(file, LARGEST_SCENE_BYTES) {
+        Ok(text) => {
+            if let Some(info) = scene_or_style(file, &text, reach)? {
+                return Ok(info);
+            }
+        }
+        Err(cause) if claims_toml => bail!("{}: is no TOML: {cause}", named(file)),
+        Err(_) => {}
     }
     // What a pyramid's heights were averaged with cannot be a void any more.
     if !sidecar_path(file).exists() || options.no_data.is_some() {
@@ -212,7 +216,7 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
 }
 
 /// A scene has a `world`, a style a `tone`. None if it is no TOML and does not claim to be.
-fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
+fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Option<Info>> {
     let claims = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     let keys = match toml_text::keys(&file.to_string_lossy(), text) {
         // A text of comments alone is TOML, but hardly meant so.
@@ -223,7 +227,7 @@ fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
     };
     let has = |key: &str| keys.iter().any(|known| known == key);
     if has("world") {
-        return scene(file).map(Some);
+        return scene(file, reach).map(Some);
     }
     if ["tone", "lines", "paper"].into_iter().any(has) {
         let style = styles::read(file)?;
@@ -233,8 +237,9 @@ fn scene_or_style(file: &Path, text: &str) -> anyhow::Result<Option<Info>> {
     bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", named(file));
 }
 
-fn scene(file: &Path) -> anyhow::Result<Info> {
+fn scene(file: &Path, reach: Reach) -> anyhow::Result<Info> {
     let scene = Scene::read(file)?;
+    scene.check_reach(file, reach)?;
     check_files(file, &scene)?;
     let (dem, procedural_seed) = match scene.world {
         World::File(path) => (Some(path.display().to_string()), None),

@@ -7,6 +7,7 @@ mod describe;
 pub mod height_args;
 pub mod info;
 pub mod fly;
+mod inputs;
 pub mod misuse;
 pub mod progress;
 pub mod render;

@@ -13,7 +13,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
-use super::{tell, tell_json};
+use super::{inputs, tell, tell_json};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::message::named;
@@ -25,8 +25,10 @@ use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::picture::aov::{self, Plane};
 use crate::picture::{self, Band, PictureReport, PictureRequest};
+use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
+use crate::scene::reach::Reach;
 use crate::style::Style;
 use crate::surface::view::Pose;
 use crate::tiles::terrain::{Loading, TerrainOptions};
@@ -41,6 +43,9 @@ pub struct RenderArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// Let a scene file name files outside of its folder, and addresses
+    #[arg(long)]
+    pub trust_scene: bool,
     /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
@@ -155,7 +160,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
-    let scene = args.heights.over(world::scene_of(args.world.as_deref())?);
+    let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
+    // Read once: it may be a pipe.
+    let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
+    check_outputs(args, &kind, &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {
@@ -165,7 +173,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         ..TerrainOptions::default()
     };
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
-    let mut job = Job { args, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
+    let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
     let cameras = job.cameras()?;
     job.world.ground_was_read()?;
     if args.json {
@@ -220,8 +228,30 @@ fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> St
     )
 }
 
+/// Whether nothing that is to be written is read.
+fn check_outputs(
+    args: &RenderArgs,
+    kind: &OutputKind,
+    scene: &Scene,
+    style: &Style,
+    flight: Option<&str>,
+) -> anyhow::Result<()> {
+    let inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
+    let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
+    // How many frames there are does not depend on the ground.
+    let path = match (flight, &args.path) {
+        (Some(flight), Some(name)) => CameraPath::parse_on_ground(name, flight.as_bytes(), |_, _| 0.0)?,
+        _ => return Ok(inputs.check(&pattern.path(0))?),
+    };
+    // A rate that makes no sense is refused before the first frame.
+    let frames = path.frame_count(args.fps.clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
+    Ok((0..frames).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
+}
+
 struct Job<'a> {
     args: &'a RenderArgs,
+    /// The text of `--path`.
+    flight: Option<String>,
     style: Style,
     planes: Vec<Plane>,
     gpu: Gpu,
@@ -234,10 +264,10 @@ struct Job<'a> {
 impl Job<'_> {
     /// The cameras of the frames: at least one.
     fn cameras(&self) -> anyhow::Result<Vec<Camera>> {
-        let Some(path) = &self.args.path else {
+        let (Some(name), Some(flight)) = (&self.args.path, &self.flight) else {
             return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
         };
-        let path = CameraPath::read_on_ground(path, |x, y| self.world.ground_m(x, y))?;
+        let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
         let frames = path.frame_count(self.args.fps);
         if frames > MOST_FRAMES {
             bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);

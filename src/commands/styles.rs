@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
@@ -93,8 +92,7 @@ fn list(json: bool) -> anyhow::Result<()> {
 
 /// A style from a file, whatever its name ends with.
 pub(super) fn read(file: &Path) -> anyhow::Result<Style> {
-    let text = std::fs::read_to_string(file).with_context(|| format!("{}: cannot read the style", named(file)))?;
-    let style = Style::parse(&file.to_string_lossy(), &text)?;
+    let style = Style::read(file)?;
     maps::check(&style)?;
     Ok(style)
 }

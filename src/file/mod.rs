@@ -1,8 +1,11 @@
 //! What hachure writes: pictures, channels, lines, films. Every output is written beside its name and then renamed, so
-//! that a stopped run leaves the old file or none.
+//! that a stopped run leaves the old file or none; [`guard`] keeps outputs from replacing inputs. [`input`] reads what is
+//! small enough to be held in memory.
 
 pub mod atomic;
 pub mod exr;
+pub mod guard;
+pub mod input;
 pub mod message;
 pub mod pattern;
 pub mod png;
@@ -42,6 +45,25 @@ pub enum FileError {
         path: PathBuf,
         /// What is wrong with it, and what would be right.
         cause: String,
+    },
+    /// An output that is read by the same command.
+    #[error("{}: is the input {}; hachure does not overwrite what it reads", path.display(), input.display())]
+    IsInput {
+        /// The output as given.
+        path: PathBuf,
+        /// The input, which may have another name.
+        input: PathBuf,
+    },
+    /// An output that the same command would take for one of its inputs the next time.
+    #[error(
+        "{}: lies in {}, all of which is read, and would be an input the next time; name a place outside of it",
+        path.display(), folder.display()
+    )]
+    WouldBeInput {
+        /// The output as given.
+        path: PathBuf,
+        /// Whose files are read.
+        folder: PathBuf,
     },
     /// There is no ffmpeg on this machine.
     #[error(

@@ -1,13 +1,16 @@
 //! PNG, 8 bits per channel, sRGB: written in bands of rows from top to bottom, so that a picture of any size needs
 //! the memory of one band.
 
-use std::fs::File;
 use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::atomic::AtomicFile;
+use super::input::open_regular;
 use super::{FileError, sample_count};
+
+/// Who wrote a picture, as its chunk `Software` says it: a drawing in a folder of heights is none of them.
+const SOFTWARE: &str = "hachure";
 
 /// What a pixel holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +79,8 @@ impl PngWriter {
             PngPixels::Rgba8 => png::ColorType::Rgba,
         });
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mark = format!("{SOFTWARE} {}", env!("CARGO_PKG_VERSION"));
+        encoder.add_text_chunk("Software".to_owned(), mark).map_err(|error| FileError::write(path, error))?;
         // On drawings, Balanced makes half to a third of what Fast makes, and 9 million pixels take 0.1 to 0.7 s. The
         // up filter keeps smooth washes small, and pure lines no larger than any other filter does.
         encoder.set_compression(png::Compression::Balanced);
@@ -150,13 +155,22 @@ impl std::fmt::Debug for Picture {
     }
 }
 
+/// Whether hachure wrote a picture, by what stands before its pixels. What is no PNG it did not write.
+#[must_use]
+pub fn is_drawing(path: &Path) -> bool {
+    let Ok(file) = open_regular(path) else { return false };
+    let reader = png::Decoder::new(BufReader::new(file)).read_info();
+    let texts = reader.as_ref().map(|reader| reader.info().uncompressed_latin1_text.as_slice()).unwrap_or_default();
+    texts.iter().any(|text| text.keyword == "Software" && text.text.starts_with(SOFTWARE))
+}
+
 /// Reads any PNG as RGBA with 8 bits per channel: 16 bits are cut to their upper 8, grey is spread, palettes are
 /// looked up, and pictures without alpha are opaque.
 ///
 /// # Errors
 /// A file that cannot be opened or is no PNG.
 pub fn read_rgba8(path: &Path) -> Result<Picture, FileError> {
-    let file = File::open(path).map_err(|error| FileError::read(path, error))?;
+    let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
     let mut decoder = png::Decoder::new(BufReader::new(file));
     decoder.set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
     let mut reader = decoder.read_info().map_err(|error| FileError::read(path, error))?;

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
+use super::input::open_regular;
+
 /// An open file that is read at given places.
 #[derive(Debug)]
 pub struct RandomAccess {
@@ -17,9 +19,9 @@ impl RandomAccess {
     /// Opens a file for reading.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's; a pipe, device or folder.
     pub fn open(path: &Path) -> io::Result<Self> {
-        File::open(path).map(Self::new)
+        open_regular(path).map(Self::new)
     }
 
     #[cfg(unix)]

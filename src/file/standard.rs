@@ -20,7 +20,7 @@ pub fn tell(text: &str) -> Result<(), FileError> {
     }
 }
 
-/// Writes `text` and a line's end to standard error. There is nobody left to tell that it cannot be written.
+/// Writes `text` and a line's end to standard error. If that fails, there is nowhere left to report it.
 pub fn complain(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

@@ -5,8 +5,6 @@
 //! cannot go wrong, and lines that go on in the next one are whole. What it makes of numbers that are none, and of indices that lead nowhere, is checked here or by it; a panic of it is
 //! one more kind of damage. Vertices are read in f64, because models may lie far from their origin.
 
-use std::fs::File;
-use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -15,6 +13,7 @@ use glam::DVec3;
 use super::build::Soup;
 use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
+use crate::file::input::read_bytes;
 use crate::file::one_line;
 
 /// A longer file is none that could be drawn.
@@ -26,23 +25,7 @@ const LARGEST_BYTES: u64 = 512 << 20;
 /// [`MeshError::Read`].
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     let wrong = |cause: String| MeshError::Read { path: path.to_owned(), cause: one_line(&cause) };
-    let metadata = std::fs::metadata(path).map_err(|error| wrong(error.to_string()))?;
-    // A pipe would wait for ever.
-    if !metadata.is_file() {
-        return Err(wrong("it is no file".to_owned()));
-    }
-    if metadata.len() > LARGEST_BYTES {
-        let mebibytes = |bytes: u64| bytes >> 20;
-        return Err(wrong(format!(
-            "it has {} MiB, and at most {} can be read",
-            mebibytes(metadata.len()),
-            mebibytes(LARGEST_BYTES)
-        )));
-    }
-    let file = File::open(path).map_err(|error| wrong(error.to_string()))?;
-    // It may grow while it is read.
-    let mut text = Vec::new();
-    file.take(LARGEST_BYTES).read_to_end(&mut text).map_err(|error| wrong(error.to_string()))?;
+    let text = read_bytes(path, LARGEST_BYTES).map_err(|error| wrong(error.to_string()))?;
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     parse(name, &text).map_err(wrong)
 }

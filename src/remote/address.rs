@@ -46,6 +46,15 @@ pub fn beside(location: &str, suffix: &str) -> String {
     format!("{}{suffix}{}", &location[..end], &location[end..])
 }
 
+/// An address for messages: without what may be secret in it.
+pub fn name_of(location: &str) -> String {
+    let without_query = location.split(['?', '#']).next().unwrap_or_default();
+    let Some((scheme, rest)) = without_query.split_once("://") else { return without_query.to_owned() };
+    let (authority, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
+    let host = authority.rsplit_once('@').map_or(authority, |(_, host)| host);
+    format!("{scheme}://{host}{path}")
+}
+
 fn scheme(location: &str) -> Option<String> {
     let (scheme, _) = location.split_once("://")?;
     let is_scheme = scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
@@ -164,6 +173,13 @@ mod tests {
         assert_eq!(beside("http://h/a.tif?k=1", ".tiles"), "http://h/a.tif.tiles?k=1");
         assert_eq!(beside("s3://b/a.tif", ".tiles"), "s3://b/a.tif.tiles");
         assert_eq!(beside("/tmp/what?.tif", ".tiles"), "/tmp/what?.tif.tiles");
+    }
+
+    #[test]
+    fn names_hold_no_secrets() {
+        assert_eq!(name_of("https://me:pass@host/a.tif?signature=x"), "https://host/a.tif");
+        assert_eq!(name_of("s3://bucket/a.tif"), "s3://bucket/a.tif");
+        assert_eq!(name_of("http://host"), "http://host");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod earth;
 pub mod path;
+pub mod reach;
 pub mod scene_file;
 
 use std::path::PathBuf;

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::camera::{Camera, FOV_RANGE_DEG};
+use crate::file::input::{LARGEST_PATH_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 
 /// The columns, in order.
@@ -75,7 +76,7 @@ impl CameraPath {
     /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov`; no row; a row that is no camera;
     /// times that do not increase but for jumps; z of both kinds.
     pub fn read(path: &Path) -> Result<Self, PathError> {
-        Self::parse(path, open(path)?)
+        Self::parse(path, Self::read_text(path)?.as_bytes())
     }
 
     /// As [`CameraPath::read`], from a text. `name` stands for the file in messages.
@@ -98,7 +99,7 @@ impl CameraPath {
     /// # Errors
     /// As [`CameraPath::read`], but for the last.
     pub fn read_on_ground(path: &Path, ground_m: impl Fn(f64, f64) -> f64) -> Result<Self, PathError> {
-        Self::parse_on_ground(path, open(path)?, ground_m)
+        Self::parse_on_ground(path, Self::read_text(path)?.as_bytes(), ground_m)
     }
 
     /// As [`CameraPath::read_on_ground`], from a text. `name` stands for the file in messages.
@@ -115,6 +116,14 @@ impl CameraPath {
             row.camera = row.camera.on_ground(&ground_m);
         }
         Ok(Self::through(&rows))
+    }
+
+    /// The text of a file, for whoever parses it twice: it may be a pipe, which can be read once.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is too long, or is no text.
+    pub fn read_text(path: &Path) -> Result<String, PathError> {
+        read_text(path, LARGEST_PATH_BYTES).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
     }
 
     /// A camera that stands still.
@@ -202,10 +211,6 @@ impl CameraPath {
         let step_s = self.duration_s() / count.saturating_sub(1).max(1) as f64;
         (0..count).map(move |frame| self.sample(self.times_s[0] + frame as f64 * step_s))
     }
-}
-
-fn open(path: &Path) -> Result<std::fs::File, PathError> {
-    std::fs::File::open(path).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
 }
 
 /// The rows of a path: the header is right, there is at least one, and the times increase but for jumps.

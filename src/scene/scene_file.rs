@@ -1,4 +1,4 @@
-//! The scene file: TOML, every key optional but the world.
+//! The scene file: TOML, every key optional but the world. [`super::reach`] says what it may name.
 //!
 //! ```toml
 //! vertical_exaggeration = 1.0
@@ -41,6 +41,7 @@ use serde::Deserialize;
 use super::camera::{Camera, LARGEST_COORDINATE_M};
 use super::earth::Earth;
 use super::{Haze, MeshPlacement, Scene, Sun, World};
+use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError};
 use crate::pyramid::continent_store::SMALLEST_SAMPLES;
@@ -61,6 +62,18 @@ pub enum SceneError {
     /// It is not TOML, has a key that scenes do not have, or a value that makes no sense.
     #[error(transparent)]
     Toml(#[from] TomlError),
+    /// A name that leads farther than a scene may by itself: see [`super::reach::Reach`].
+    #[error("{}: {key}: {} {what}; --trust-scene allows it", named(path), named(name))]
+    Outside {
+        /// The file.
+        path: PathBuf,
+        /// The key with its section.
+        key: &'static str,
+        /// What it names, without passwords.
+        name: String,
+        /// Why that is outside.
+        what: &'static str,
+    },
 }
 
 #[derive(Deserialize)]
@@ -181,7 +194,8 @@ impl Scene {
     /// # Errors
     /// A file that cannot be read or is not TOML; unknown keys; no world, or two; values out of range.
     pub fn read(path: &Path) -> Result<Self, SceneError> {
-        let text = std::fs::read_to_string(path).map_err(|cause| SceneError::Open { path: path.to_owned(), cause })?;
+        let text = read_text(path, LARGEST_SCENE_BYTES);
+        let text = text.map_err(|cause| SceneError::Open { path: path.to_owned(), cause })?;
         Self::parse(path, &text)
     }
 

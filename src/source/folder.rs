@@ -6,6 +6,7 @@ use super::format::{self, Format};
 use super::place::{cannot_open, ending};
 use super::side_file::OpenOptions;
 use super::{SourceError, ehdr, hgt, png16, side_file, tile_folder, xyz};
+use crate::file::png::is_drawing;
 
 /// What a path is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +59,8 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     entries.map(|entry| entry.map(|entry| entry.path()).map_err(&failed)).collect()
 }
 
-fn is_member(path: &Path) -> bool {
+/// Whether a file of a folder is one of its height files.
+pub(super) fn is_member(path: &Path) -> bool {
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     // A header whose data has a known ending is found by its data.
     let is_named_by_data = ending(path) == "hdr" && ehdr::partner(path).is_some_and(|data| data.extension().is_some());
@@ -69,6 +71,8 @@ fn is_member(path: &Path) -> bool {
     }
     let options = OpenOptions::default();
     match format::of(path, &options) {
+        // What hachure drew of a folder may lie in it.
+        Ok(Format::Png) if is_drawing(path) => false,
         // Photographs and textures lie beside DEMs; only the pixels tell them from terrain-RGB.
         Ok(Format::Png) => side_file::Said::of(path, &options).and_then(|said| png16::open(path, &said)).is_ok(),
         Ok(Format::ZippedHgt) => !matches!(hgt::open_zip(path), Err(SourceError::UnknownFormat { .. })),

@@ -1,10 +1,10 @@
 //! Hatching of a style: which marks, where they point, and from which darkness on.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::marks::Recipe;
+use super::marks::{self, Recipe};
 use super::{Color, StyleError, within};
 
 /// Layers, at most.
@@ -68,6 +68,14 @@ pub struct Layer {
     /// On slopes from so many degrees to so many.
     #[serde(default = "every_slope")]
     pub slope_deg: [f32; 2],
+}
+
+impl Layer {
+    /// The files that the layer is read from, if the style's lies in `folder`.
+    pub(super) fn files(&self, folder: &Path) -> impl Iterator<Item = PathBuf> {
+        let images = self.recipe.iter().flat_map(|recipe| recipe.images.iter().cloned());
+        marks::file(&self.marks, folder).into_iter().chain(images)
+    }
 }
 
 /// Where marks point.

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::StyleError;
 use crate::file::toml_text;
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 
 /// The recipes that come with the program, by name.
 const RECIPES: &[(&str, &str)] = &[
@@ -120,6 +121,12 @@ pub fn names() -> Vec<&'static str> {
     RECIPES.iter().map(|(name, _)| *name).collect()
 }
 
+/// The file that a name of marks means, from `folder` on; none for those that come with the program.
+pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
+    let is_built_in = RECIPES.iter().any(|(known, _)| *known == name);
+    (!is_built_in).then(|| folder.join(name))
+}
+
 impl Recipe {
     /// One of [`names`], or a file (`.toml`), whose path is taken from `folder`.
     ///
@@ -134,8 +141,8 @@ impl Recipe {
         }
         let path = folder.join(name);
         let shown = path.display().to_string();
-        let text =
-            std::fs::read_to_string(&path).map_err(|source| StyleError::ReadMarks { path: shown.clone(), source })?;
+        let text = read_text(&path, LARGEST_STYLE_BYTES)
+            .map_err(|source| StyleError::ReadMarks { path: shown.clone(), source })?;
         let mut recipe = Self::parse(&shown, &text)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         recipe.images.iter_mut().for_each(|image| *image = beside.join(&*image));

@@ -8,13 +8,13 @@ mod strokes;
 pub mod texture;
 mod tone;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::{did_you_mean, named, shown};
 use crate::file::toml_text::{self, TomlError};
-
 pub use color::Color;
 pub use lines::{Detector, Epsilon, Lines};
 pub use strokes::Strokes;
@@ -142,6 +142,9 @@ pub struct Style {
     /// In the distance.
     #[serde(default)]
     pub haze: Haze,
+    /// All files that it was read from: its own, those of its recipes, and their pictures. A preset has none.
+    #[serde(skip)]
+    pub files: Vec<PathBuf>,
 }
 
 /// The sheet.
@@ -239,9 +242,20 @@ impl Style {
         if path.extension().is_none_or(|extension| extension != "toml") {
             return Err(StyleError::Unknown { name: name.to_owned() });
         }
+        Self::read(path)
+    }
+
+    /// A style from a file, whatever its name ends with.
+    ///
+    /// # Errors
+    /// [`StyleError`].
+    pub fn read(path: &Path) -> Result<Self, StyleError> {
+        let name = path.display().to_string();
         let text =
-            std::fs::read_to_string(path).map_err(|source| StyleError::Read { path: name.to_owned(), source })?;
-        Self::parse(name, &text)
+            read_text(path, LARGEST_STYLE_BYTES).map_err(|source| StyleError::Read { path: name.clone(), source })?;
+        let mut style = Self::parse(&name, &text)?;
+        style.files.push(path.to_owned());
+        Ok(style)
     }
 
     /// A style from its text; `name` is for errors, and a stroke texture that is a file lies beside it.
@@ -255,10 +269,12 @@ impl Style {
         if let Some(hatching) = &mut style.hatching {
             hatching.check().map_err(|cause| misplaced(name, text, &cause))?;
             hatching.complete(folder)?;
+            style.files.extend(hatching.layers.iter().flat_map(|layer| layer.files(folder)));
         }
         if let Some(strokes) = &mut style.strokes {
             let load = |texture: &String| texture::Recipe::load(texture, folder);
             strokes.texture = strokes.texture_name.as_ref().map(load).transpose()?;
+            style.files.extend(strokes.texture_name.as_ref().and_then(|name| texture::file(name, folder)));
         }
         Ok(style)
     }

@@ -1,12 +1,13 @@
 //! Stroke textures: how a tool leaves its ink along a stroke. A recipe is TOML; the tile is grown from it
 //! (`lines/strokes/texture`). Five come with the program, and a style may name a file of its own.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::StyleError;
 use crate::file::toml_text;
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 
 /// The recipes that come with the program, by name.
 const RECIPES: &[(&str, &str)] = &[
@@ -101,6 +102,12 @@ pub fn names() -> Vec<&'static str> {
     RECIPES.iter().map(|(name, _)| *name).collect()
 }
 
+/// The file that a name of a stroke texture means, from `folder` on; none for those that come with the program.
+pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
+    let is_built_in = RECIPES.iter().any(|(known, _)| *known == name);
+    (!is_built_in).then(|| folder.join(name))
+}
+
 impl Recipe {
     /// One of [`names`], or a file (`.toml`), whose path is taken from `folder`.
     ///
@@ -115,8 +122,8 @@ impl Recipe {
         }
         let path = folder.join(name);
         let shown = path.display().to_string();
-        let text =
-            std::fs::read_to_string(&path).map_err(|source| StyleError::ReadTexture { path: shown.clone(), source })?;
+        let text = read_text(&path, LARGEST_STYLE_BYTES)
+            .map_err(|source| StyleError::ReadTexture { path: shown.clone(), source })?;
         Self::parse(&shown, &text)
     }
 

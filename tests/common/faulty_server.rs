@@ -114,6 +114,12 @@ impl Server {
         self.shared.files.lock().unwrap().insert(format!("/{path}"), entry);
     }
 
+    /// Sends whoever asks for `/path` to `location`.
+    pub fn redirect(&self, path: &str, location: &str) {
+        let entry = Entry { bytes: Arc::new(location.as_bytes().to_vec()), etag: String::new() };
+        self.shared.files.lock().unwrap().insert(format!("/{path}"), entry);
+    }
+
     pub fn url(&self, path: &str) -> String {
         format!("http://{}/{path}", self.address)
     }
@@ -255,6 +261,12 @@ fn answer(stream: &mut TcpStream, head: &str, shared: &Shared) -> io::Result<boo
         write!(stream, "HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n")?;
         return Ok(true);
     };
+    // Files have a tag.
+    if etag.is_empty() {
+        let location = String::from_utf8_lossy(&bytes);
+        write!(stream, "HTTP/1.1 302 Found\r\nLocation: {location}\r\nContent-Length: 0\r\n\r\n")?;
+        return Ok(true);
+    }
     let size = bytes.len();
     let span = match range.as_deref().and_then(|range| range.split_once('-')) {
         None => None,

@@ -3,5 +3,10 @@
 
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
 
+#[path = "../common/faulty_server.rs"]
+mod faulty_server;
+mod guard;
 mod place;
+mod reach;
 mod standard_output;
+mod texts;

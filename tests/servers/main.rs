@@ -20,6 +20,7 @@ use hachure::gpu::Gpu;
 use hachure::picture::{self, PictureRequest};
 use hachure::pyramid::{self, BakeOptions, TileStore};
 use hachure::remote::Settings;
+use hachure::scene::reach::Reach;
 use hachure::source::Silent;
 use hachure::style::Style;
 use hachure::tiles::terrain::TerrainOptions;
@@ -64,7 +65,7 @@ type Picture = Vec<[f32; 4]>;
 /// As `render` does it: the picture, or the error in one line.
 fn picture_of(gpu: &Gpu, store: Result<Arc<dyn TileStore>, String>) -> Result<Picture, String> {
     let style = Style::load("plain").unwrap();
-    let mut world = OpenWorld::on_gpu(gpu, scene_of(None).unwrap(), store?, TerrainOptions::default()).unwrap();
+    let mut world = OpenWorld::on_gpu(gpu, scene_of(None, Reach::Beside).unwrap(), store?, TerrainOptions::default()).unwrap();
     let pose = world.pose(&"0,-2500,+300,0,-10,60".parse().unwrap());
     let request = PictureRequest::still(pose, SIZE_PX, &style, world.light());
     let mut picture = Vec::new();

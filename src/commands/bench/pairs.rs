@@ -1,6 +1,14 @@
-//! Which frames of a flight are compared with the next.
+//! Which frames of a flight are looked at more closely, and which are compared with the next.
 
 use std::collections::BTreeSet;
+
+/// What is measured on a frame beside its times.
+#[derive(Clone, Copy)]
+pub(super) struct Checks {
+    pub lod_error: bool,
+    /// Whether this frame and the next are compared.
+    pub begins_pair: bool,
+}
 
 /// Which frames are compared with the next: one in each of as many equal parts of the path, at another place in each
 /// (multiples of the golden ratio), so that no rhythm of a style hides between them.

@@ -10,6 +10,7 @@ use std::path::Path;
 
 use super::TonalArtMap;
 use super::chance::Chance;
+use crate::file::input::open_regular;
 use crate::file::png::read_rgba8;
 use crate::style::StyleError;
 use crate::style::marks::{Recipe, SIDES_PX};
@@ -46,7 +47,7 @@ fn image(path: &Path) -> Result<Image, String> {
         format!("cannot read the picture: {text}")
     };
     // The header first: a damaged one may claim a size that no memory holds.
-    let file = std::fs::File::open(path).map_err(|error| format!("cannot read the picture: {error}"))?;
+    let file = open_regular(path).map_err(|error| format!("cannot read the picture: {error}"))?;
     let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
     let header = decoder.read_header_info().map_err(|error| one_line(&error))?;
     let [width, height] = [header.width, header.height];

@@ -1,0 +1,197 @@
+//! What a command reads, known before it writes anything: an input is never an output.
+//!
+//! Two names mean one file if they lead to the same place, links included, or to the same device and inode (hard links,
+//! names that differ in case only where the file system does not care). On systems without inodes the place alone
+//! counts. Folders that are read whole are on the list too, because a new file in them would be read the next time.
+
+use std::collections::HashMap;
+use std::fs::Metadata;
+use std::path::{Path, PathBuf};
+
+use super::FileError;
+
+/// Says of a path whether it is read.
+pub type IsRead = fn(&Path) -> bool;
+
+/// All files that a command reads.
+#[derive(Debug, Default)]
+pub struct Inputs {
+    files: HashMap<Identity, Vec<Input>>,
+    folders: Vec<Folder>,
+}
+
+/// A way to tell a file from all others. A file may have both.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Identity {
+    /// Without links and dots.
+    Place(PathBuf),
+    /// Device and inode.
+    #[cfg(unix)]
+    Inode(u64, u64),
+}
+
+#[derive(Clone, Debug)]
+struct Input {
+    path: PathBuf,
+    is_read: IsRead,
+}
+
+impl Input {
+    fn is_read(&self) -> bool {
+        (self.is_read)(&self.path)
+    }
+}
+
+#[derive(Debug)]
+struct Folder {
+    path: PathBuf,
+    place: PathBuf,
+    would_be_read: IsRead,
+}
+
+impl Inputs {
+    /// Adds a file. A missing one cannot be lost, and opening it fails soon enough.
+    pub fn add(&mut self, path: &Path) {
+        self.add_if(path, |_| true);
+    }
+
+    /// Adds a file that is read if `is_read` says so, which is asked only when somebody wants to write there.
+    pub fn add_if(&mut self, path: &Path, is_read: IsRead) {
+        for identity in identities(path) {
+            self.files.entry(identity).or_default().push(Input { path: path.to_owned(), is_read });
+        }
+    }
+
+    /// Adds a folder that is read whole: `would_be_read` says of a path relative to it whether a file there would be read
+    /// the next time.
+    pub fn add_folder(&mut self, folder: &Path, would_be_read: IsRead) {
+        if let Ok(place) = folder.canonicalize() {
+            self.folders.push(Folder { path: folder.to_owned(), place, would_be_read });
+        }
+    }
+
+    /// Whether a file may be written.
+    ///
+    /// # Errors
+    /// [`FileError::IsInput`], [`FileError::WouldBeInput`].
+    pub fn check(&self, output: &Path) -> Result<(), FileError> {
+        let mut found = identities(output).filter_map(|identity| self.files.get(&identity)).flatten();
+        if let Some(input) = found.find(|input| input.is_read()) {
+            return Err(FileError::IsInput { path: output.to_owned(), input: input.path.clone() });
+        }
+        if self.folders.is_empty() {
+            return Ok(());
+        }
+        let place = place(output);
+        let is_in = |folder: &&Folder| place.strip_prefix(&folder.place).is_ok_and(folder.would_be_read);
+        match self.folders.iter().find(is_in) {
+            Some(folder) => Err(FileError::WouldBeInput { path: output.to_owned(), folder: folder.path.clone() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether a folder may be emptied and removed: whether nothing in it is read.
+    ///
+    /// # Errors
+    /// [`FileError::IsInput`].
+    pub fn check_folder(&self, folder: &Path) -> Result<(), FileError> {
+        let Ok(inside) = folder.canonicalize() else { return Ok(()) };
+        let is_inside = |identity: &Identity| matches!(identity, Identity::Place(place) if place.starts_with(&inside));
+        let mut inputs = self.files.iter().filter(|(identity, _)| is_inside(identity)).flat_map(|(_, inputs)| inputs);
+        match inputs.find(|input| input.is_read()) {
+            Some(input) => Err(FileError::IsInput { path: folder.to_owned(), input: input.path.clone() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// All that tells what lies at `path`; nothing where nothing does.
+fn identities(path: &Path) -> impl Iterator<Item = Identity> {
+    let metadata = std::fs::metadata(path).ok();
+    let place = metadata.as_ref().and_then(|_| path.canonicalize().ok());
+    metadata.and_then(|metadata| inode(&metadata)).into_iter().chain(place.map(Identity::Place))
+}
+
+#[cfg(unix)]
+fn inode(metadata: &Metadata) -> Option<Identity> {
+    use std::os::unix::fs::MetadataExt;
+    Some(Identity::Inode(metadata.dev(), metadata.ino()))
+}
+
+#[cfg(not(unix))]
+fn inode(_: &Metadata) -> Option<Identity> {
+    None
+}
+
+/// Where a file lies or would lie, without links and dots as far as there is something.
+fn place(path: &Path) -> PathBuf {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let mut rest = Vec::new();
+    let mut there = absolute.as_path();
+    loop {
+        if let Ok(place) = there.canonicalize() {
+            return rest.iter().rev().fold(place, |place, name| place.join(name));
+        }
+        match (there.parent(), there.file_name()) {
+            (Some(parent), Some(name)) => {
+                rest.push(name);
+                there = parent;
+            }
+            _ => return absolute,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::atomic;
+
+    #[test]
+    fn a_file_is_itself_under_every_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        atomic::write(&at("a.tif"), b"heights").unwrap();
+        atomic::write(&at("b.tif"), b"heights").unwrap();
+        std::fs::create_dir(at("sub")).unwrap();
+        let mut inputs = Inputs::default();
+        // One way of reading a file does not read it, another does.
+        inputs.add_if(&at("a.tif"), |_| false);
+        assert_eq!(inputs.check(&at("a.tif")), Ok(()));
+        inputs.add(&at("a.tif"));
+        inputs.add(&at("nowhere.tif"));
+        let mut same = vec![at("a.tif"), at("sub/../a.tif"), at("./a.tif")];
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(at("a.tif"), at("link.tif")).unwrap();
+            std::os::unix::fs::symlink(folder.path(), at("sub/up")).unwrap();
+            std::fs::hard_link(at("a.tif"), at("hard.tif")).unwrap();
+            same.extend([at("link.tif"), at("sub/up/a.tif"), at("hard.tif")]);
+        }
+        for path in same {
+            assert!(matches!(inputs.check(&path), Err(FileError::IsInput { .. })), "{}", path.display());
+        }
+        for name in ["b.tif", "c.tif", "nowhere.tif", "no/folder/a.tif"] {
+            assert_eq!(inputs.check(&at(name)), Ok(()), "{name}");
+        }
+        assert!(inputs.check_folder(folder.path()).is_err());
+        assert_eq!(inputs.check_folder(&at("sub")), Ok(()));
+        assert_eq!(inputs.check_folder(&at("nowhere")), Ok(()));
+    }
+
+    #[test]
+    fn what_a_folder_would_take_in_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("tiles")).unwrap();
+        let mut inputs = Inputs::default();
+        inputs.add_folder(&at("tiles"), |path| path.extension().is_some_and(|ending| ending == "tif"));
+        atomic::write(&at("tiles/a.tif"), b"").unwrap();
+        for name in ["tiles/new.tif", "tiles/new/x.tif", "tiles/../tiles/a.tif"] {
+            assert!(matches!(inputs.check(&at(name)), Err(FileError::WouldBeInput { .. })), "{name}");
+        }
+        for name in ["new.tif", "tiles/new.png", "tiles.tif", "tiles/../new.tif"] {
+            assert_eq!(inputs.check(&at(name)), Ok(()), "{name}");
+        }
+    }
+}

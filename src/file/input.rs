@@ -1,0 +1,132 @@
+//! Inputs that are read whole into memory: styles, scenes, recipes, camera paths, models.
+//!
+//! Only regular files are opened, because opening a named pipe may block for ever and a device may have no end. A pipe
+//! that the shell has already opened for the program (`/dev/stdin`, or `/dev/fd/63` from `--path <(…)`) is read as well,
+//! because it ends when its writer does. Every kind of input has a largest size, at which reading stops.
+
+use std::fs::{File, FileType, Metadata};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// A style, or a recipe of marks or strokes: the presets have 2 KiB.
+pub const LARGEST_STYLE_BYTES: u64 = 1 << 20;
+/// A scene: 65,536 meshes of some 150 bytes each.
+pub const LARGEST_SCENE_BYTES: u64 = 16 << 20;
+/// A camera path: about two hours with a row for every frame. Its rows take some 10 times as much memory.
+pub const LARGEST_PATH_BYTES: u64 = 16 << 20;
+
+/// Opens a regular file for reading.
+///
+/// # Errors
+/// The system's; a folder, named pipe, device or socket, which is told by that name.
+pub fn open_regular(path: &Path) -> Result<File> {
+    // This comes before opening, which blocks on a named pipe until somebody writes to it.
+    let metadata = std::fs::metadata(path)?;
+    if !metadata.is_file() {
+        return Err(Error::new(ErrorKind::InvalidInput, format!("it is {}, not a file", kind(metadata.file_type()))));
+    }
+    File::open(path)
+}
+
+/// The bytes of a regular file, or of a pipe that the shell has opened, if there are no more than `most_bytes`.
+///
+/// # Errors
+/// As [`open_regular`]; more bytes than that.
+pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
+    let metadata = std::fs::metadata(path)?;
+    let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
+    if metadata.len() > most_bytes {
+        let cause = format!("it has {}, and at most {} can be read", told(metadata.len()), told(most_bytes));
+        return Err(Error::new(ErrorKind::FileTooLarge, cause));
+    }
+    // It may grow while it is read, and some files of the system do not say how long they are.
+    let mut bytes = Vec::new();
+    file.take(most_bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most_bytes {
+        let cause = format!("it has more than {}, which is the most that can be read", told(most_bytes));
+        return Err(Error::new(ErrorKind::FileTooLarge, cause));
+    }
+    Ok(bytes)
+}
+
+/// The same as a text.
+///
+/// # Errors
+/// As [`read_bytes`]; bytes that are no UTF-8.
+pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
+    String::from_utf8(read_bytes(path, most_bytes)?).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+        Error::new(ErrorKind::InvalidData, format!("it is not UTF-8 text (line {line})"))
+    })
+}
+
+/// What a path is that is no regular file, with its article.
+fn kind(file_type: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if file_type.is_fifo() {
+            return "a named pipe";
+        }
+        if file_type.is_socket() {
+            return "a socket";
+        }
+        if file_type.is_char_device() || file_type.is_block_device() {
+            return "a device";
+        }
+    }
+    if file_type.is_dir() { "a folder" } else { "something else" }
+}
+
+/// Whether this is one of the program's own open files, and a pipe.
+#[cfg(unix)]
+fn is_open_pipe(path: &Path, metadata: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    let is_own = path == Path::new("/dev/stdin") || path.starts_with("/dev/fd") || path.starts_with("/proc/self/fd");
+    is_own && metadata.file_type().is_fifo()
+}
+
+#[cfg(not(unix))]
+fn is_open_pipe(_: &Path, _: &Metadata) -> bool {
+    false
+}
+
+/// A size for people.
+fn told(bytes: u64) -> String {
+    match bytes {
+        0..1024 => format!("{bytes} bytes"),
+        1024..1_048_576 => format!("{} KiB", bytes.div_ceil(1 << 10)),
+        _ => format!("{} MiB", bytes.div_ceil(1 << 20)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_and_texts_are_looked_at() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x.toml");
+        super::super::atomic::write(&path, b"a = 1\nb = \"\xff\"\n").unwrap();
+        assert_eq!(read_bytes(&path, 14).unwrap().len(), 14);
+        assert_eq!(read_text(&path, 14).unwrap_err().to_string(), "it is not UTF-8 text (line 2)");
+        let error = read_bytes(&path, 13).unwrap_err();
+        assert_eq!(error.to_string(), "it has 14 bytes, and at most 13 bytes can be read");
+        let error = read_bytes(folder.path(), 13).unwrap_err();
+        assert_eq!(error.to_string(), "it is a folder, not a file");
+        assert_eq!(read_text(&folder.path().join("y"), 1).unwrap_err().kind(), ErrorKind::NotFound);
+        assert_eq!([told(3), told(1 << 14), told((16 << 20) + 1)], ["3 bytes", "16 KiB", "17 MiB"]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn files_without_a_length_end_at_the_limit() {
+        // The kernel's own files say that they have 0 bytes.
+        let path = Path::new("/proc/self/maps");
+        let error = read_bytes(path, 100).unwrap_err();
+        assert_eq!(error.to_string(), "it has more than 100 bytes, which is the most that can be read");
+        assert!(read_bytes(path, 1 << 24).unwrap().len() > 100);
+    }
+}

@@ -1,0 +1,96 @@
+//! The files of this machine that opening a path reads, for whoever is about to write.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::ehdr::DATA_ENDINGS;
+use super::folder::{self, Kind, kind_of};
+use super::tile_folder;
+use crate::file::guard::Inputs;
+
+/// Endings of files that belong to a raster: after its whole name, or instead of its ending.
+const SIDE_ENDINGS: [&str; 19] = [
+    "hdr", "prj", "toml", "tiles", "tfw", "tifw", "wld", "pgw", "pngw", "blw", "bpw", "aux.xml", "aux", "ovr", "msk",
+    "stx", "clr", "qpj", "vrt",
+];
+
+/// Adds a height file with what lies beside it, a folder of them, or a folder of tiles.
+pub fn add_inputs(path: &Path, inputs: &mut Inputs) {
+    match kind_of(path) {
+        Kind::File => files_of(path).iter().for_each(|file| inputs.add(file)),
+        Kind::TileFolder => add_tiles(path, inputs),
+        Kind::Folder => {
+            inputs.add_folder(path, |inside| inside.components().count() <= 2 && is_geotiff(inside));
+            for entry in entries(path) {
+                if !entry.is_dir() {
+                    inputs.add_if(&entry, is_read_in_folder);
+                } else if tile_folder::is_tile_folder(&entry) {
+                    add_tiles(&entry, inputs);
+                } else {
+                    entries(&entry).iter().for_each(|entry| inputs.add_if(entry, is_read_in_folder));
+                }
+            }
+        }
+    }
+}
+
+/// A height file and all that lies beside it and may say something about it.
+#[must_use]
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let mut endings = SIDE_ENDINGS.to_vec();
+    if has_ending(path, "hdr") {
+        // Of a header the data is what is read.
+        endings.extend(DATA_ENDINGS);
+        endings.push("");
+    }
+    let mut files = vec![path.to_owned()];
+    for ending in endings {
+        for ending in [ending.to_owned(), ending.to_ascii_uppercase()] {
+            let mut appended = path.as_os_str().to_owned();
+            appended.push(".");
+            appended.push(&ending);
+            files.extend([PathBuf::from(appended), path.with_extension(&ending)]);
+        }
+    }
+    files.retain(|file| file.is_file());
+    files.sort();
+    files.dedup();
+    files
+}
+
+/// A folder of tiles may have millions, so they are known by their place.
+fn add_tiles(folder: &Path, inputs: &mut Inputs) {
+    inputs.add_folder(folder, |inside| {
+        let is_number = |name: &OsStr| name.to_str().is_some_and(|name| name.parse::<u32>().is_ok());
+        let names: Vec<&OsStr> = inside.iter().collect();
+        match names[..] {
+            [zoom, column, _] => {
+                is_number(zoom)
+                    && is_number(column)
+                    && has_ending(inside, "png")
+                    && inside.file_stem().is_some_and(is_number)
+            }
+            _ => false,
+        }
+    });
+    files_of(folder).iter().for_each(|file| inputs.add(file));
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    // A folder that cannot be read fails when it is opened.
+    std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+}
+
+fn is_read_in_folder(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let is_side_file = |ending: &&str| name.strip_suffix(*ending).is_some_and(|stem| stem.ends_with('.'));
+    SIDE_ENDINGS.iter().any(is_side_file) || folder::is_member(path)
+}
+
+fn is_geotiff(path: &Path) -> bool {
+    has_ending(path, "tif") || has_ending(path, "tiff")
+}
+
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|it| it.eq_ignore_ascii_case(ending))
+}
