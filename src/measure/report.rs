@@ -167,7 +167,8 @@ impl Run {
         let punctual = frames.iter().filter(|frame| frame.late != Some(true) && frame.over_budget != Some(true));
         let lod_error_px = Percentiles::of(punctual.filter_map(|frame| frame.lod_error_px));
         let prepare_ms = Percentiles::of(frames.iter().filter_map(|frame| frame.prepare_ms));
-        let percentiles = |values: Option<Percentiles>| values.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max });
+        let percentiles =
+            |values: Option<Percentiles>| values.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max });
         let allowed_error_px = Percentiles::of(frames.iter().filter_map(|frame| frame.allowed_error_px));
         let over_budget: Vec<bool> = frames.iter().filter_map(|frame| frame.over_budget).collect();
         let over_budget_frames =

@@ -99,15 +99,10 @@ pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError
     let passes = pass_names(runs.iter().flat_map(|run| &run.frames));
     let mut table = csv::Writer::from_writer(Vec::new());
     let fixed = ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];
-    let header = fixed.into_iter().chain([
-        "tiles_loaded",
-        "late",
-        "prepare_ms",
-        "jumped",
-        "wall_s",
-        "allowed_error_px",
-        "over_budget",
-    ]).map(str::to_owned);
+    let header = fixed
+        .into_iter()
+        .chain(["tiles_loaded", "late", "prepare_ms", "jumped", "wall_s", "allowed_error_px", "over_budget"])
+        .map(str::to_owned);
     let header = header.chain(passes.iter().map(|pass| format!("gpu_ms.{pass}")));
     let failed = |error: csv::Error| FileError::write(path, error);
     table.write_record(header).map_err(failed)?;

@@ -70,7 +70,8 @@ impl Found {
         let line = |(mark, count): (&f32, u64)| {
             let share = count as f64 / self.samples as f64;
             let (count, name) = ((share * samples as f64).round(), path.display());
-            let (are, makes) = if count == 1.0 { ("sample is", "makes it a void") } else { ("samples are", "makes them voids") };
+            let (are, makes) =
+                if count == 1.0 { ("sample is", "makes it a void") } else { ("samples are", "makes them voids") };
             let percent = share * 100.0;
             let percent = if percent < 0.1 { "less than 0.1 %".to_owned() } else { format!("{percent:.1} %") };
             format!("{name}: {count} {are} {mark} m ({percent}), which is usually no data; --nodata {mark} {makes}")

@@ -73,12 +73,7 @@ impl Budget {
     /// Finds the factor for a frame after one with the factor `before`, and what `choose` makes of it: that tries a
     /// factor with a number of patches, and gives none where they do not suffice. With a factor that is large enough
     /// they always do.
-    pub fn find<T>(
-        &self,
-        search: Search,
-        before: f64,
-        mut choose: impl FnMut(f64, usize) -> Option<T>,
-    ) -> (T, f64) {
+    pub fn find<T>(&self, search: Search, before: f64, mut choose: impl FnMut(f64, usize) -> Option<T>) -> (T, f64) {
         let mut tries = vec![(self.least, self.most)];
         if let Search::GoOn { step_s } = search {
             let octaves = (OCTAVES_PER_S * step_s).clamp(STEP_OCTAVES[0], STEP_OCTAVES[1]).exp2();
