@@ -91,7 +91,7 @@ pub enum PyramidError {
     },
     /// The folder of cached pyramids cannot be written.
     #[error(
-        "{}: the cache cannot be written: {}; HACHURE_CACHE names another folder, and what `hachure bake` makes needs none",
+        "{}: the cache cannot be written: {}; HACHURE_CACHE names another folder",
         named(folder), chain(source.as_ref())
     )]
     Cache {

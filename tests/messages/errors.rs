@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use hachure::file::message::chain;
 use hachure::mesh::MeshError;
-use hachure::pyramid::{PyramidError, TileAddress};
+use hachure::pyramid::PyramidError;
 use hachure::remote::RemoteError;
 use hachure::scene::path::PathError;
 use hachure::scene::scene_file::SceneError;
@@ -55,11 +55,6 @@ fn errors_tell_their_causes_once() {
         Box::new(PyramidError::Encode { path: path(), source: boxed() }),
         Box::new(PyramidError::Decode { path: path(), source: boxed() }),
         Box::new(PyramidError::Cache { folder: path(), source: boxed() }),
-        Box::new(PyramidError::Sent {
-            path: path(),
-            address: TileAddress { level: 1, x: 2, y: 3 },
-            source: Box::new(PyramidError::Decode { path: path(), source: boxed() }),
-        }),
         Box::new(PyramidError::from(remote())),
         Box::new(PyramidError::Unread { source: open() }),
         Box::new(PyramidError::from(open())),
