@@ -22,7 +22,7 @@ pub enum Transport {
     /// A file on this machine.
     File(File),
     /// A web server.
-    Http { client: Client, request: reqwest::Request },
+    Http { client: Client, request: Box<reqwest::Request> },
     /// A bucket.
     Bucket(Object),
 }
@@ -59,7 +59,7 @@ impl Transport {
             },
             Place::Http { url, login } => {
                 let client = Client::new(address, settings)?;
-                let request = client.request(url, login.as_deref())?;
+                let request = Box::new(client.request(url, login.as_deref())?);
                 Ok(Self::Http { client, request })
             }
             Place::S3 { bucket, key } => Object::new(address, bucket, key, settings).map(Self::Bucket),
