@@ -87,7 +87,7 @@ fn read_header(path: &Path, words: &mut Words) -> Result<Header, SourceError> {
         let value = words.number(&format!("{keyword} in its header"))?;
         let count = || {
             let is_count = value >= 1.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0;
-            is_count.then_some(value as u32).ok_or_else(|| inconsistent(path, format!("its {keyword} is {value}")))
+            is_count.then_some(value as u32).ok_or_else(|| inconsistent(path, format!("its {keyword} is {value:?}")))
         };
         match keyword.as_str() {
             "ncols" | "cols:" => header.columns = Some(count()?),

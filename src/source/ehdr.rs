@@ -47,7 +47,7 @@ impl<'a> Fields<'a> {
         // 2^53: what an f64 counts exactly.
         match number.fract() == 0.0 && (0.0..9.0e15).contains(&number) {
             true => Ok(Some(number as u64)),
-            false => Err(inconsistent(self.path, format!("its {} is {number}", names[0]))),
+            false => Err(inconsistent(self.path, format!("its {} is {number:?}", names[0]))),
         }
     }
 }

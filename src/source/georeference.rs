@@ -43,6 +43,11 @@ pub enum Crs {
     },
 }
 
+/// Degrees for people, also where a damaged file has hundreds of digits of them.
+fn degrees(degrees: f64) -> String {
+    if degrees.abs() < 1e6 { format!("{degrees:.6}") } else { format!("{degrees:e}") }
+}
+
 /// Why a grid has no usable place on the earth.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -60,7 +65,7 @@ pub enum GeoreferenceError {
     #[error("its pixel size is zero or not finite")]
     PixelSize,
     /// Units or axes that cannot be.
-    #[error("its {what} is {value}")]
+    #[error("its {what} is {value:?}")]
     Impossible {
         /// Which number.
         what: &'static str,
@@ -68,7 +73,7 @@ pub enum GeoreferenceError {
         value: f64,
     },
     /// The grid reaches beyond a pole.
-    #[error("its latitudes run from {south_degrees:.6}° to {north_degrees:.6}°, beyond ±90°")]
+    #[error("its latitudes run from {}° to {}°, beyond ±90°", degrees(*south_degrees), degrees(*north_degrees))]
     BeyondPole {
         /// Of the southernmost sample.
         south_degrees: f64,

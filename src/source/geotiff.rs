@@ -19,6 +19,7 @@ use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_da
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
 use super::tiff_side_files::SideFiles;
 use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
+use crate::file::one_line;
 
 const TAG_PIXEL_SCALE: u16 = 33550;
 const TAG_TIE_POINTS: u16 = 33922;
@@ -28,6 +29,9 @@ const TAG_GEO_DOUBLES: u16 = 34736;
 const TAG_GEO_ASCII: u16 = 34737;
 const TAG_GDAL_METADATA: u16 = 42112;
 const TAG_GDAL_NODATA: u16 = 42113;
+
+/// Longer words of a decoder are cut.
+const MAX_DECODER_CHARS: usize = 140;
 
 /// Decoded strips and tiles that are kept: for windows that do not begin and end where a block does.
 const CACHE_BYTES: usize = 32 << 20;
@@ -233,7 +237,16 @@ pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
         TiffError::UnsupportedPredictor(code) => {
             SourceError::Unsupported { path: path.into(), what: format!("predictor {code} for this sample type") }
         }
-        source => SourceError::Damaged { path: path.into(), source },
+        // Whether the bytes could not be had is asked of the error later.
+        source @ TiffError::Io(..) => SourceError::Damaged { path: path.into(), source },
+        source => {
+            let words = source.to_string();
+            match words.chars().count() > MAX_DECODER_CHARS {
+                // The decoders' own words are no sentences that a line has room for.
+                true => inconsistent(path, one_line(&words)),
+                false => SourceError::Damaged { path: path.into(), source },
+            }
+        }
     }
 }
 

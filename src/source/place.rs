@@ -77,14 +77,24 @@ pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Resul
     Err(inconsistent(path, format!("a window of it lies outside of its {}×{} samples", size[0], size[1])))
 }
 
+/// A cause is no longer: it may repeat words of the file, and an error is a short line.
+const MAX_CAUSE_CHARS: usize = 140;
+
+fn cut(cause: String) -> String {
+    match cause.char_indices().nth(MAX_CAUSE_CHARS) {
+        Some((end, _)) => format!("{}…", &cause[..end]),
+        None => cause,
+    }
+}
+
 /// The file contradicts itself.
 pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {
-    SourceError::Inconsistent { path: path.into(), what: what.into() }
+    SourceError::Inconsistent { path: path.into(), what: cut(what.into()) }
 }
 
 /// The file does not say all that is needed.
 pub(super) fn unclear(path: &Path, why: impl Into<String>) -> SourceError {
-    SourceError::Unclear { path: path.into(), why: why.into() }
+    SourceError::Unclear { path: path.into(), why: cut(why.into()) }
 }
 
 /// The file system says no.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::SourceError;
 use super::flat::{Description, FlatReader, Strides};
-use super::place::{self, cannot_open, unclear};
+use super::place::{self, cannot_open};
 use super::samples::{Meaning, SampleType};
 use super::side_file::Said;
 
@@ -50,7 +50,8 @@ fn square(path: &Path, bytes: u64) -> Result<[u32; 2], SourceError> {
         }
         _ => {
             let name = path.display();
-            Err(unclear(path, format!("its size is unknown, and its {bytes} bytes are no square: see {name}.toml")))
+            let why = format!("its size is unknown, and its {bytes} bytes are no square: see {name}.toml");
+            Err(SourceError::Unclear { path: path.into(), why })
         }
     }
 }

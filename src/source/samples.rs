@@ -20,7 +20,7 @@ pub(super) enum SampleType {
 
 /// No height in metres is larger than this: the highest relief in the solar system is under 30 km. What is larger is
 /// a mark for no-data that the file does not declare (-3.4e38, 1e20, -2147483648 …).
-const MAX_HEIGHT_M: f64 = 1e6;
+pub(super) const MAX_HEIGHT_M: f64 = 1e6;
 
 /// What the samples of one band mean.
 #[derive(Clone, Debug, PartialEq)]

@@ -15,6 +15,7 @@ use super::memory;
 use super::picture::{self, Picture};
 use super::place::{check_window, unclear};
 use super::reader::{HeightReader, Window};
+use super::samples::MAX_HEIGHT_M;
 use super::side_file::{Encoding, Said};
 
 /// From below the deepest trench to above the highest mountain, metres.
@@ -46,7 +47,11 @@ impl Packing {
         match self.encoding {
             _ if is_void => f32::NAN,
             Encoding::Terrarium => (red * 256.0 + green + blue / 256.0 - 32_768.0) as f32,
-            Encoding::Mapbox => ((red * 65_536.0 + green * 256.0 + blue) * self.interval_m - 10_000.0) as f32,
+            Encoding::Mapbox => {
+                let height_m = (red * 65_536.0 + green * 256.0 + blue) * self.interval_m - 10_000.0;
+                // A height as everywhere else, whatever the interval is said to be.
+                if height_m.abs() <= MAX_HEIGHT_M { height_m as f32 } else { f32::NAN }
+            }
         }
     }
 
@@ -77,8 +82,8 @@ impl Packing {
         Err(unclear(
             path,
             format!(
-                "holds a colour picture, not heights, for all that its colours prove; if it is terrain-RGB, say so: \
-                 --encoding {which}, or encoding in {side_file}.toml"
+                "holds a colour picture, not heights; if it is terrain-RGB, give --encoding {which} (or encoding in \
+                 {side_file}.toml)"
             ),
         ))
     }

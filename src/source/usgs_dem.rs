@@ -90,7 +90,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     if length > MAX_BYTES {
         return Err(place::unclear(path, "is too long to be read at once; convert it to GeoTIFF (gdal_translate)"));
     }
-    let mut bytes = memory::room(path, [0; 2], length)?;
+    let mut bytes = memory::room(path, [(length / 6) as u32, 1], length)?;
     File::open(path).and_then(|file| file.take(length).read_to_end(&mut bytes)).map_err(cannot_open(path))?;
     let header = read_header(path, &bytes)?;
     place::check_size(path, header.size)?;

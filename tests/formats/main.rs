@@ -3,7 +3,6 @@
 
 mod colours;
 mod compare;
-mod damage;
 mod dem;
 mod folders;
 mod gdal;

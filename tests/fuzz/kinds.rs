@@ -11,13 +11,13 @@ use hachure::mesh::obj;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake, open_local_cog};
 use hachure::scene::Scene;
 use hachure::scene::path::CameraPath;
-use hachure::source::{self, HeightReader, Silent, Window};
+use hachure::source::{self, Silent, Window};
 use hachure::style::{self, Style};
 use ndarray::Array2;
 
 use super::dem::Dem;
 use super::seeds::Seed;
-use super::{world, write};
+use super::{sparse, world, write};
 
 /// See the head of the file.
 pub struct Kind {
@@ -37,20 +37,21 @@ const fn heights(name: &'static str, seeds: fn(&Path) -> Vec<Seed>) -> Kind {
 
 pub const KINDS: &[Kind] = &[
     heights("geotiff", geotiffs),
+    heights("real-geotiff", real_geotiffs),
     Kind { name: "cog", open: fly_over, seeds: cogs, arguments: INFO },
     heights("hgt", |home| one(home, "N46E008.hgt", |path| write::hgt(path, &Dem::new(1201, 1201, 1)))),
     heights("hgt-zip", |home| one(home, "h.zip", |path| write::hgt_zip(path, "N46E008.hgt", &Dem::new(1201, 1201, 1)))),
     heights("dted", |home| {
-        let whole = one(home, "whole.dt0", |path| drop(write::dted(path, &small(), 50)));
-        whole.into_iter().chain(one(home, "short.dt0", |path| drop(write::dted(path, &small(), 47)))).collect()
+        let whole = one(home, "whole.dt0", |path| _ = write::dted(path, &small(), 50));
+        whole.into_iter().chain(one(home, "short.dt0", |path| _ = write::dted(path, &small(), 47))).collect()
     }),
     heights("ehdr", |home| {
-        let bil = one(home, "d.bil", |path| drop(write::ehdr(path, &small(), "M")));
-        bil.into_iter().chain(one(home, "e.flt", |path| drop(write::grid_float(path, &small())))).collect()
+        let bil = one(home, "d.bil", |path| _ = write::ehdr(path, &small(), "M"));
+        bil.into_iter().chain(one(home, "e.flt", |path| _ = write::grid_float(path, &small()))).collect()
     }),
     heights("envi", |home| {
         let of = |name: &str, interleave: &'static str| {
-            one(home, name, move |path| drop(write::envi(path, &small(), interleave)))
+            one(home, name, move |path| _ = write::envi(path, &small(), interleave))
         };
         [of("a.img", "bip"), of("b.img", "bil"), of("c.img", "bsq")].into_iter().flatten().collect()
     }),
@@ -61,12 +62,12 @@ pub const KINDS: &[Kind] = &[
         };
         one(home, "a.asc", esri)
             .into_iter()
-            .chain(one(home, "b.txt", |path| drop(write::grass(path, &small()))))
+            .chain(one(home, "b.txt", |path| _ = write::grass(path, &small())))
             .collect()
     }),
     heights("usgs-dem", |home| {
-        let plain = one(home, "a.dem", |path| drop(write::usgs_dem(path, &small(), false)));
-        plain.into_iter().chain(one(home, "b.dem", |path| drop(write::usgs_dem(path, &small(), true)))).collect()
+        let plain = one(home, "a.dem", |path| _ = write::usgs_dem(path, &small(), false));
+        plain.into_iter().chain(one(home, "b.dem", |path| _ = write::usgs_dem(path, &small(), true))).collect()
     }),
     heights("xyz", |home| {
         one(home, "p.xyz", |path| {
@@ -200,25 +201,38 @@ fn geotiffs(home: &Path) -> Vec<Seed> {
         float("zstd.tif", new().compression(Compression::Zstd).predictor(Predictor::FloatingPoint)),
         whole("plain.tif", new().compression(Compression::None)),
         whole("lzw.tif", new().compression(Compression::Lzw).predictor(Predictor::Horizontal)),
-        whole("packbits.tif", new().tile_size(32, 32).compression(Compression::PackBits)),
+        whole("wide.tif", new().tile_size(64, 32).compression(Compression::Lzw)),
         whole("big.tif", new().tile_size(16, 16).compression(Compression::Deflate).tiff_variant(TiffVariant::BigTiff)),
-        sparse(home),
+        one(home, "sparse.tif", |path| sparse::write(path, 4096)),
     ];
     seeds.into_iter().flatten().collect()
 }
 
-/// 4000 × 4000 samples in tiles of 512, all but two of which are left out.
-fn sparse(home: &Path) -> Vec<Seed> {
-    one(home, "sparse.tif", |path| {
-        let builder = GeoTiffBuilder::new(4000, 4000).tile_size(512, 512).sparse(true).nodata("-9999");
-        let builder = builder.pixel_scale(3.0, 3.0).origin(0.0, 0.0).compression(Compression::Deflate);
-        let mut writer = builder.tile_writer_file::<f32, _>(path).unwrap();
-        let tile = Array2::from_shape_fn((512, 512), |(row, column)| ((row / 16) * (column / 16)) as f32);
-        for at in [0, 1024] {
-            writer.write_tile(at, at, &tile.view()).unwrap();
-        }
-        writer.finish().unwrap();
-    })
+/// Every encoding and every oddity of GDAL's, where the real data is.
+fn real_geotiffs(home: &Path) -> Vec<Seed> {
+    let data = std::env::var_os("HACHURE_TEST_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
+    if !data.join("dem_odd").is_dir() {
+        println!("skipped: no real data at {}", data.display());
+        return Vec::new();
+    }
+    let mut files = Vec::new();
+    let mut folders = vec![data.join("dem_odd"), data.join("dem/encodings_rainier")];
+    while let Some(folder) = folders.pop() {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let (inner, found): (Vec<_>, Vec<_>) = entries.partition(|path| path.is_dir());
+        folders.extend(inner);
+        files.extend(found);
+    }
+    files.sort();
+    let seed = |(number, file): (usize, PathBuf)| {
+        let bytes = std::fs::read(&file).unwrap();
+        let is_tiff = bytes.starts_with(b"II") || bytes.starts_with(b"MM");
+        // What is refused as it is would be refused again.
+        let is_wanted = is_tiff && bytes.len() < 400_000 && read_heights(&file).is_ok();
+        is_wanted.then(|| one(home, &format!("{number}.tif"), |path| std::fs::write(path, bytes).unwrap()))
+    };
+    files.into_iter().enumerate().filter_map(seed).flatten().collect()
 }
 
 fn cogs(home: &Path) -> Vec<Seed> {

@@ -7,9 +7,11 @@
 //! - `HACHURE_FUZZ_CASES`: cases of each kind (100)
 //! - `HACHURE_FUZZ_FIRST`: number of the first case (0)
 //! - `HACHURE_FUZZ_SEED`: another seed gives other cases (1)
+//! - `HACHURE_FUZZ_TELL`: prints what came of each case
 //! - `HACHURE_FUZZ_KIND`: this kind alone, or several separated by commas
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
+mod bounded;
 #[allow(dead_code, reason = "the other tests of the formats use more of it")]
 #[path = "../formats/dem.rs"]
 mod dem;
@@ -20,6 +22,7 @@ mod planted;
 mod program;
 mod rule;
 mod seeds;
+mod sparse;
 mod watch;
 #[path = "../pyramid/world.rs"]
 mod world;
@@ -57,6 +60,9 @@ fn mutated_inputs_are_read_or_refused() {
         let start = Instant::now();
         let home = folder.path().join(kind.name);
         let seeds: Vec<Seed> = (kind.seeds)(&home);
+        if seeds.is_empty() {
+            continue;
+        }
         for seed in &seeds {
             seed.restore();
             let case = watch.run(kind, seed);
@@ -76,6 +82,9 @@ fn mutated_inputs_are_read_or_refused() {
                 case.what = program::fault(kind, seed);
             }
             refused += u64::from(case.refusal.is_some());
+            if std::env::var_os("HACHURE_FUZZ_TELL").is_some() {
+                println!("{number}: {}", case.refusal.as_deref().unwrap_or("read"));
+            }
             peak_bytes = peak_bytes.max(case.peak_bytes.unwrap_or(0));
             if let Some(what) = case.what {
                 let kept = seed.keep(kind.name, run_seed, number);

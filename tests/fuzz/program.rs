@@ -24,9 +24,12 @@ pub fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
     let error = String::from_utf8_lossy(&output.stderr);
     // Warnings may come before the line that says why it failed.
     let last = error.trim_end_matches('\n').rsplit('\n').next().unwrap_or_default();
-    let is_noisy = error.contains("panicked") || error.chars().any(|c| c.is_control() && c != '\n');
+    let is_foreign = |c: char| c.is_control() && c != '\n';
+    let is_noisy = error.contains("panicked") || error.chars().any(is_foreign);
+    let told = String::from_utf8_lossy(&output.stdout);
     match (output.status.code(), last.strip_prefix("hachure: ")) {
         _ if is_noisy => Some(format!("hachure {arguments:?} says {error:?}")),
+        (Some(0), _) if told.chars().any(is_foreign) => Some(format!("hachure {arguments:?} tells {told:?}")),
         (Some(0), _) => None,
         (Some(1), Some(line)) => rule::fault(kind.name, seed, line),
         (status, _) => Some(format!("hachure {arguments:?} ends with {status:?} and says {error:?}")),

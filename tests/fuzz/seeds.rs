@@ -36,7 +36,10 @@ impl Seed {
     }
 
     pub fn entry(&self) -> PathBuf {
-        self.folder.join(&self.entry)
+        match self.entry.as_str() {
+            "" => self.folder.clone(),
+            name => self.folder.join(name),
+        }
     }
 
     /// Any of these in a message names the file.

@@ -1,0 +1,123 @@
+//! Rasters of any size are described in bounded memory, and memory that cannot be had is an error of one line.
+//!
+//! Memory belongs to a process, so each measurement runs in one of its own: this test again, with a file to look at.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+use hachure::source::{self, Silent, Window};
+
+use super::{memory, sparse};
+
+const FILE: &str = "HACHURE_FUZZ_MEASURED_FILE";
+const HOW: &str = "HACHURE_FUZZ_MEASURED_HOW";
+
+/// How much memory it takes to look at `file` in a new process, in MB; `how` is for [`measured`].
+fn megabytes(file: &Path, how: &str) -> Option<u64> {
+    let mut child = Command::new(std::env::current_exe().unwrap());
+    child.args(["--exact", "bounded::measured", "--ignored", "--nocapture"]).env(FILE, file).env(HOW, how);
+    let output = child.output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
+    let (_, rest) = text.split_once("peak MB: ")?;
+    Some(rest.split_whitespace().next().unwrap().parse().unwrap())
+}
+
+#[test]
+#[ignore = "runs in a process of its own for the tests below"]
+fn measured() {
+    let Some(file) = std::env::var_os(FILE) else { return };
+    let path = Path::new(&file);
+    let before = memory::reset();
+    match std::env::var(HOW).as_deref() {
+        Ok("whole") => drop(source::open(path, &Silent)),
+        Ok("windows") => {
+            let reader = source::open_reader(path).unwrap();
+            let [width, height] = reader.size();
+            for [x, y] in [[width - 300, height - 300], [0, 0], [width / 2, height / 3]] {
+                assert_eq!(reader.read(Window { x, y, width: 300, height: 300 }).unwrap().len(), 90_000);
+            }
+        }
+        _ => {
+            let reader = source::open_reader(path).unwrap();
+            let found = source::statistics(&*reader, path, &Silent).unwrap();
+            println!("{found:?}");
+        }
+    }
+    if let (Some(before), Some(peak)) = (before, memory::peak_bytes()) {
+        println!("peak MB: {}", (peak - before) / 1_000_000);
+    }
+}
+
+/// Holds the memory for three ways to look at a file against bounds.
+fn check(path: &Path, bounds: &[(&str, std::ops::Range<u64>)]) {
+    for (how, bound) in bounds {
+        match megabytes(path, how) {
+            Some(found) => assert!(bound.contains(&found), "{}, {how}: {found} MB", path.display()),
+            None => println!("skipped: the system does not tell how much memory a process took"),
+        }
+    }
+}
+
+#[test]
+fn a_sparse_raster_takes_no_more_than_what_it_stores() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sparse.tif");
+    let side = 40_448;
+    sparse::write(&path, side);
+    assert!(std::fs::metadata(&path).unwrap().len() < 2_000_000);
+    // All of it would be 6.5 GB.
+    check(&path, &[("statistics", 0..300), ("windows", 0..300)]);
+
+    let reader = source::open_reader(&path).unwrap();
+    let found = source::statistics(&*reader, &path, &Silent).unwrap();
+    assert_eq!(([found.min_m, found.max_m], found.void_samples), sparse::expected(side));
+    // What is known without reading is what reading gives.
+    let window = Window { x: 5000, y: 512, width: 700, height: 30 };
+    assert!(reader.known_m(window).unwrap().is_nan() && reader.read(window).unwrap().iter().all(|it| it.is_nan()));
+    assert_eq!(reader.known_m(Window { x: 500, y: 500, ..window }), None);
+}
+
+#[test]
+fn a_picture_is_decoded_by_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("heights.png");
+    let side = 8192;
+    let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), side, side);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.set_compression(png::Compression::Fastest);
+    let mut writer = encoder.write_header().unwrap();
+    let mut rows = writer.stream_writer().unwrap();
+    for row in 0..side {
+        let bytes: Vec<u8> = (0..side).flat_map(|column| ((row ^ column) as u16).to_be_bytes()).collect();
+        rows.write_all(&bytes).unwrap();
+    }
+    rows.finish().unwrap();
+    drop(writer);
+    // 134 MB as the file has it, 268 MB as heights; whoever reads all of it into memory is noticed.
+    check(&path, &[("statistics", 0..60), ("windows", 100..200), ("whole", 250..400)]);
+
+    let reader = source::open_reader(&path).unwrap();
+    let found = source::statistics(&*reader, &path, &Silent).unwrap();
+    assert_eq!((found.min_m, found.max_m, found.void_samples), (0.0, 8191.0, 0));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn memory_that_cannot_be_had_is_told_in_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.asc");
+    let header = "ncols 16000\nnrows 16000\nxllcorner 0\nyllcorner 0\ncellsize 1\n".to_owned();
+    std::fs::write(&path, header + &"7 ".repeat(2000)).unwrap();
+    // A hole in the file: it takes no room on the disk.
+    std::fs::File::options().append(true).open(&path).unwrap().set_len(600_000_000).unwrap();
+    let script = "ulimit -v 900000 && exec \"$0\" info \"$1\"";
+    let output = Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_hachure")]).arg(&path).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    // A warning that the grid names no CRS comes before it.
+    let expected = "large.asc: 16000×16000 samples at once need 1024 MB of memory, which cannot be had\n";
+    assert!(error.ends_with(expected) && error.lines().count() == 2, "{error}");
+}
