@@ -9,8 +9,8 @@ use crate::source::{Encoding, OpenOptions};
 /// What height files leave open.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct HeightArgs {
-    /// How heights are packed into the colours of a terrain-RGB picture or tile folder
-    #[arg(long)]
+    /// How heights are packed into the colours of a terrain-RGB picture or tile folder: mapbox or terrarium
+    #[arg(long, hide_possible_values = true)]
     pub encoding: Option<Encoding>,
     /// Heights that are voids, in metres, beside those that the DEM declares
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]

@@ -82,8 +82,8 @@ impl Packing {
         Err(unclear(
             path,
             format!(
-                "holds a colour picture, not heights, for all that its colours prove; if it is terrain-RGB, say so: \
-                 --encoding {which}, or encoding in {side_file}.toml"
+                "holds a colour picture, not heights; if it is terrain-RGB, give --encoding {which} (or encoding in \
+                 {side_file}.toml)"
             ),
         ))
     }

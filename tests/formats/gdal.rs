@@ -156,9 +156,9 @@ fn shapes_of_gdal() {
         let name = at(&format!("{}.tif", options.join("_").replace('=', "")));
         let mut command = Command::new("gdal_translate");
         command.args(["-q", "-of", "GTiff"]).args(options.iter().flat_map(|option| ["-co", option]));
-        let output = match command.arg(at("dem.tif")).arg(&name).output() {
-            Ok(output) => output,
-            Err(_) => return println!("skipped: gdal_translate is not installed"),
+        let Ok(output) = command.arg(at("dem.tif")).arg(&name).output() else {
+            println!("skipped: gdal_translate is not installed");
+            return;
         };
         let said = String::from_utf8_lossy(&output.stderr);
         if !output.status.success() && said.contains("codec") || said.contains("is an unexpected value for COMPRESS") {

@@ -14,6 +14,9 @@ fn scratch() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
+/// A codec.
+type Pack = fn(&[u8]) -> Vec<u8>;
+
 /// In strips of `rows`, of which the last is filled up with `padding`.
 fn strips(dem: &Dem, rows: usize, padding: i16) -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<i16>> = dem.heights.chunks(rows * dem.width).map(<[i16]>::to_vec).collect();
@@ -28,7 +31,7 @@ fn a_last_strip_may_be_padded() {
     let folder = scratch();
     // Four strips of 4 rows for 14: the last has 2 too many.
     let dem = Dem::new(50, 14, 4);
-    let codecs: [(u16, fn(&[u8]) -> Vec<u8>); 5] =
+    let codecs: [(u16, Pack); 5] =
         [(1, <[u8]>::to_vec), (5, tiff::lzw), (8, tiff::deflate), (32_773, tiff::pack_bits), (50_000, tiff::zstd)];
     for (code, pack) in codecs {
         let path = folder.path().join(format!("{code}.tif"));
@@ -142,7 +145,7 @@ fn masked(dem: &Dem, is_shown: impl Fn(usize, usize) -> bool) -> (Dem, Picture) 
 }
 
 fn is_shown(column: usize, row: usize) -> bool {
-    (column + 2 * row) % 5 != 0 && column < 30
+    !(column + 2 * row).is_multiple_of(5) && column < 30
 }
 
 #[test]
@@ -179,7 +182,7 @@ fn masks_are_voids() {
     let path = folder.path().join("beside.tif");
     write(&path, &[Picture::of_i16(&dem)]);
     let bare = source::open_reader(&path).unwrap().identity();
-    write(&folder.path().join("beside.tif.msk"), &[mask.clone()]);
+    write(&folder.path().join("beside.tif.msk"), std::slice::from_ref(&mask));
     check(&path, &expected, NOWHERE);
     assert_ne!(source::open_reader(&path).unwrap().identity(), bare, "a cache of before shows what is hidden now");
     assert!(open_local_cog(&path).unwrap().is_none(), "its mask is beside it");
