@@ -41,12 +41,12 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     };
     let size = [width, height];
     place::check_size(path, size)?;
-    memory::check_count(path, size)?;
     // A digit and a space for each sample, but for the last.
     let samples = u64::from(width) * u64::from(height);
     if samples > file_bytes.div_ceil(2) {
         return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
     }
+    memory::check_count(path, size)?;
     let crs_from_grid = header.crs_from_grid(path, size)?;
     let (keys, prj) = prj::keys(path, crs_from_grid, size)?;
     let georeference = place::locate(path, crs_from_grid, keys, size)?;

@@ -94,12 +94,12 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     File::open(path).and_then(|file| file.take(length).read_to_end(&mut bytes)).map_err(cannot_open(path))?;
     let header = read_header(path, &bytes)?;
     place::check_size(path, header.size)?;
-    memory::check_count(path, header.size)?;
     let [width, height] = header.size;
     let samples = u64::from(width) * u64::from(height);
     if samples > MAX_SAMPLES_PER_BYTE * length + (1 << 20) {
         return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {length} bytes")));
     }
+    memory::check_count(path, header.size)?;
     let scale = if header.is_geographic { 1.0 / 3600.0 } else { 1.0 };
     let crs_from_grid = place::north_up(header.first.map(|it| it * scale), header.step.map(|it| it * scale));
     let georeference = place::locate(path, crs_from_grid, header.keys.clone(), header.size)?;
