@@ -245,7 +245,7 @@ fn marks_are_told_and_are_voids_when_somebody_says_so() {
     // A scene says it as well, and nothing else may.
     let scene = folder.path().join("scene.toml");
     std::fs::write(&scene, "[world]\ndem = \"marked.asc\"\nnodata = -9999\n").unwrap();
-    assert_eq!(hachure::scene::Scene::read(&scene).unwrap().no_data, Some(-9999.0));
+    assert_eq!(hachure::scene::Scene::read(&scene).unwrap().heights.no_data, Some(-9999.0));
     for wrong in ["[world]\nprocedural = { seed = 1 }\nnodata = 1\n", "[world]\ndem = \"a.tif\"\nnodata = nan\n"] {
         assert!(hachure::scene::Scene::parse(&scene, wrong).is_err(), "{wrong}");
     }

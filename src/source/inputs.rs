@@ -9,9 +9,9 @@ use super::tile_folder;
 use crate::file::guard::Inputs;
 
 /// Endings of files that belong to a raster: after its whole name, or instead of its ending.
-const SIDE_ENDINGS: [&str; 19] = [
+const SIDE_ENDINGS: [&str; 20] = [
     "hdr", "prj", "toml", "tiles", "tfw", "tifw", "wld", "pgw", "pngw", "blw", "bpw", "aux.xml", "aux", "ovr", "msk",
-    "stx", "clr", "qpj", "vrt",
+    "stx", "clr", "qpj", "vrt", "tiffw",
 ];
 
 /// Adds a height file with what lies beside it, a folder of them, or a folder of tiles.
