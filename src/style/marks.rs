@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::StyleError;
-use crate::file::toml_text;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::file::toml_text;
 
 /// The recipes that come with the program, by name.
 const RECIPES: &[(&str, &str)] = &[

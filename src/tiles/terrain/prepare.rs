@@ -1,0 +1,222 @@
+//! Preparing a frame: the tiles that a view needs, the patches that are drawn, and what the shaders are told of both.
+//!
+//! A frame for a file goes round until a look at all tiles finds nothing more to load, so that the order in which they
+//! arrive decides nothing. A frame of a window takes what there is.
+//!
+//! Why: `docs/decisions/same-picture.md`, `docs/decisions/work-budget.md`.
+
+use std::cell::RefCell;
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::{Loading, Terrain};
+use crate::gpu::Gpu;
+use crate::tiles::budget::{Budget, Search, most_patches};
+use crate::tiles::frustum::Frustum;
+use crate::tiles::needed::LevelRule;
+use crate::tiles::patches::ResidentPatches;
+use crate::tiles::residency::{Loaded, Movement};
+use crate::tiles::seen::TILES_PER_FRAME;
+use crate::tiles::selection::{self, Selection, Viewpoint};
+use crate::tiles::tables::Tables;
+use crate::tiles::terrain_buffers::TerrainUniform;
+
+/// Of the allowed error, the part that the choice of the level may use: positions are on the level's surface exactly,
+/// so the rest is for what happens between the samples where errors were measured.
+const LEVEL_SHARE: f64 = 0.5;
+
+/// Tiles for the mesh come level by level; a frame that asks for tiles more often than this takes what there is.
+const MOST_ROUNDS: u32 = 1000;
+
+/// Heights as fine as this, in pixels, are all that a picture shows: with a smaller allowed error tiles are as they are
+/// with this one.
+const FINEST_LEVEL_ERROR_PX: f64 = 1.0 / 64.0;
+
+/// A view as the terrain sees it.
+#[derive(Clone, Debug)]
+pub struct TerrainView {
+    /// In the world.
+    pub camera_m: DVec3,
+    /// What is in view; empty frusta see nothing.
+    pub frusta: Vec<Frustum>,
+    /// Pixels per radian.
+    pub focal_px: f64,
+    /// Pixels to be drawn, of all frusta.
+    pub pixels: f64,
+}
+
+/// What was prepared for a frame.
+#[derive(Clone, Debug, Default)]
+pub struct Prepared {
+    /// The patches to draw.
+    pub selection: Selection,
+    /// What the tiles did.
+    pub tiles: Loaded,
+    /// What the frame thread spent on tiles and patches, in milliseconds.
+    pub prepare_ms: f64,
+    /// Whether the camera has jumped: detail is on its way.
+    pub jumped: bool,
+    /// What the patches promise.
+    pub detail: Detail,
+}
+
+/// How fine a frame's mesh is, where its tiles are there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Detail {
+    /// The height error that the mesh was allowed, in pixels: [`TerrainOptions::lod_error_px`], or more.
+    pub error_px: f64,
+    /// Whether it is more: the error that was asked for takes more patches than a frame has.
+    pub is_over_budget: bool,
+}
+
+/// What a frame draws and promises, before the GPU is told.
+struct Fitted {
+    rule: LevelRule,
+    selection: Selection,
+    tiles: Loaded,
+    jumped: bool,
+    detail: Detail,
+}
+
+impl Terrain {
+    /// From the next frame on the mesh is allowed at least this error, in pixels, whatever the options say: all parts of
+    /// a picture have that of the part with the largest. 0 holds nothing.
+    pub fn hold_error_px(&mut self, error_px: f64) {
+        // What was found with a factor must be found with it again, however the quotient is rounded.
+        self.least_error_px = error_px * (1.0 + 1e-12);
+    }
+
+    /// How fine the mesh of a view is, as [`Terrain::prepare`] finds it: nothing is drawn.
+    pub fn detail_of(&mut self, gpu: &Gpu, view: &TerrainView) -> Detail {
+        self.fit(gpu, view, false).detail
+    }
+
+    /// Sees to the tiles that a view needs, chooses its patches, and tells the shaders. Waits for the tiles only where
+    /// the options say so.
+    pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
+        let begun = Instant::now();
+        let Fitted { rule, selection, mut tiles, jumped, detail } = self.fit(gpu, view, self.seen.is_some());
+        if let Some(seen) = &mut self.seen {
+            let streams = self.options.loading == Loading::Stream;
+            let most = if streams { TILES_PER_FRAME } else { usize::MAX };
+            let residency = &self.residency;
+            tiles.late |= seen.plan(residency, self.store.levels(), most, self.frame) > 0;
+        }
+        self.tell(gpu, &rule);
+        Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
+    }
+
+    /// Brings tiles and chooses patches.
+    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, sees: bool) -> Fitted {
+        self.frame += 1;
+        let mut now_s = self.start.elapsed().as_secs_f64();
+        let rule = LevelRule {
+            camera_m: view.camera_m,
+            frusta: view.frusta.clone(),
+            focal_px: view.focal_px,
+            error_px: self.options.lod_error_px.max(FINEST_LEVEL_ERROR_PX) * LEVEL_SHARE,
+            bending: self.bending(view.camera_m.z),
+        };
+        let streams = self.options.loading == Loading::Stream;
+        let step = self.flight.go_on(view.camera_m, now_s, self.warp.spacing_m());
+        let fades = streams && step.fades();
+        let mut tiles = Loaded::default();
+        let mut idle = 0;
+        let mut rounds = 0;
+        loop {
+            // While nothing fades, what has come stands at once.
+            let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
+            let asked = std::mem::take(&mut self.asked);
+            let movement =
+                Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, sees };
+            let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
+            let loaded = tiles.loaded + update.loaded;
+            tiles = Loaded { loaded, ..update };
+            // Without the tile that cannot be read there is no picture, so nothing more is waited for.
+            let waits = !streams && tiles.failed == 0;
+            // What came last may want more: only a look at all of it decides.
+            if waits && (tiles.pending > 0 || update.loaded > 0) {
+                self.asked = movement.asked;
+                now_s = self.start.elapsed().as_secs_f64();
+                idle = if update.loaded > 0 || self.residency.is_busy(now_s) { 0 } else { idle + 1 };
+                if idle < 3 {
+                    self.residency.wait();
+                    gpu.wait();
+                    continue;
+                }
+                // Everything that is not wanted has gone, and still there is no room.
+                tiles.without_room += std::mem::take(&mut tiles.pending);
+            }
+            let goes_on = streams && !step.has_jumped();
+            let mut selection = None;
+            let searches = match (streams, goes_on) {
+                (true, true) => &[Search::GoOn { step_s: step.step_s }][..],
+                (true, false) => &[Search::Exactly],
+                // What the least factor needs is not there before what a larger one needs is.
+                (false, _) => &[Search::Roughly, Search::Exactly],
+            };
+            let mut asks = false;
+            for search in searches {
+                selection = Some(self.select(view, fades.then_some(now_s), *search));
+                let can_come = || self.asked.keys().any(|tile| self.residency.can_come(*tile));
+                asks = waits && idle < 3 && rounds < MOST_ROUNDS && can_come();
+                // A factor of 1 is exact.
+                if asks || self.coarser == 1.0 {
+                    break;
+                }
+            }
+            rounds += 1;
+            let Some(selection) = selection.filter(|_| !asks) else { continue };
+            tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
+            tiles.late |= !self.asked.is_empty();
+            let detail =
+                Detail { error_px: self.options.lod_error_px * self.coarser, is_over_budget: self.coarser > 1.0 };
+            return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail };
+        }
+    }
+
+    /// Chooses the patches within the frame's budget; what they miss is asked for in the next frame.
+    fn select(&mut self, view: &TerrainView, now_s: Option<f64>, search: Search) -> Selection {
+        let camera_m = view.camera_m;
+        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
+        // Beside the land one looks under it.
+        let highest_m = f64::from(self.store.range_m()[1]);
+        let lod_error_px = self.options.lod_error_px;
+        let mut viewpoint = Viewpoint {
+            camera_m,
+            frusta: view.frusta.clone(),
+            focal_px: view.focal_px,
+            error_px: lod_error_px,
+            bending: self.bending(camera_m.z),
+            is_above_ground: camera_m.z > ground_m.unwrap_or(highest_m),
+            nearest_m: self.nearest_m(camera_m),
+        };
+        let atlas = &self.residency.atlas;
+        let anchor = self.warp.anchor(camera_m.truncate());
+        let samples = self.store.levels()[0].samples() as f64;
+        let budget = Budget::new(
+            most_patches(view.pixels, samples, lod_error_px, self.options.tile_memory_bytes),
+            if self.least_error_px > lod_error_px * (1.0 + 1e-9) { self.least_error_px / lod_error_px } else { 1.0 },
+        );
+        let (frame, store, warp) = (self.frame, &*self.store, &self.warp);
+        let ((selection, asked), coarser) = budget.find(search, self.coarser, |coarser, most| {
+            viewpoint.error_px = lod_error_px * coarser;
+            // What a choice asked for that was over the budget is not wanted.
+            let patches = ResidentPatches { store, atlas, frame, now_s, asked: RefCell::default() };
+            let selection = selection::select_within(&patches, warp, anchor, &viewpoint, most)?;
+            Some((selection, patches.asked.into_inner()))
+        });
+        self.asked = asked;
+        self.coarser = coarser;
+        selection
+    }
+
+    /// Writes what the shaders read.
+    fn tell(&mut self, gpu: &Gpu, rule: &LevelRule) {
+        let anchor = self.warp.anchor(rule.camera_m.truncate());
+        let tables = Tables::new(&*self.store, &self.residency, self.seen.as_ref(), anchor);
+        let uniform = TerrainUniform::new(&*self.store, &self.warp, anchor, rule);
+        self.buffers.write(gpu, tables, uniform);
+    }
+}
