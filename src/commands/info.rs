@@ -1,6 +1,6 @@
 //! `hachure info`: what a file is, by its content: a DEM, a baked pyramid, a scene, a style or a camera path.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -273,7 +273,8 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
         World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
     };
     let mut missing: Vec<&PathBuf> = heights.iter().chain(scene.meshes.iter().map(|mesh| &mesh.file)).collect();
-    missing.retain(|path| !path.try_exists().unwrap_or(true));
+    // Where nobody may look the opening tells.
+    missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();
     // As many names as a line holds.
     let names = missing.iter().take(3).map(named).collect::<Vec<_>>().join(", ");

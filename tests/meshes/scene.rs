@@ -97,7 +97,9 @@ fn a_scene_opens_with_its_meshes_or_says_what_is_wrong() {
     assert!((placed.standing[1].middle_m.z - ground_m - 1.0).abs() < 1e-9 && ground_m > 100.0);
 
     std::fs::write(folder.path().join("broken.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").unwrap();
-    for (file, cause) in [("broken.obj", "face vertex index out of bounds"), ("none.obj", "No such file")] {
+    for (file, cause) in
+        [("broken.obj", "line 4: the face names vertex 9, and there are 3"), ("none.obj", "No such file")]
+    {
         write(file);
         let error = open().map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(file) && error.contains(cause) && !error.contains('\n'), "{error}");
