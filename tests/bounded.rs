@@ -125,21 +125,21 @@ fn an_error_that_takes_too_much_is_told_and_kept() {
 
 #[test]
 fn toward_steep_land_the_surface_gets_coarser_step_by_step() {
-    let grid = by_sample(60, |i, j| 30.0 * random(i, j) + if random(j, i) < 0.05 { 400.0 } else { 0.0 });
-    let Some(mut world) = World::new(grid, 0.2) else { return };
+    let Some(mut world) = World::new(by_sample(100, |i, j| 100.0 * random(i, j)), 1.0) else { return };
+    let picture_px = [128, 72];
     let mut before = None;
     let mut over = 0;
-    for step in 0..80 {
-        let camera = format!("3,{},260,2,-20,60", -300.0 * 0.975_f64.powi(step));
-        let view = view_of(world.pose(&camera));
+    for step in 0..60 {
+        let pose = world.pose(&format!("3,{},120,2,-20,60", -300.0 * 0.96_f64.powi(step)));
+        let view = View { pose, previous: pose, picture_px, part: Part::whole(picture_px) };
         let prepared = world.terrain.prepare(&world.gpu, &terrain_view(&view));
         let error_px = prepared.detail.error_px;
         let change = before.replace(error_px).map_or(1.0, |before: f64| (error_px / before).max(before / error_px));
-        // The camera comes nearer by a fortieth.
-        assert!(change < 1.12, "step {step}: {change} times");
+        // The camera comes nearer by a 25th of its way.
+        assert!(change < 1.2, "step {step}: {change} times");
         over += u32::from(prepared.detail.is_over_budget);
     }
-    assert!((10..80).contains(&over), "{over} steps were over the budget");
+    assert!((5..60).contains(&over), "{over} steps were over the budget");
 }
 
 #[test]
@@ -151,19 +151,12 @@ fn parts_of_a_picture_have_one_error() {
     let shot = draw();
     assert!(shot.report.parts > 4 && shot.report.over_budget == 1, "{:?}", shot.report);
     assert!(draw().picture == shot.picture);
-    // The part with the most needs the largest error, and others would do with less.
-    let errors_px: Vec<f64> = [[0, 0], [48, 0], [0, 48], [48, 48]]
-        .into_iter()
-        .map(|origin_px: [i32; 2]| {
-            let part = Part { origin_px, size_px: [48, 24] };
-            let view = View { pose, previous: pose, picture_px: [128, 72], part };
-            world.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px
-        })
-        .collect();
-    assert!(errors_px.iter().any(|error_px| *error_px < 0.9 * shot.report.error_px), "{errors_px:?}");
+    // A part that sees little would do with less, and has the error of all parts.
+    let part = Part { origin_px: [60, 40], size_px: [8, 8] };
+    let view = View { pose, previous: pose, picture_px: [128, 72], part };
+    let alone_px = world.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
+    assert!(alone_px < 0.9 * shot.report.error_px, "{alone_px} of {} px", shot.report.error_px);
     world.terrain.hold_error_px(shot.report.error_px);
-    let view =
-        View { pose, previous: pose, picture_px: [128, 72], part: Part { origin_px: [0, 0], size_px: [48, 24] } };
     let held_px = world.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
     assert!((held_px / shot.report.error_px - 1.0).abs() < 1e-9, "{held_px}");
 }

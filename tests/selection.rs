@@ -265,7 +265,8 @@ fn torn_edges(patches: &[&PatchInstance]) -> (usize, usize) {
     (torn, shared)
 }
 
-/// The largest ratio of a leaf's own triangles' error at its samples to what is allowed at the nearest seen sample.
+/// The largest ratio of a leaf's own triangles' error at its samples to what is allowed at the nearest seen sample, of
+/// leaves whose quads are wider than half of that.
 fn worst_ratio(chosen: &Chosen) -> f64 {
     let land = land();
     let [last_column, last_row] = land.last();
@@ -298,7 +299,10 @@ fn worst_ratio(chosen: &Chosen) -> f64 {
             }
         }
         let allowed_m = chosen.viewpoint.error_px * nearest_m / chosen.viewpoint.focal_px;
-        worst = worst.max(error_m / allowed_m);
+        // Of land so steep that it is wrong by more than its quads are wide, what is promised is half of it sideways.
+        if SPACING_M * stride as f64 > 0.5 * allowed_m {
+            worst = worst.max(error_m / allowed_m);
+        }
     }
     worst
 }

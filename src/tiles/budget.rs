@@ -19,7 +19,7 @@ const SAMPLES_PER_PATCH: f64 = 16.0;
 /// A small picture, or a small land, may have as many patches as this.
 const LEAST_PATCHES: f64 = 1024.0;
 /// Who asks for a smaller error gets as many times the patches, up to this.
-const MOST_TIMES: f64 = 8.0;
+const MOST_TIMES: f64 = 4.0;
 /// Bytes that a patch takes: its vertices, and what choosing it takes.
 const PATCH_BYTES: u64 = 8192;
 /// A power of 2: how fast the factor moves, in a second.
@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(most_patches(large, land, 1.0, 1 << 20), 1024);
         // Finer for who asks for it, within bounds.
         assert_eq!(most_patches(small, land, 0.5, memory), 2048);
-        assert_eq!(most_patches(small, land, 1e-9, memory), 8192);
+        assert_eq!(most_patches(small, land, 1e-9, memory), 4096);
         assert_eq!(most_patches(f64::INFINITY, f64::INFINITY, 1e-9, memory), 65_536);
     }
 }

@@ -14,8 +14,8 @@
 //!
 //! Land may be so steep that its error is many times as long as its quads are wide: spikes, damaged samples, marks for no
 //! data that nobody declared. There a height is found again a little to the side: where quads are no wider than a quarter
-//! of the allowed error, a patch stays whole, whatever its error in height. So what is promised is the allowed error in
-//! height, or a quarter of it sideways. How many patches a frame may have altogether is in `budget`.
+//! of the allowed error, a patch stays whole, whatever its error in height, and up to half of it some do. So what is
+//! promised is the allowed error in height, or half of it sideways. How many patches a frame may have altogether is in `budget`.
 //!
 //! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
 //! children begin in their parent's shape and fade in.
