@@ -7,6 +7,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod kinds;
 mod odd;
 
 use std::path::{Path, PathBuf};
@@ -25,7 +26,8 @@ use hachure::source::Silent;
 use hachure::style::Style;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::{OpenWorld, scene_of};
-use odd::{Expected, KINDS, Server};
+use kinds::{Expected, KINDS};
+use odd::Server;
 
 const SIZE_PX: [u32; 2] = [64, 36];
 

@@ -1,0 +1,107 @@
+//! The kinds of server, by name, and what must come of each.
+
+/// What must come of a kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Expected {
+    /// The right picture.
+    Right,
+    /// An error with these words in it.
+    Error(&'static str),
+    /// One or the other.
+    Either,
+}
+use Expected::{Either, Error, Right};
+
+/// All kinds of server.
+pub const KINDS: &[(&str, Expected)] = &[
+    ("as it should be", Right),
+    // Odd, and no reason to fail.
+    ("chunked", Right),
+    ("chunked in small pieces", Right),
+    ("no length, closed at the end", Right),
+    ("HTTP/1.0", Right),
+    ("time of change that is none", Right),
+    ("empty time of change", Right),
+    ("time of change in Latin-1", Right),
+    ("neither ETag nor time of change", Right),
+    ("unit of ranges in capitals", Right),
+    ("sixty more headers", Right),
+    ("a header of 16 KiB", Right),
+    ("100 Continue first", Right),
+    ("another content type", Right),
+    ("a wrong content encoding", Right),
+    ("every answer a little late", Right),
+    ("the head in two pieces", Right),
+    ("slow, but on the way", Right),
+    ("redirects once", Right),
+    ("redirects five times", Right),
+    // Wrong now and then: it is tried again.
+    ("sometimes drops the connection", Right),
+    ("sometimes ends in the middle", Right),
+    ("sometimes 500", Right),
+    ("sometimes 503 with Retry-After: 0", Right),
+    ("once 429 with Retry-After: 1", Right),
+    ("sometimes too short, and says so", Right),
+    ("sometimes too long", Right),
+    ("sometimes another range", Right),
+    ("sometimes stops in the middle", Right),
+    ("sometimes changes bytes", Either),
+    ("sometimes 404", Either),
+    ("sometimes another ETag", Either),
+    // Never ends.
+    ("silence", Error("nothing came")),
+    ("100 bytes, then nothing", Error("after 100 bytes")),
+    ("all but the last byte", Error("nothing came")),
+    ("stops in the head", Error("nothing came")),
+    ("a byte now and then", Error("no whole answer within")),
+    ("the head, a byte now and then", Error("nothing came")),
+    ("every answer very late", Error("nothing came")),
+    ("an endless head", Error("")),
+    ("an endless body", Error("more than")),
+    ("an endless body, chunked", Error("more than")),
+    // Ends too early.
+    ("closes at once", Error("")),
+    ("closes after the head", Error("")),
+    ("closes in the middle", Error("")),
+    ("closes in the middle, chunked", Error("")),
+    ("a chunk of no size", Error("")),
+    ("no web server", Error("")),
+    ("noise", Error("")),
+    // Refuses.
+    ("500", Error("the server answers 500")),
+    ("429 with Retry-After: 3600", Error("after 1 try: the server answers 429 and asks for 3600 s")),
+    ("204", Error("the server answers 204")),
+    ("304", Error("the server answers 304")),
+    ("403 after a while", Error("access is denied")),
+    ("404 after a while", Error("there is no such file")),
+    ("416", Error("shorter than it was")),
+    ("500 for the last third", Error("the server answers 500")),
+    ("silence for the last third", Error("nothing came")),
+    // Redirects to nowhere.
+    ("redirects in a circle", Error("in a circle")),
+    ("redirects for ever", Error("in a circle")),
+    ("redirects to a file", Error("sends on to file:///etc/passwd")),
+    ("redirects to ftp", Error("sends on to ftp://")),
+    ("redirects without a place", Error("not where the file is")),
+    ("redirects to nobody", Error("no connection")),
+    // Lies.
+    ("the whole file, 200", Error("does not answer requests for a part")),
+    ("the whole file, 206", Error("were asked for")),
+    ("no Content-Range", Error("does not say which part")),
+    ("Content-Range of another part", Error("were asked for")),
+    ("Content-Range of nonsense", Error("calls it")),
+    ("Content-Range of 2^64 bytes", Error("calls it")),
+    ("several parts", Error("does not say which part")),
+    ("bytes of another part", Error("damaged bytes for tile")),
+    ("zeros", Error("damaged bytes for a GeoTIFF")),
+    ("bytes changed in every answer", Error("")),
+    ("compressed", Error("sends it compressed")),
+    ("a file twice as long", Either),
+    ("a file half as long", Error("")),
+    ("a length that is too long", Error("")),
+    ("a length that is too short", Error("bytes came")),
+    // Changes.
+    ("another ETag each time", Error("differ")),
+    ("another size each time", Error("")),
+    ("another file after a while", Error("has changed")),
+];
