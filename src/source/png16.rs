@@ -52,10 +52,17 @@ struct GreyReader {
 /// What is decoded of the picture.
 enum State {
     /// Everything above the next row has been handed out.
-    Rows(Rows),
+    Rows(Box<Rows>),
     Whole(Arc<Picture>),
     /// Nothing: the next window decides.
     Closed,
+}
+
+impl State {
+    /// Before the first row; closed for a picture whose rows do not come in their order.
+    fn before_the_first(path: &Path) -> Result<Self, SourceError> {
+        Ok(Rows::open(path)?.map_or(Self::Closed, |rows| Self::Rows(Box::new(rows))))
+    }
 }
 
 impl GreyReader {
@@ -63,7 +70,7 @@ impl GreyReader {
         let [scale, offset] = said.steps(path);
         let meaning =
             Meaning { sample_type: SampleType::U16, no_data: said.side.no_data, scale, offset, metres_per_unit: 1.0 };
-        let rows = Rows::open(path)?;
+        let state = State::before_the_first(path)?;
         Ok(Self {
             path: path.into(),
             size,
@@ -71,7 +78,7 @@ impl GreyReader {
             georeference: said.georeference(path, size)?,
             identity: said.identity(path),
             told: Told::default(),
-            state: Mutex::new(rows.map_or(State::Closed, State::Rows)),
+            state: Mutex::new(state),
         })
     }
 
@@ -80,8 +87,13 @@ impl GreyReader {
         if window.x != 0 || window.width != self.size[0] {
             return Ok(None);
         }
-        if window.y == 0 && !matches!(state, State::Whole(_) | State::Rows(Rows { next: 0, .. })) {
-            *state = Rows::open(&self.path)?.map_or(State::Closed, State::Rows);
+        let is_ready = match state {
+            State::Whole(_) => true,
+            State::Rows(rows) => rows.next == 0,
+            State::Closed => false,
+        };
+        if window.y == 0 && !is_ready {
+            *state = State::before_the_first(&self.path)?;
         }
         let State::Rows(rows) = state else { return Ok(None) };
         if rows.next != window.y {

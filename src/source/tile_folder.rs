@@ -192,11 +192,11 @@ impl HeightReader for TileFolderReader {
     fn known_m(&self, window: Window) -> Option<f32> {
         let tile = |axis: usize, at: u32| self.first[axis] + at / self.tile_px;
         let (right, bottom) = (window.x + window.width.max(1) - 1, window.y + window.height.max(1) - 1);
-        let (columns, rows) = (tile(0, window.x)..=tile(0, right), tile(1, window.y)..=tile(1, bottom));
+        let (columns, mut rows) = (tile(0, window.x)..=tile(0, right), tile(1, window.y)..=tile(1, bottom));
         // The tiles that there are, or the places that there are for them, whichever are fewer.
         let places = u64::from(columns.end() - columns.start() + 1) * u64::from(rows.end() - rows.start() + 1);
         let is_present = match places < self.present.len() as u64 {
-            true => rows.into_iter().any(|y| columns.clone().any(|x| self.present.contains(&[x, y]))),
+            true => rows.any(|y| columns.clone().any(|x| self.present.contains(&[x, y]))),
             false => self.present.iter().any(|[x, y]| columns.contains(x) && rows.contains(y)),
         };
         (!is_present).then_some(f32::NAN)

@@ -101,7 +101,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let (mut grid, mut heights_m, mut tally) = (Grid::default(), Vec::new(), Tally::default());
     let meaning = Meaning::metres(SampleType::F64, None);
     let mut line = Vec::new();
-    for number in 0.. {
+    for number in 0_u64.. {
         line.clear();
         reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line).map_err(cannot_open(path))?;
         if line.is_empty() {
