@@ -193,8 +193,7 @@ impl PyramidError {
 
     /// The error with its causes, in one line.
     pub fn told(&self) -> String {
-        let causes = std::iter::successors(Some(self as &dyn std::error::Error), |error| error.source());
-        crate::file::one_line(&causes.map(ToString::to_string).collect::<Vec<_>>().join(": "))
+        crate::file::one_line(&chain(self))
     }
 
     pub(super) fn io(path: &Path, what: &'static str) -> impl FnOnce(io::Error) -> Self {
