@@ -1,6 +1,6 @@
 //! Work is bounded by the picture: relief of any kind, and any allowed error, give a picture with a bounded number of
 //! triangles, which says how fine it is. Marks for no data that nobody declares are told.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
 mod common;
 
