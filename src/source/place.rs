@@ -78,7 +78,7 @@ pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Resul
 }
 
 /// A cause is no longer: it may repeat words of the file, and an error is a short line.
-const MAX_CAUSE_CHARS: usize = 140;
+const MAX_CAUSE_CHARS: usize = 120;
 
 fn cut(cause: String) -> String {
     match cause.char_indices().nth(MAX_CAUSE_CHARS) {
