@@ -207,7 +207,7 @@ fn an_unwritable_cache_says_so() {
     let said = String::from_utf8_lossy(&output.stderr);
     println!("{}", said.trim_end());
     assert_eq!((output.status.code(), picture, said.lines().count()), (Some(1), None, 1), "{said}");
-    assert!(said.contains("cache") && said.contains("HACHURE_CACHE") && said.contains("hachure bake"), "{said}");
+    assert!(said.contains("cache") && said.contains("HACHURE_CACHE"), "{said}");
     if !has_gpu() {
         return;
     }

@@ -164,18 +164,32 @@ pub fn is_drawing(path: &Path) -> bool {
     texts.iter().any(|text| text.keyword == "Software" && text.text.starts_with(SOFTWARE))
 }
 
+/// A picture with more bytes is not read: 8192 × 16384 pixels.
+const LARGEST_BYTES: usize = 1 << 29;
+/// Deflate packs 1032 bytes into one at best; so many more are free for the header.
+const MAX_RATIO: u64 = 1032;
+const FREE_BYTES: u64 = 1 << 16;
+
 /// Reads any PNG as RGBA with 8 bits per channel: 16 bits are cut to their upper 8, grey is spread, palettes are
 /// looked up, and pictures without alpha are opaque.
 ///
 /// # Errors
-/// A file that cannot be opened or is no PNG.
+/// A file that cannot be opened or is no PNG, or whose header claims more pixels than it can hold or memory has.
 pub fn read_rgba8(path: &Path) -> Result<Picture, FileError> {
     let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
+    let file_bytes = file.metadata().map_err(|error| FileError::read(path, error))?.len();
     let mut decoder = png::Decoder::new(BufReader::new(file));
     decoder.set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
     let mut reader = decoder.read_info().map_err(|error| FileError::read(path, error))?;
-    let bytes = reader.output_buffer_size().ok_or_else(|| FileError::read(path, "the picture is too large"))?;
-    let mut rgba = vec![0; bytes];
+    let too_large = || FileError::read(path, "the picture is too large");
+    let bytes = reader.output_buffer_size().filter(|&bytes| bytes <= LARGEST_BYTES).ok_or_else(too_large)?;
+    let packed = (reader.info().raw_bytes() as u64).min(bytes as u64);
+    if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
+        return Err(FileError::read(path, format!("its pixels cannot lie in {file_bytes} bytes")));
+    }
+    let mut rgba = Vec::new();
+    rgba.try_reserve_exact(bytes).map_err(|_| FileError::read(path, format!("it needs {bytes} bytes of memory")))?;
+    rgba.resize(bytes, 0);
     let frame = reader.next_frame(&mut rgba).map_err(|error| FileError::read(path, error))?;
     rgba.truncate(frame.buffer_size());
     if frame.color_type == png::ColorType::GrayscaleAlpha {

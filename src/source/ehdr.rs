@@ -123,7 +123,7 @@ fn sample_type(
         _ => 1,
     };
     (bits % 8 == 0).then_some(bits / 8).and_then(|bytes| SampleType::from_format(format, bytes as usize)).ok_or_else(
-        || SourceError::Unsupported { path: data.into(), what: format!("a sample of {bits} bits ({kind})") },
+        || SourceError::Unsupported { path: data.into(), what: format!("a sample of {bits} bits ({kind:?})") },
     )
 }
 

@@ -30,7 +30,7 @@ const TAG_GDAL_METADATA: u16 = 42112;
 const TAG_GDAL_NODATA: u16 = 42113;
 
 /// Longer words of a decoder are cut.
-const MAX_DECODER_CHARS: usize = 140;
+const MAX_DECODER_CHARS: usize = 90;
 
 /// Decoded strips and tiles that are kept: for windows that do not begin and end where a block does.
 const CACHE_BYTES: usize = 32 << 20;

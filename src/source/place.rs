@@ -78,8 +78,8 @@ pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Resul
     Err(inconsistent(path, format!("a window of it lies outside of its {}×{} samples", size[0], size[1])))
 }
 
-/// Characters of a cause, at most: it may quote the file.
-const LONGEST_CAUSE: usize = 140;
+/// Characters of a cause, at most: it may quote the file, and the line has to hold two names beside it.
+const LONGEST_CAUSE: usize = 120;
 
 /// The file contradicts itself.
 pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {

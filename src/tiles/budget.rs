@@ -118,7 +118,7 @@ mod tests {
 
     /// A land that takes `patches` at a factor of 1, and fewer as the factor grows.
     fn land(patches: f64) -> impl Fn(f64, usize) -> Option<usize> {
-        move |factor, most| Some(1 + (patches / factor) as usize).filter(|taken| *taken <= most)
+        move |factor, most| Some(((patches / factor) as usize).saturating_add(1)).filter(|taken| *taken <= most)
     }
 
     #[test]

@@ -57,11 +57,8 @@ fn check_schema(report: &Value) -> Result<(), String> {
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is no list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
-        keys(
-            run,
-            &[&names[..], &["triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"]]
-                .concat(),
-        )?;
+        let more = ["triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"];
+        keys(run, &[&names[..], &more, &["allowed_error_px", "over_budget_frames"]].concat())?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
         // Null where the GPU has no timers.
         if !run["gpu_ms"].is_null() {
@@ -80,6 +77,10 @@ fn check_schema(report: &Value) -> Result<(), String> {
             return Err(format!("{name} is no number"));
         }
         all_numbers(&run["lod_error_px"], &["p50", "p99", "max"])?;
+        all_numbers(&run["allowed_error_px"], &["p50", "p99", "max"])?;
+        if run["over_budget_frames"] != 0 {
+            return Err(format!("{} frames of ordinary land are over the budget", run["over_budget_frames"]));
+        }
         check_steadiness(&run["temporal"], run["style"] == "plain")?;
         ["strokes", "strokes_left_out", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
     }

@@ -121,3 +121,17 @@ fn memory_that_cannot_be_had_is_told_in_one_line() {
     let expected = "large.asc: 16000×16000 samples at once need 1024 MB of memory, which cannot be had\n";
     assert!(error.ends_with(expected) && error.lines().count() == 2, "{error}");
 }
+
+#[test]
+fn a_picture_that_claims_more_than_its_file_holds_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("claims.png");
+    for side in [16_000, 60_000, 0x7fff_ffff] {
+        let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), side, side);
+        encoder.set_color(png::ColorType::Rgb);
+        let idat = [0x78, 0x9c, 3, 0, 0, 0, 0, 1];
+        encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &idat).unwrap();
+        let error = hachure::file::png::read_rgba8(&path).unwrap_err().to_string();
+        assert!(error.contains("claims.png") && !error.contains('\n'), "{error}");
+    }
+}

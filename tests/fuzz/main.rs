@@ -53,6 +53,8 @@ fn mutated_inputs_are_read_or_refused() {
     assert!(KINDS.iter().any(|kind| is_wanted(kind.name)), "there is no kind {only:?}");
 
     let folder = tempfile::tempdir().unwrap();
+    // A case that ends the whole process leaves its files there.
+    println!("files are mutated in {}", folder.path().display());
     let mut watch = Watch::new(Limits::default());
     let mut failures = Vec::new();
     println!("{:>14} {:>7} {:>7} {:>8} {:>7} {:>8}", "kind", "cases", "refused", "program", "peak MB", "seconds");

@@ -7,7 +7,8 @@ use super::kinds::Kind;
 use super::rule;
 use super::seeds::Seed;
 
-const PATIENCE: Duration = Duration::from_secs(20);
+/// What takes a second alone takes long beside others on a loaded machine.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Whether a case of so many is one of those: three of a short run, every 500th of a long one.
 pub fn is_due(index: u64, cases: u64) -> bool {
@@ -25,7 +26,9 @@ pub fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
     // Warnings may come before the line that says why it failed.
     let last = error.trim_end_matches('\n').rsplit('\n').next().unwrap_or_default();
     let is_foreign = |c: char| c.is_control() && c != '\n';
-    let is_noisy = error.contains("panicked") || error.chars().any(is_foreign);
+    // The last line has a rule of its own.
+    let before = error.trim_end_matches('\n').strip_suffix(last).unwrap_or_default();
+    let is_noisy = error.contains("panicked") || before.chars().any(is_foreign);
     let told = String::from_utf8_lossy(&output.stdout);
     match (output.status.code(), last.strip_prefix("hachure: ")) {
         _ if is_noisy => Some(format!("hachure {arguments:?} says {error:?}")),
