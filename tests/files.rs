@@ -256,11 +256,12 @@ fn film_without_ffmpeg_says_so() {
 #[cfg(unix)]
 #[test]
 fn film_reports_what_ffmpeg_said() {
-    use std::os::unix::fs::PermissionsExt;
     let folder = tempfile::tempdir().unwrap();
     let fake = folder.path().join("ffmpeg");
-    hachure::file::atomic::write(&fake, b"#!/bin/sh\necho 'no codec' >&2\necho 'sorry' >&2\nexit 3\n").unwrap();
-    std::fs::set_permissions(&fake, std::fs::Permissions::from_mode(0o755)).unwrap();
+    // Another process writes it: what this one has open for writing, a process that another test starts may hold for a
+    // moment, and a script that somebody writes cannot be started.
+    let script = "printf '#!/bin/sh\necho no codec >&2\necho sorry >&2\nexit 3\n' >\"$0\" && chmod 755 \"$0\"";
+    assert!(Command::new("sh").arg("-c").arg(script).arg(&fake).status().unwrap().success());
     let path = folder.path().join("a.mp4");
     let mut film = VideoWriter::create_with(fake.as_os_str(), &path, 256, 256, 24.0).unwrap();
     // The pipe may take the first frames before the process is gone.

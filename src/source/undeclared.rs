@@ -44,13 +44,16 @@ impl Found {
         Self { samples: 0, marks: [0; MARKS_M.len()], range_m: [f32::INFINITY, f32::NEG_INFINITY], told: false };
 
     fn add(&mut self, heights_m: &[f32]) {
-        self.samples += heights_m.len() as u64;
-        for height_m in heights_m {
-            match MARKS_M.iter().position(|mark| mark == height_m) {
-                Some(mark) => self.marks[mark] += 1,
-                // NaN is smaller and larger than nothing.
-                None => self.range_m = [self.range_m[0].min(*height_m), self.range_m[1].max(*height_m)],
-            }
+        heights_m.iter().for_each(|height_m| self.add_equal(*height_m, 1));
+    }
+
+    /// So many samples of one height.
+    fn add_equal(&mut self, height_m: f32, samples: u64) {
+        self.samples += samples;
+        match MARKS_M.iter().position(|mark| *mark == height_m) {
+            Some(mark) => self.marks[mark] += samples,
+            // NaN is smaller and larger than nothing.
+            None => self.range_m = [self.range_m[0].min(height_m), self.range_m[1].max(height_m)],
         }
     }
 
@@ -86,6 +89,25 @@ pub(super) fn watch(inner: Box<dyn HeightReader>, path: &Path, options: &OpenOpt
     Box::new(Watched { inner, path: path.into(), void_m, found: Mutex::new(Found::NONE) })
 }
 
+impl Watched {
+    fn void_or(&self, height_m: f32) -> f32 {
+        if self.void_m == Some(height_m) { f32::NAN } else { height_m }
+    }
+
+    /// Counts what was read; once all of the grid was, its marks are told.
+    fn count(&self, here: &Found) {
+        // A thread that panicked while it counted left whole numbers.
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        found.join(here);
+        let [width, height] = self.size();
+        let samples = u64::from(width) * u64::from(height);
+        if found.samples >= samples && !found.told {
+            found.told = true;
+            found.lines(&self.path, samples).iter().for_each(|line| tracing::warn!("{line}"));
+        }
+    }
+}
+
 impl HeightReader for Watched {
     fn size(&self) -> [u32; 2] {
         self.inner.size()
@@ -97,23 +119,26 @@ impl HeightReader for Watched {
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         let mut heights_m = self.inner.read(window)?;
-        if let Some(void_m) = self.void_m {
-            for height_m in heights_m.iter_mut().filter(|height_m| **height_m == void_m) {
-                *height_m = f32::NAN;
-            }
+        if self.void_m.is_some() {
+            heights_m.iter_mut().for_each(|height_m| *height_m = self.void_or(*height_m));
         }
         let mut here = Found::NONE;
         here.add(&heights_m);
-        // A thread that panicked while it counted left whole numbers.
-        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        found.join(&here);
-        let [width, height] = self.size();
-        let samples = u64::from(width) * u64::from(height);
-        if found.samples >= samples && !found.told {
-            found.told = true;
-            found.lines(&self.path, samples).iter().for_each(|line| tracing::warn!("{line}"));
-        }
+        self.count(&here);
         Ok(heights_m)
+    }
+
+    fn known_m(&self, window: Window) -> Option<f32> {
+        let height_m = self.inner.known_m(window).map(|height_m| self.void_or(height_m))?;
+        // Whoever knows it does not read it.
+        let mut here = Found::NONE;
+        here.add_equal(height_m, window.samples() as u64);
+        self.count(&here);
+        Some(height_m)
+    }
+
+    fn is_serial(&self) -> bool {
+        self.inner.is_serial()
     }
 
     fn block(&self) -> [u32; 2] {

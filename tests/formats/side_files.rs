@@ -34,7 +34,7 @@ fn a_side_file_says_what_raw_samples_mean() {
     }
     for (wrong, word) in [
         ("width = 50\nheight = 41", "truncated"),
-        ("widht = 50", "unknown field"),
+        ("widht = 50", "did you mean \"width\""),
         ("spacing_m = 0", "other than 0"),
         ("width = 50\nheight = 40\ncrs = \"EPSG:1\"\norigin = [0, 0]", "unknown"),
         ("width = 50\nheight = 40\ncrs = \"EPSG:4326\"\norigin = [0, 0]", "spacing_degrees"),

@@ -9,6 +9,8 @@ use std::time::Duration;
 use super::kinds::Kind;
 use super::seeds::Seed;
 use super::{memory, rule};
+use hachure::file::message::chain;
+use hachure::file::one_line;
 
 /// What a case may take.
 #[derive(Clone, Copy)]
@@ -76,7 +78,7 @@ fn worker() -> (Sender<(Open, PathBuf)>, Receiver<Answer>) {
     let thread = std::thread::Builder::new().name("case".into()).stack_size(8 << 20);
     let run = move || {
         for (open, path) in todo {
-            let refusal = |error: anyhow::Error| hachure::file::one_line(&format!("{error:#}"));
+            let refusal = |error: anyhow::Error| one_line(&chain(error.as_ref()));
             let done = catch_unwind(AssertUnwindSafe(|| open(&path).err().map(refusal)));
             if answer.send(done.map_err(drop)).is_err() {
                 break;
