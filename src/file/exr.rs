@@ -337,11 +337,31 @@ impl ExrPicture {
     }
 }
 
+/// Deflate packs 1032 bytes into one at best, and nothing else that an EXR is packed with does better; so many more are
+/// free for the header.
+const MAX_RATIO: u64 = 1032;
+const FREE_BYTES: u64 = 1 << 16;
+
+/// Holds what the header claims against the length of the file: the decoder would believe it.
+fn check_claims(path: &Path) -> Result<(), FileError> {
+    let file_bytes = std::fs::metadata(path).map_err(|error| FileError::read(path, error))?.len();
+    let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
+    let claimed_bytes = found.headers.iter().map(|header| {
+        let pixels = (header.layer_size.width() as u64).saturating_mul(header.layer_size.height() as u64);
+        pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
+    });
+    match claimed_bytes.max().unwrap_or(0) > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
+        true => Err(FileError::read(path, format!("its pixels cannot lie in {file_bytes} bytes"))),
+        false => Ok(()),
+    }
+}
+
 /// Reads the first part of an EXR that is not deep, whole; 16-bit floats become 32-bit ones.
 ///
 /// # Errors
-/// A file that cannot be opened or is no such EXR.
+/// A file that cannot be opened or is no such EXR, or whose header claims more pixels than it can hold.
 pub fn read_exr(path: &Path) -> Result<ExrPicture, FileError> {
+    check_claims(path)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
