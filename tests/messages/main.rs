@@ -126,8 +126,8 @@ fn what_fails_names_the_file_and_the_scene() {
     fs::create_dir(place.0.path().join("empty")).unwrap();
     for (arguments, words) in [
         (&["render", "s.toml", "-o", "o.png"][..], &["s.toml: junk.tif: is damaged"][..]),
-        (&["bench", "s.toml", "--path", "junk.csv", "-o", "d"], &["junk.csv:2"]),
-        (&["info", "junk.csv"], &["junk.csv:2: it is not in UTF-8"]),
+        (&["bench", "s.toml", "--path", "junk.csv", "-o", "d"], &["junk.csv", "not UTF-8 text (line 2)"]),
+        (&["info", "junk.csv"], &["junk.csv", "UTF-8"]),
         (&["render", "n.toml", "-o", "o.png"], &["n.toml: a.tif"]),
         (&["info", "n.toml"], &["n.toml: a.tif, b.tif are not there"]),
         (&["info", "utf16.toml"], &["utf16.toml", "UTF-8"]),

@@ -136,6 +136,9 @@ fn pipes_of_the_shell_are_read() {
         let arguments: Vec<&str> = command.split(' ').collect();
         let line = String::from_utf8(with_stdin(&arguments, PATH).0.stderr).unwrap();
         assert!(line.contains("nowhere.tif") && !line.contains("stdin"), "{line}");
+    }
+    for command in ["render -o %d.png --path /dev/stdin", "bench -o out --path /dev/stdin"] {
+        let arguments: Vec<&str> = command.split(' ').collect();
         let line = String::from_utf8(with_stdin(&arguments, "t,x\n").0.stderr).unwrap();
         assert!(line.contains("stdin"), "{line}");
     }
