@@ -98,6 +98,9 @@ impl Watch {
 
     /// Opens what the seed's files are now.
     pub fn run(&mut self, kind: &Kind, seed: &Seed) -> Case {
+        // Memory and panics are those of the whole process, and tests run beside each other.
+        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+        let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let before = memory::reset();
         drop(first_panic());
         self.work.send((kind.open, seed.entry())).unwrap();
