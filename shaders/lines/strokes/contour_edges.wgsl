@@ -26,7 +26,7 @@
 @group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(5) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(6) var<uniform> stage: u32;
+@group(0) @binding(6) var<storage, read> stage: u32;
 // How many workgroups there are.
 @group(0) @binding(7) var<storage, read_write> group_count: u32;
 // Where the edges of each workgroup begin, and their sum; then what each quad has: two bits for each of its edges.

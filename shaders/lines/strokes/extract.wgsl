@@ -21,7 +21,7 @@
 @group(0) @binding(4) var<storage, read_write> pieces: array<Piece>;
 // StrokeCounts: pieces are the second number.
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(6) var<uniform> stage: u32;
+@group(0) @binding(6) var<storage, read> stage: u32;
 // How many workgroups there are.
 @group(0) @binding(7) var<storage, read_write> group_count: u32;
 // Where the pieces of each workgroup begin, and their sum.

@@ -63,7 +63,9 @@ impl Ordered {
     /// For a pass of so many stages.
     pub fn new(gpu: &Gpu, stages: u32) -> Self {
         Self {
-            stages: numbers(gpu, stages),
+            // No uniforms: lavapipe 22.3 compiles branches by the numbers in them, and writes past the end of its list where
+            // a pass has more than three uniform buffers.
+            stages: numbers_in(gpu, stages, wgpu::BufferUsages::STORAGE),
             size: ScanSize::new(gpu, 0, MAX_VALUES),
             group_count: buffer(gpu, "group count", 4, wgpu::BufferUsages::STORAGE),
             group_starts: GrowingBuffer::new(gpu, "group starts", wgpu::BufferUsages::STORAGE),
@@ -150,12 +152,16 @@ impl ScanPass {
 
 /// Uniforms that hold 0, 1, 2 and so on: which stage or turn of a pass it is.
 pub(super) fn numbers(gpu: &Gpu, count: u32) -> Vec<GrowingBuffer> {
-    let uniform = |number: u32| {
-        let mut uniform = GrowingBuffer::new(gpu, "number", wgpu::BufferUsages::UNIFORM);
-        uniform.write(gpu, &[number]);
-        uniform
+    numbers_in(gpu, count, wgpu::BufferUsages::UNIFORM)
+}
+
+fn numbers_in(gpu: &Gpu, count: u32, usage: wgpu::BufferUsages) -> Vec<GrowingBuffer> {
+    let buffer = |number: u32| {
+        let mut buffer = GrowingBuffer::new(gpu, "number", usage);
+        buffer.write(gpu, &[number]);
+        buffer
     };
-    (0..count).map(uniform).collect()
+    (0..count).map(buffer).collect()
 }
 
 /// A buffer that only the GPU writes; `usage` gains `COPY_SRC`, for tests and files.
