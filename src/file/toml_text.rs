@@ -2,7 +2,7 @@
 //!
 //! All of them are read by [`read`], so that a mistake is told in one way: the file, the line and the column, the key,
 //! and what would be right, in the words of the file format rather than of the program's types. `toml` parses the text;
-//! [`values`] hands its values to serde and knows where each of them stands.
+//! `values` hands its values to serde and knows where each of them stands.
 
 mod mistake;
 mod values;

@@ -64,7 +64,7 @@ pub struct Prepared {
 /// How fine a frame's mesh is, where its tiles are there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Detail {
-    /// The height error that the mesh was allowed, in pixels: [`TerrainOptions::lod_error_px`], or more.
+    /// The height error that the mesh was allowed, in pixels: [`TerrainOptions::lod_error_px`](super::TerrainOptions::lod_error_px), or more.
     pub error_px: f64,
     /// Whether it is more: the error that was asked for takes more patches than a frame has.
     pub is_over_budget: bool,
