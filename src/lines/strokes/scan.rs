@@ -63,8 +63,8 @@ impl Ordered {
     /// For a pass of so many stages.
     pub fn new(gpu: &Gpu, stages: u32) -> Self {
         Self {
-            // No uniforms: lavapipe 22.3 compiles branches by the numbers in them, and writes past the end of its list where
-            // a pass has more than three uniform buffers.
+            // No uniforms: a fourth uniform buffer makes lavapipe 22.3 write past its memory. See
+            // `docs/decisions/software-drivers.md`.
             stages: numbers_in(gpu, stages, wgpu::BufferUsages::STORAGE),
             size: ScanSize::new(gpu, 0, MAX_VALUES),
             group_count: buffer(gpu, "group count", 4, wgpu::BufferUsages::STORAGE),
