@@ -1,128 +1,115 @@
-//! A frame, from top to bottom: surface → lines and tones → composite.
+//! A frame, from top to bottom: surface → lines and tones → composite, for each eye of a rig.
 //!
 //! `src/frame_passes.md` lists the passes with what each reads and writes. Window, files and measurements all come
-//! through [`Frame::render`].
+//! through [`Frame::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the pools
+//! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and what
+//! is not called any more goes.
 
-mod passes;
-mod targets;
+mod eye;
+mod shared_structs;
 
-pub use passes::Requirements;
-pub use targets::Targets;
+use std::time::Instant;
 
-use self::passes::Passes;
+pub use self::eye::EyeMemory;
+pub use self::shared_structs::shared_structs;
 use crate::composite;
-use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pools::Pools;
+use crate::gpu::recorder::{Cx, PassTrace, Submits};
+use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::{PassTime, Timer};
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::history::Step;
-use crate::lines::strokes::{StrokePasses, contour_edges};
+use crate::lines::strokes::{self, DrawnStrokes, FrameStrokes, contour_edges};
+use crate::lines::{detector, smooth, threshold};
 pub use crate::scene::Light;
-use crate::style::{Lines, Style, Tone};
-use crate::surface::view::View;
-use crate::surface::{form, mesh_resolve, meshes, terrain as draw};
+use crate::style::hatching::Scale;
+use crate::style::{Style, Tone};
+use crate::surface::mesh_vertices::SeenMeshes;
+use crate::surface::vertices::PatchMesh;
+use crate::surface::view::{Rig, View};
+use crate::surface::{form, horizons, mesh_resolve, mesh_vertices, meshes, motion, resolve, terrain as draw, vertices};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{Prepared, TerrainView};
-use crate::tones::hatching::uniform::{HatchLayerUniform, HatchUniform};
-use crate::tones::hatching::{self, axes};
 use crate::tones::light::LightUniform;
 use crate::tones::plain::PlainLight;
-use crate::tones::{toon, watercolor};
-
-/// Every struct that Rust writes and a shader reads.
-pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
-    vec![
-        crate::surface::view::ViewUniform::shared(),
-        crate::tiles::terrain_buffers::TerrainUniform::shared(),
-        crate::tiles::tables::LevelInfo::shared(),
-        crate::tiles::tables::TileRow::shared(),
-        crate::tiles::tables::TileRecord::shared(),
-        crate::tiles::selection::PatchInstance::shared(),
-        crate::surface::horizons::HorizonsUniform::shared(),
-        crate::tiles::seen::SeenJob::shared(),
-        crate::surface::mesh_vertices::MeshInstance::shared(),
-        crate::surface::mesh_vertices::MeshTriangle::shared(),
-        crate::lines::lsa::LsaUniform::shared(),
-        crate::lines::threshold::ThresholdUniform::shared(),
-        crate::lines::strokes::StrokesUniform::shared(),
-        crate::lines::strokes::Edge::shared(),
-        crate::lines::strokes::points::Point::shared(),
-        crate::lines::strokes::scan::ScanSource::shared(),
-        crate::lines::strokes::Piece::shared(),
-        crate::lines::strokes::StrokeCounts::shared(),
-        crate::lines::strokes::Chain::shared(),
-        crate::lines::strokes::Place::shared(),
-        crate::lines::strokes::ChainRulesUniform::shared(),
-        crate::lines::strokes::ChainPlan::shared(),
-        crate::lines::strokes::samples::Sample::shared(),
-        crate::lines::strokes::samples::Match::shared(),
-        crate::lines::strokes::samples::SampleCounts::shared(),
-        crate::lines::strokes::samples::CarryUniform::shared(),
-        crate::lines::strokes::carry::Heritage::shared(),
-        crate::lines::strokes::texture::Brush::shared(),
-        crate::tones::plain::PlainUniform::shared(),
-        LightUniform::shared(),
-        toon::ToonUniform::shared(),
-        watercolor::WatercolorUniform::shared(),
-        watercolor::Anchor::shared(),
-        crate::tones::balance::BalanceUniform::shared(),
-        HatchLayerUniform::shared(),
-        HatchUniform::shared(),
-        axes::Axis::shared(),
-        axes::Cell::shared(),
-        composite::CompositeUniform::shared(),
-        composite::present::PresentUniform::shared(),
-    ]
-}
+use crate::tones::{TONE, balance, fractal_hatching, hatching, plain, toon, watercolor};
 
 /// What the terrain is asked for a view.
 pub fn terrain_view(view: &View) -> TerrainView {
+    terrain_view_of(&Rig::mono(*view))
+}
+
+/// What the terrain is asked for all eyes of a rig: once.
+pub fn terrain_view_of(rig: &Rig) -> TerrainView {
     TerrainView {
-        camera_m: view.pose.position_m,
-        frusta: vec![view.frustum()],
-        focal_px: view.focal_px(),
-        pixels: view.part.size_px.map(f64::from).iter().product(),
+        camera_m: rig.origin_m,
+        frusta: rig.eyes.iter().map(View::frustum).collect(),
+        focal_px: rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max),
+        pixels: rig.eyes.iter().flat_map(|eye| eye.part.size_px.map(f64::from)).product(),
     }
+}
+
+/// Tiles and patches of a rig's next frame, with the horizons that the style's shadows ask for.
+pub fn prepare(gpu: &Gpu, terrain: &mut Terrain, rig: &Rig, style: &Style, light: &Light) -> Prepared {
+    terrain.see(gpu, style.asks_for_horizons().then_some(light.to_sun));
+    terrain.prepare(gpu, &terrain_view_of(rig))
 }
 
 /// From a frame to the next.
 const STEP_S: f64 = 1.0 / 30.0;
 
-/// The passes and targets of a style, and the clock.
+/// What frames share and what their eyes remember, and the clock.
 pub struct Frame {
-    passes: Passes,
-    targets: Targets,
+    pools: Pools,
+    eyes: Vec<EyeMemory>,
     timer: Timer,
-    view: GrowingBuffer,
     step_s: f64,
+    submits: Submits,
+    /// Whether the motion of every pixel is asked for.
+    wants_motion: bool,
+    trace: Option<Vec<PassTrace>>,
+    record_ms: f64,
+}
+
+/// What an eye's passes share.
+struct Seen<'a> {
+    terrain: &'a Terrain,
+    mesh: &'a PatchMesh,
+    rig: &'a Rig,
+    style: &'a Style,
+    light: &'a Light,
+    step_s: f64,
+    wants_motion: bool,
 }
 
 impl Frame {
-    /// Builds what `requirements` names, and nothing else, for pictures of `size_px`.
+    /// Of nothing yet.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when a target is larger than the device can hold, [`GpuError::Device`].
-    pub fn new(gpu: &Gpu, requirements: Requirements, size_px: [u32; 2]) -> Result<Self, GpuError> {
+    /// [`GpuError::Device`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
-            passes: Passes::new(gpu, &requirements)?,
-            targets: Targets::new(gpu, &requirements, size_px)?,
+            pools: Pools::new(gpu),
+            eyes: Vec::new(),
             timer: Timer::new(gpu)?,
-            view: GrowingBuffer::new(gpu, "view", wgpu::BufferUsages::UNIFORM),
             step_s: STEP_S,
+            submits: Submits::default(),
+            wants_motion: false,
+            trace: None,
+            record_ms: 0.0,
         })
     }
 
-    /// Makes the frame fit another style or size; what stays is kept.
+    /// The frame that is there, or a new one.
     ///
     /// # Errors
     /// As [`Frame::new`].
-    pub fn adapt(&mut self, gpu: &Gpu, requirements: Requirements, size_px: [u32; 2]) -> Result<(), GpuError> {
-        if !self.targets.fit(&requirements, size_px) {
-            self.targets = Targets::new(gpu, &requirements, size_px)?;
-            if let Some(strokes) = &mut self.passes.strokes {
-                strokes.forget();
-            }
+    pub fn or_new<'a>(frame: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
+        if frame.is_none() {
+            *frame = Some(Self::new(gpu)?);
         }
-        self.passes.adapt(gpu, &requirements)
+        Ok(frame.as_mut().unwrap_or_else(|| unreachable!("it was just made")))
     }
 
     /// How much time passes from each frame to the next, in seconds: strokes come and go by it. 1/30 until told.
@@ -130,206 +117,269 @@ impl Frame {
         self.step_s = step_s.max(0.0);
     }
 
-    /// Renders a view. The pictures are in [`Frame::targets`] when the GPU is done.
-    ///
-    /// # Panics
-    /// When the style needs a pass that the frame was not made for.
-    pub fn render(&mut self, gpu: &Gpu, terrain: &mut Terrain, view: &View, style: &Style, light: &Light) -> Prepared {
-        let size_px = view.part.size_px;
-        let terrain_view = terrain_view(view);
-        terrain.see(gpu, Requirements::of(style).seen.then_some(light.to_sun));
-        let prepared = terrain.prepare(gpu, &terrain_view);
-        let world = terrain.resources();
-        self.view.write(gpu, &[view.uniform()]);
-        let view_resource = || self.view.binding();
-        let targets = &self.targets;
-        let passes = &mut self.passes;
-        let camera_m = view.pose.position_m;
-        let light = &light.from_above(camera_m.z - f64::from(terrain.range_m()[1]));
-
-        let mut finds_edges = false;
-        if let (Some(strokes), Some(pass)) = (&style.strokes, &mut passes.strokes) {
-            let mesh_m = terrain.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
-            let step = Step { step_s: self.step_s, nearest_m: terrain.nearest_m(camera_m).min(mesh_m) };
-            finds_edges = pass.begin(gpu, strokes, view, light.haze_m, step);
-        }
-
-        let mut frame = self.timer.record(gpu);
-        let recorder = &mut frame;
-        // Surface: place the vertices, rasterise depth and id, compute the rest.
-        for batch in passes.vertices.upload(gpu, &prepared.selection) {
-            passes.vertices.run(gpu, recorder, batch, &world);
-            let inputs = draw::Inputs {
-                view: view_resource(),
-                terrain: &world,
-                solid: prepared.selection.solid.len() as u32,
-                batch,
-                mesh: &passes.vertices,
-                depth: &targets.depth,
-                surface_id: &targets.surface_id,
-            };
-            passes.terrain.run(gpu, recorder, &inputs);
-            if let (true, Some(pass)) = (finds_edges, &mut passes.strokes) {
-                let mesh = &passes.vertices;
-                pass.find(
-                    gpu,
-                    recorder,
-                    &contour_edges::Inputs { view: view_resource(), terrain: &world, batch, mesh },
-                );
-            }
-        }
-        let (position, normal) = (&targets.position, &targets.normal);
-        let (depth, surface_id) = (&targets.depth, &targets.surface_id);
-        // What stands on the land: the same once more.
-        if let (Some(vertices), Some(draw), Some(placed)) =
-            (&mut passes.mesh_vertices, &passes.meshes, terrain.meshes())
-        {
-            vertices.upload(gpu, placed, view, &terrain.bending(camera_m.z));
-            vertices.run(gpu, recorder, terrain.uniform());
-            let inputs = meshes::Inputs { view: view_resource(), meshes: vertices, depth, surface_id };
-            draw.run(gpu, recorder, &inputs);
-            if let (true, Some(pass)) = (finds_edges, &mut passes.strokes) {
-                pass.find_on_meshes(gpu, recorder, view_resource(), vertices);
-            }
-        }
-        passes.resolve.run(gpu, recorder, size_px, view_resource(), &world, &targets.depth, position, normal);
-        if let (Some(pass), Some(vertices)) = (&passes.mesh_resolve, &passes.mesh_vertices) {
-            let view = view_resource();
-            let inputs = mesh_resolve::Inputs { view, meshes: vertices, surface_id, depth, position, normal };
-            pass.run(gpu, recorder, size_px, &inputs);
-        }
-        if let (Some(pass), Some(drawn)) = (&passes.form, &targets.hatching) {
-            let inputs = form::Inputs {
-                view: view_resource(),
-                terrain: &world,
-                surface_id,
-                position,
-                normal,
-                form: &drawn.form,
-            };
-            pass.run(gpu, recorder, inputs);
-        }
-        if let (Some(pass), Some(motion)) = (&passes.motion, &targets.motion) {
-            pass.run(gpu, recorder, size_px, view_resource(), position, motion);
-        }
-
-        // What the land sees of the sun and of the sky, where that is not known yet.
-        if let (Some(pass), Some(seen)) = (&mut passes.horizons, terrain.seen()) {
-            pass.run(gpu, recorder, &world, seen);
-        }
-
-        // Lines: detect, threshold, smooth.
-        let mut line = &targets.no_line;
-        if let (Some(lines), Some(drawn)) = (&style.lines, &targets.lines) {
-            passes.detect(gpu, recorder, size_px, lines, view_resource(), targets);
-            passes.threshold(gpu, recorder, size_px, lines, view_resource(), drawn);
-            line = &drawn.line;
-            if let (true, Some(pass)) = (lines.antialias, &passes.smooth) {
-                pass.run(gpu, recorder, size_px, view_resource(), &drawn.line, &drawn.smoothed);
-                line = &drawn.smoothed;
-            }
-        }
-
-        let mut ink = &targets.no_line;
-        // Strokes: see what is visible of the edges, chain it, draw it.
-        if let (Some(_), Some(pass), Some(drawn)) = (&style.strokes, &mut passes.strokes, &targets.strokes) {
-            if finds_edges {
-                pass.update(gpu, recorder, view_resource(), &targets.depth, drawn);
-            } else {
-                pass.advance(gpu, recorder, view_resource(), drawn);
-            }
-            ink = &drawn.ink.ink;
-        }
-
-        // Tones.
-        let tone = &targets.tone;
-        match &style.tone {
-            Tone::Plain => {
-                let plain = PlainLight {
-                    to_sun: light.to_sun.as_vec3().to_array(),
-                    camera_z_m: view.pose.position_m.z as f32,
-                    range_m: terrain.range_m(),
-                };
-                let pass = passes.plain.as_mut().expect("the frame was made for this style");
-                pass.run(gpu, recorder, size_px, plain, view_resource(), terrain.uniform(), position, normal, tone);
-            }
-            Tone::Toon(steps) => {
-                let pass = passes.toon.as_mut().expect("the frame was made for this style");
-                let land = toon::Land { camera_z_m: view.pose.position_m.z as f32, range_m: terrain.range_m() };
-                let inputs = toon::Inputs {
-                    view: view_resource(),
-                    terrain: terrain.uniform(),
-                    seen: terrain.seen_resources(),
-                    position,
-                    normal,
-                    tone,
-                };
-                pass.run(gpu, recorder, size_px, steps, LightUniform::new(style, light), land, inputs);
-            }
-        }
-
-        let mut colors = tone;
-        if let (Some(water), Some(pass), Some(washed)) = (&style.watercolor, &mut passes.watercolor, &targets.washed) {
-            let inputs = watercolor::Inputs { view: view_resource(), position, tone, washed };
-            pass.run(gpu, recorder, size_px, water, view.pose.position_m, inputs);
-            colors = washed;
-        }
-        let mut marks = &targets.no_line;
-        if let (Some(style), Some(drawn)) = (&style.hatching, &targets.hatching) {
-            let inputs = hatching::Inputs {
-                view: view_resource(),
-                position,
-                normal,
-                form: &drawn.form,
-                tone,
-                cover: &drawn.ink.cover,
-            };
-            let camera_m = view.pose.position_m;
-            if let Some(pass) = &mut passes.hatching {
-                pass.run(gpu, recorder, size_px, style, camera_m, inputs);
-            } else if let Some(pass) = &mut passes.fractal_hatching {
-                pass.run(gpu, recorder, size_px, style, camera_m, inputs);
-            }
-            let balance = &drawn.ink;
-            if let (Some(sums), Some(windows)) = (&passes.ink_sums, &passes.ink_windows) {
-                sums.run(gpu, recorder, view_resource(), balance);
-                windows.run(gpu, recorder, balance);
-            }
-            if let Some(pass) = &passes.balanced_ink {
-                pass.run(gpu, recorder, size_px, view_resource(), balance);
-            }
-            marks = &balance.marks;
-        }
-
-        // Composite.
-        let picture = &targets.picture;
-        let inputs = composite::Inputs { view: view_resource(), position, tone: colors, line, ink, marks, picture };
-        passes.composite.run(gpu, recorder, size_px, style, light, inputs);
-        frame.submit();
-        prepared
+    /// The next frame takes nothing over from the last one: its strokes are made anew.
+    pub fn forget(&mut self) {
+        self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);
     }
 
-    /// The pictures of the last frame.
-    pub fn targets(&self) -> &Targets {
-        &self.targets
+    /// Whether frames submit all passes at once where the driver would have them one by one.
+    pub fn set_submits(&mut self, submits: Submits) {
+        self.submits = submits;
+    }
+
+    /// Whether [`motion::MOTION`] is made, which no style asks for by itself.
+    pub fn set_wants_motion(&mut self, wants_motion: bool) {
+        self.wants_motion = wants_motion;
+    }
+
+    /// From the next frame on, keeps what its passes read and wrote.
+    pub fn set_traces(&mut self, traces: bool) {
+        self.trace = traces.then(Vec::new);
+    }
+
+    /// The passes of the last frame in the order in which they ran, if frames are traced.
+    pub fn trace(&self) -> &[PassTrace] {
+        self.trace.as_deref().unwrap_or_default()
+    }
+
+    /// Prepares the terrain and renders the view of one eye. The pictures are there when the GPU is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when a picture or a list is larger than the device can hold.
+    pub fn render(
+        &mut self,
+        gpu: &Gpu,
+        terrain: &mut Terrain,
+        view: &View,
+        style: &Style,
+        light: &Light,
+    ) -> Result<Prepared, GpuError> {
+        let rig = Rig::mono(*view);
+        let prepared = prepare(gpu, terrain, &rig, style, light);
+        self.render_rig(gpu, terrain, &prepared, &rig, style, light)?;
+        Ok(prepared)
+    }
+
+    /// Renders all eyes of a rig, for which `terrain` was prepared, in one frame.
+    ///
+    /// # Errors
+    /// As [`Frame::render`].
+    pub fn render_rig(
+        &mut self,
+        gpu: &Gpu,
+        terrain: &Terrain,
+        prepared: &Prepared,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<(), GpuError> {
+        self.eyes.resize_with(rig.eyes.len(), EyeMemory::default);
+        let mut grew = false;
+        for (memory, view) in self.eyes.iter_mut().zip(&rig.eyes) {
+            grew |= memory.begin_frame(gpu, view, style)?;
+        }
+        if grew {
+            // Bind groups hold the pictures of the old size.
+            self.pools.groups.clear();
+        }
+        let begun = Instant::now();
+        let light = &light.from_above(rig.origin_m.z - f64::from(terrain.range_m()[1]));
+        let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
+        let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
+        let (step_s, wants_motion) = (self.step_s, self.wants_motion);
+        let seen = Seen { terrain, mesh, rig, style, light, step_s, wants_motion };
+        for (eye, memory) in self.eyes.iter_mut().enumerate() {
+            render_eye(&mut cx, &seen, eye, memory);
+        }
+        self.trace = cx.submit();
+        self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        Ok(())
+    }
+}
+
+/// The passes of one eye.
+fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemory) {
+    let &Seen { terrain, mesh, rig, style, light, .. } = seen;
+    let gpu = cx.gpu();
+    let view_of_eye = &rig.eyes[eye];
+    let view = &cx.uniform("view", &view_of_eye.uniform(rig.origin_m));
+    let world = &terrain.resources();
+    let placed = terrain.meshes();
+    let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
+
+    let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
+        let mesh_m = placed.map_or(f64::INFINITY, |placed| placed.nearest_m(rig.origin_m));
+        let nearest_m = terrain.nearest_m(rig.origin_m).min(mesh_m);
+        let step = Step { step_s: seen.step_s, nearest_m, origin_m: rig.origin_m };
+        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step)
+    });
+    let edges = strokes.as_ref().filter(|strokes| strokes.finds_edges());
+
+    // Surface: place the vertices, rasterise depth and id, compute the rest.
+    let (depth, surface_id) = (&targets.whole(gpu, &draw::DEPTH), &targets.whole(gpu, &draw::SURFACE_ID));
+    for &batch in &mesh.batches {
+        if eye == 0 || mesh.batches.len() > 1 {
+            mesh.place(cx, batch, world);
+        }
+        draw::run(cx, &draw::Inputs { view, terrain: world, mesh, batch, depth, surface_id });
+        if let Some(edges) = edges {
+            edges.find(cx, &contour_edges::Inputs { view, terrain: world, mesh, batch });
+        }
+    }
+    // What stands on the land: the same once more.
+    let meshes = placed.map(|placed| {
+        let meshes = SeenMeshes::upload(cx, placed, view_of_eye, rig.origin_m, &terrain.bending(rig.origin_m.z));
+        meshes.place(cx, terrain.uniform());
+        meshes::run(cx, &meshes::Inputs { view, meshes: &meshes, depth, surface_id });
+        if let Some(edges) = edges {
+            edges.find_on_meshes(cx, view, &meshes);
+        }
+        meshes
+    });
+    let (position, normal) = (&targets.whole(gpu, &resolve::POSITION), &targets.whole(gpu, &resolve::NORMAL));
+    resolve::run(cx, &resolve::Inputs { view, terrain: world, depth, position, normal });
+    if let Some(meshes) = &meshes {
+        mesh_resolve::run(cx, &mesh_resolve::Inputs { view, meshes, surface_id, depth, position, normal });
+    }
+    if seen.wants_motion {
+        let motion = &targets.whole(gpu, &motion::MOTION);
+        motion::run(cx, &motion::Inputs { view, position, motion });
+    }
+
+    // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
+    let horizon_tiles = terrain.seen().filter(|_| style.asks_for_horizons());
+    if let (0, Some(tiles)) = (eye, horizon_tiles) {
+        horizons::run(cx, world, tiles);
+    }
+
+    // Lines: detect, threshold, smooth.
+    let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
+    let line = style.lines.as_ref().map_or(nothing.clone(), |lines| {
+        let errors = &targets.whole(gpu, &detector::ERRORS);
+        let line = targets.whole(gpu, &threshold::LINE);
+        detector::run(cx, lines, &detector::Inputs { view, position, normal, errors });
+        threshold::run(cx, lines, &threshold::Inputs { view, errors, line: &line });
+        if !lines.antialias {
+            return line;
+        }
+        let smoothed = targets.whole(gpu, &smooth::SMOOTHED);
+        smooth::run(cx, &smooth::Inputs { view, line: &line, smoothed: &smoothed });
+        smoothed
+    });
+
+    // Strokes: see what is visible of the edges, chain it, draw it.
+    let ink = match (&style.strokes, &strokes) {
+        (Some(style), Some(strokes)) => {
+            strokes.draw(cx, strokes::Inputs { view, depth, targets, resolution: style.resolution })
+        }
+        _ => nothing.clone(),
+    };
+
+    // Tones.
+    let tone = targets.whole(gpu, &TONE);
+    let (camera_z_m, range_m) = (rig.origin_m.z as f32, terrain.range_m());
+    match &style.tone {
+        Tone::Plain => {
+            let light = PlainLight { to_sun: light.to_sun.as_vec3().to_array(), camera_z_m, range_m };
+            let terrain = terrain.uniform();
+            plain::run(cx, &plain::Inputs { view, terrain, light, position, normal, tone: &tone });
+        }
+        Tone::Toon(steps) => {
+            let inputs = toon::Inputs {
+                view,
+                terrain: terrain.uniform(),
+                seen: horizon_tiles.and_then(|_| terrain.seen_resources()),
+                toon: steps,
+                light: LightUniform::new(style, light),
+                land: toon::Land { camera_z_m, range_m },
+                position,
+                normal,
+                tone: &tone,
+            };
+            toon::run(cx, inputs);
+        }
+    }
+    let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
+        let washed = targets.whole(gpu, &watercolor::WASHED);
+        let origin_m = rig.origin_m;
+        let inputs = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
+        watercolor::run(cx, &inputs);
+        washed
+    });
+    let marks = style.hatching.as_ref().map_or(nothing, |hatching| {
+        let form = &targets.sized(gpu, &form::FORM, form::form_size(targets.size_px()));
+        form::run(cx, &form::Inputs { view, terrain: world, surface_id, position, normal, form });
+        let balance = balance::Inputs::new(cx, targets, view, hatching);
+        let (tone, cover, origin_m) = (&tone, &balance.cover, rig.origin_m);
+        let inputs = hatching::Inputs { view, hatching, origin_m, position, normal, form, tone, cover };
+        match hatching.scale {
+            Scale::Blend => hatching::run(cx, &inputs),
+            Scale::Add => fractal_hatching::run(cx, &inputs),
+        }
+        balance::run(cx, &balance);
+        balance.marks
+    });
+
+    // Composite.
+    let picture = &targets.whole(gpu, &composite::PICTURE);
+    let (tone, line, ink, marks) = (&colors, &line, &ink, &marks);
+    composite::run(cx, &composite::Inputs { view, style, light, position, tone, line, ink, marks, picture });
+}
+
+/// What the last frame left. Eyes count from 0; none is the first.
+impl Frame {
+    /// A picture of the first eye, if the last frame made it.
+    pub fn target(&self, kind: &TargetKind) -> Option<&Target> {
+        self.eye_target(0, kind)
+    }
+
+    /// A picture of an eye, if the last frame made it.
+    pub fn eye_target(&self, eye: usize, kind: &TargetKind) -> Option<&Target> {
+        self.eyes.get(eye)?.targets.get(kind)
+    }
+
+    /// A buffer that passes share, if a recent frame made it.
+    pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
+        self.pools.buffers.get(kind)
+    }
+
+    /// Width and height of the first eye's pictures.
+    pub fn size_px(&self) -> [u32; 2] {
+        self.eyes.first().map_or([0, 0], |eye| eye.targets.size_px())
+    }
+
+    /// Bytes of the pictures of all eyes on the GPU.
+    pub fn target_bytes(&self) -> u64 {
+        self.eyes.iter().map(|eye| eye.targets.bytes()).sum()
     }
 
     /// The mesh as the last picture drew it, for measurements: 17 × 17 vertices for each leaf of its selection, row by
-    /// row, relative to the camera in metres (the fourth number is 1). None when the selection was so large that it was
+    /// row, in metres from the rig's origin (the fourth number is 1). None when the selection was so large that it was
     /// drawn in several batches: only the last of them is left.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        self.passes.vertices.read(gpu, drawn.selection.leaves.len())
+        let Some(positions) = self.buffer(&vertices::POSITIONS) else { return Ok(None) };
+        vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 
-    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does.
+    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does; those of what is not in view mean
+    /// nothing.
     ///
     /// # Errors
     /// As [`Frame::drawn_vertices`].
-    pub fn drawn_mesh_vertices(&self, gpu: &Gpu) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        self.passes.mesh_vertices.as_ref().map(|pass| pass.read(gpu)).transpose()
+    pub fn drawn_mesh_vertices(&self, gpu: &Gpu, terrain: &Terrain) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let (Some(placed), Some(positions)) = (terrain.meshes(), self.buffer(&mesh_vertices::POSITIONS)) else {
+            return Ok(None);
+        };
+        crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.vertices() as usize).map(Some)
+    }
+
+    /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where each pass was
+    /// submitted and waited for by itself.
+    pub fn record_ms(&self) -> f64 {
+        self.record_ms
     }
 
     /// The times of the oldest finished frame that has not been asked for.
@@ -339,16 +389,18 @@ impl Frame {
 
     /// Whether the next frame of the same view would be another picture: strokes are still coming or going.
     pub fn is_settling(&self) -> bool {
-        self.passes.strokes.as_ref().is_some_and(StrokePasses::is_settling)
+        self.eyes.iter().filter_map(EyeMemory::drawn_strokes).any(strokes::StrokeMemory::is_settling)
     }
 
-    /// The passes of strokes, if the style has any, with what the last frame left: for measurements.
-    pub fn strokes(&self) -> Option<&StrokePasses> {
-        self.passes.strokes.as_ref()
+    /// The strokes of the first eye, if the style has any, with what the last frame left.
+    pub fn strokes(&self) -> Option<DrawnStrokes<'_>> {
+        let memory = self.eyes.first()?.drawn_strokes()?;
+        Some(DrawnStrokes::new(memory, &self.pools))
     }
 
-    /// Which line picture the style's composite read, if any.
-    pub fn line_target(&self, lines: &Lines) -> Option<&crate::gpu::target::Target> {
-        self.targets.lines.as_ref().map(|drawn| if lines.antialias { &drawn.smoothed } else { &drawn.line })
+    /// Which line picture the composite read, if the style has lines.
+    pub fn line_target(&self, style: &Style) -> Option<&Target> {
+        let lines = style.lines.as_ref()?;
+        self.target(if lines.antialias { &smooth::SMOOTHED } else { &threshold::LINE })
     }
 }

@@ -112,8 +112,8 @@ fn an_error_that_takes_too_much_is_told_and_kept() {
     assert!(report.patches <= most && report.patches > most / 2, "{} of {most} patches", report.patches);
     assert!(report.error_px > 1e-6 && report.error_px < 0.1, "{} px", report.error_px);
     // Position follows the surface itself, so the measured error is smaller than the mesh's.
-    let targets = frame.as_ref().unwrap().targets();
-    let measured = lod_error::largest_px(&world.gpu, targets, &shot.view, &world.terrain, 0).unwrap().unwrap();
+    let drawn = frame.as_ref().unwrap();
+    let measured = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.terrain, 0).unwrap().unwrap();
     assert!(measured < report.error_px.max(0.01), "{measured} px, told {} px", report.error_px);
     // A picture stands for itself: what was drawn before changes nothing.
     let other = world.pose("9,30,+20,180,-20,40");

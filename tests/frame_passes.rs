@@ -1,426 +1,174 @@
-//! `src/frame_passes.md` says what the code does: passes and their order, pictures, buffers, formats, conditions.
+//! `src/frame_passes.md` says what frames do: its table is made from the traces of frames that were drawn.
 //!
-//! The list is held against the shaders as they are composed, the constants of the formats, and the text of `frame.rs`,
-//! `frame/passes.rs` and `frame/targets.rs`. Planted errors show that each column is looked at.
+//! `HACHURE_REWRITE=1 cargo test --release --test frame_passes` writes the table anew.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
-use std::collections::{BTreeMap, BTreeSet};
+mod common;
+#[path = "meshes/shapes.rs"]
+#[allow(dead_code, reason = "this test needs one shape")]
+mod shapes;
 
-use hachure::frame::Requirements;
-use hachure::gpu::shader::{SHADERS, compose};
-use hachure::style::Detector;
-use hachure::style::hatching::Scale;
-use hachure::{composite, lines, surface, tiles, tones};
-use naga::{AddressSpace, ImageClass, StorageAccess, TypeInner};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::DVec3;
+use hachure::frame::{Frame, Light};
+use hachure::gpu::recorder::{PassTrace, Traced};
+use hachure::gpu::shader::SHADERS;
+use hachure::style::{self, Style};
+use hachure::surface::view::{Part, Pose, View};
+
+use crate::common::World;
 
 const LIST: &str = include_str!("../src/frame_passes.md");
-const FRAME: &str = include_str!("../src/frame.rs");
-const PASSES: &str = include_str!("../src/frame/passes.rs");
-const TARGETS: &str = include_str!("../src/frame/targets.rs");
-const TERRAIN: &str = include_str!("../src/surface/terrain.rs");
-const MESHES: &str = include_str!("../src/surface/meshes.rs");
-const ID_IMAGE: &str = include_str!("../src/lines/strokes/id_image.rs");
-const BALANCE: &str = include_str!("../src/tones/balance.rs");
-const STROKE: &str = include_str!("../src/lines/strokes/stroke.rs");
+const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/frame_passes.md");
+const BEGIN: &str = "<!-- The table begins. -->\n";
+const END: &str = "<!-- The table ends. -->\n";
 
-/// The conditions of `Passes::adapt`, in words.
-const CONDITIONS: &[(&str, &str)] = &[
-    ("requirements.meshes", "the scene has meshes"),
-    ("requirements.motion", "motion is wanted"),
-    ("detector == Some(Detector::Lsa)", "lines by LSA"),
-    ("detector == Some(Detector::Sobel)", "lines by Sobel"),
-    ("detector == Some(Detector::Roystan)", "lines by Roystan"),
-    ("detector.is_some()", "lines"),
-    ("requirements.antialias", "lines are anti-aliased"),
-    ("requirements.seen", "shadows or occlusion"),
-    ("requirements.watercolor", "watercolour"),
-    ("requirements.hatching.is_some()", "hatching"),
-    ("hatching == Some(Scale::Blend)", "hatching that blends"),
-    ("hatching == Some(Scale::Add)", "hatching that adds"),
-    ("requirements.balance_px > 0", "hatching is balanced"),
-    ("requirements.toon", "the tone is toon"),
-    ("!requirements.toon", "the tone is not toon"),
-];
+const SIZE_PX: [u32; 2] = [96, 54];
 
-/// Stands where a picture has its format.
-const BUFFER: &str = "buffer";
-
-/// One row, of the list or of the code. Pictures stand with their formats.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// What a pass of any frame reads and writes, and which frames have it.
 struct Row {
-    pass: String,
-    pictures: BTreeMap<String, String>,
-    buffers: BTreeSet<String>,
-    writes: BTreeMap<String, String>,
-    exists: String,
+    name: &'static str,
+    reads: BTreeSet<String>,
+    writes: BTreeSet<String>,
+    frames: BTreeSet<String>,
 }
 
-/// The value of a constant that `targets.rs` names.
-fn format(constant: &str) -> String {
-    let format = match constant {
-        "DEPTH_FORMAT" => surface::terrain::DEPTH_FORMAT,
-        "ID_FORMAT" => surface::terrain::ID_FORMAT,
-        "POSITION_FORMAT" => surface::resolve::POSITION_FORMAT,
-        "NORMAL_FORMAT" => surface::resolve::NORMAL_FORMAT,
-        "MOTION_FORMAT" => surface::motion::MOTION_FORMAT,
-        "ERRORS_FORMAT" => lines::detector::ERRORS_FORMAT,
-        "INK_FORMAT" => lines::strokes::stroke::INK_FORMAT,
-        "LINE_FORMAT" => lines::threshold::LINE_FORMAT,
-        "FORM_FORMAT" => surface::form::FORM_FORMAT,
-        "COVER_FORMAT" => tones::balance::COVER_FORMAT,
-        "SUMS_FORMAT" => tones::balance::SUMS_FORMAT,
-        "MARKS_FORMAT" => tones::balance::MARKS_FORMAT,
-        "TONE_FORMAT" => tones::TONE_FORMAT,
-        "PICTURE_FORMAT" => composite::PICTURE_FORMAT,
-        _ => panic!("targets.rs has a picture of {constant}, which this test does not know"),
-    };
-    format!("{format:?}")
+/// A kind of frame: a preset's, or the same over meshes, or with motion.
+struct Traces {
+    presets: Vec<&'static str>,
+    rows: Vec<Row>,
 }
 
-/// The pictures by the names of their fields, with their formats.
-fn target_formats() -> BTreeMap<String, String> {
-    let made = [
-        ("heights", tiles::atlas::HEIGHTS_FORMAT),
-        ("seen_tiles", tiles::seen::SEEN_FORMAT),
-        ("ramp", tones::TONE_FORMAT),
-        ("brush_tile", lines::strokes::texture::TILE_FORMAT),
-    ];
-    let mut formats: BTreeMap<String, String> =
-        made.into_iter().map(|(name, format)| (name.to_owned(), format!("{format:?}"))).collect();
-    for line in TARGETS.lines().chain(ID_IMAGE.lines()).chain(STROKE.lines()).chain(BALANCE.lines()) {
-        let Some((field, made)) = line.trim().split_once(": ") else { continue };
-        let is_made = ["Target::storage(", "Target::attachment(", "storage("].iter().any(|how| made.contains(how));
-        let constant =
-            made.split(|c: char| !(c.is_ascii_uppercase() || c == '_')).find(|word| word.ends_with("_FORMAT"));
-        if let (true, Some(constant)) = (is_made, constant) {
-            formats.insert(field.to_owned(), format(constant));
-        }
-    }
-    formats
+fn named(used: &Traced) -> String {
+    used.format.map_or_else(|| used.name.to_owned(), |format| format!("{} `{format:?}`", used.name))
 }
 
-/// The text between `begin` and the next line that is `end`.
-fn body<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
-    let start = text.find(begin).unwrap_or_else(|| panic!("{begin} is gone"));
-    let text = &text[start..];
-    &text[..text.find(end).unwrap_or_else(|| panic!("{begin} has no end"))]
-}
-
-/// The words that follow `prefix` in `text`, each once, in the order of their first mention.
-fn mentions(text: &str, prefix: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    for (at, _) in text.match_indices(prefix) {
-        let before = text[..at].chars().next_back().unwrap_or(' ');
-        let word: String =
-            text[at + prefix.len()..].chars().take_while(|c| c.is_ascii_lowercase() || *c == '_').collect();
-        if !before.is_alphanumeric() && before != '_' && !words.contains(&word) {
-            words.push(word);
-        }
-    }
-    words
-}
-
-/// The passes in drawing order: the fields of `Passes` that `Frame::render` mentions, by itself or through a method.
-fn drawing_order() -> Vec<String> {
-    let render = body(FRAME, "pub fn render(", "\n    }\n");
-    let mut order: Vec<String> = Vec::new();
-    for name in mentions(render, "passes.") {
-        let method = format!("pub fn {name}(");
-        let inner =
-            if PASSES.contains(&method) { mentions(body(PASSES, &method, "\n    }\n"), "self.") } else { vec![name] };
-        for name in inner {
-            if !order.contains(&name) {
-                order.push(name);
-            }
-        }
-    }
-    order
-}
-
-/// The condition under which each pass exists, in words.
-fn conditions() -> BTreeMap<String, String> {
-    let adapt = body(PASSES, "pub fn adapt(", "\n    }\n");
-    adapt
-        .split("keep(&mut self.")
-        .skip(1)
-        .map(|kept| {
-            let mut arguments = kept.splitn(3, ", ");
-            let (field, code) = (arguments.next().unwrap_or_default(), arguments.next().unwrap_or_default());
-            let words = CONDITIONS.iter().find(|(known, _)| *known == code);
-            (field.to_owned(), words.unwrap_or_else(|| panic!("no words for the condition {code}")).1.to_owned())
-        })
-        .collect()
-}
-
-/// What the shader of a pass reads and writes.
-fn row_of_shader(shader: &str, exists: &str, formats: &BTreeMap<String, String>) -> Row {
-    let module = compose(shader).unwrap_or_else(|error| panic!("{error}"));
-    let mut row = Row { pass: shader.to_owned(), exists: exists.to_owned(), ..Row::default() };
-    for (_, variable) in module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some()) {
-        let name = variable.name.as_deref().unwrap_or_default();
-        let name = name.split("X_naga_oil_mod_").next().unwrap_or(name).to_owned();
-        let known = || formats.get(&name).unwrap_or_else(|| panic!("{shader} reads {name}, no target")).clone();
-        match (&module.types[variable.ty].inner, variable.space) {
-            (TypeInner::Image { class: ImageClass::Storage { format, access }, .. }, _) => {
-                assert_eq!(*access, StorageAccess::STORE, "{shader}: {name}");
-                row.writes.insert(name, format!("{format:?}"));
-            }
-            // It holds nothing.
-            (TypeInner::Sampler { .. }, _) => {}
-            (TypeInner::Image { .. }, _) => {
-                row.pictures.insert(name.clone(), known());
-            }
-            (_, AddressSpace::Storage { access }) if access.contains(StorageAccess::STORE) => {
-                row.writes.insert(name, BUFFER.to_owned());
-            }
-            (_, AddressSpace::Uniform | AddressSpace::Storage { .. }) => {
-                row.buffers.insert(name);
-            }
-            other => panic!("{shader}: {name} is {other:?}, which the list has no column for"),
-        }
-    }
-    row
-}
-
-/// The list as the code has it.
-fn code() -> Vec<Row> {
-    let formats = target_formats();
-    let conditions = conditions();
-    drawing_order()
-        .into_iter()
-        // They have a table of their own.
-        .filter(|name| name != "strokes")
-        .map(|name| {
-            let ending = format!("/{name}");
-            let shader = SHADERS.iter().map(|(shader, _)| *shader).find(|shader| shader.ends_with(&ending));
-            let shader = shader.unwrap_or_else(|| panic!("the pass {name} has no shader of its name"));
-            let exists = conditions.get(&name).map_or("always", String::as_str);
-            let mut row = row_of_shader(shader, exists, &formats);
-            let rasterised = [("surface/terrain", TERRAIN), ("surface/meshes", MESHES)];
-            for (_, text) in rasterised.into_iter().filter(|(name, _)| *name == shader) {
-                // It writes its attachments.
-                for target in mentions(text, "&inputs.").into_iter().filter(|name| formats.contains_key(name)) {
-                    row.writes.insert(target.clone(), formats[&target].clone());
-                }
-            }
-            for (picture, format) in row.writes.iter().filter(|(_, format)| *format != BUFFER) {
-                assert_eq!(formats.get(picture), Some(format), "{shader} writes {picture}");
-            }
-            row
-        })
-        .collect()
-}
-
-/// The cells of the table whose header has `columns` cells.
-fn table(text: &str, columns: usize, first: &str) -> Vec<Vec<String>> {
-    let rows = text.lines().filter(|line| line.starts_with('|')).map(|line| {
-        let cells = line.trim_matches('|').split('|').map(|cell| cell.trim().to_owned());
-        cells.collect::<Vec<_>>()
-    });
-    rows.filter(|cells| cells.len() == columns)
-        .skip_while(|cells| cells[0] != first)
-        .skip(1)
-        .filter(|cells| !cells[0].starts_with("---"))
-        .collect()
-}
-
-/// `` `name` Format, … ``
-fn pictures(cell: &str) -> BTreeMap<String, String> {
-    let parts = cell.split(", ").filter(|part| !part.is_empty());
-    parts
-        .map(|part| {
-            let (name, format) = part.split_once(' ').unwrap_or((part, ""));
-            (name.trim_matches('`').to_owned(), format.to_owned())
-        })
-        .collect()
-}
-
-/// As [`pictures`]; what has no format is a buffer.
-fn written(cell: &str) -> BTreeMap<String, String> {
-    let known = |format: String| if format.is_empty() { BUFFER.to_owned() } else { format };
-    pictures(cell).into_iter().map(|(name, format)| (name, known(format))).collect()
-}
-
-fn buffers(cell: &str) -> BTreeSet<String> {
-    cell.split(", ").map(|name| name.trim_matches('`').to_owned()).filter(|name| !name.is_empty()).collect()
-}
-
-/// How the list differs from the code; empty if it does not.
-fn differences(list: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    let listed: Vec<Row> = table(list, 6, "#")
-        .into_iter()
-        .enumerate()
-        .map(|(i, cells)| {
-            if cells[0] != (i + 1).to_string() {
-                found.push(format!("row {} is numbered {}", i + 1, cells[0]));
-            }
-            Row {
-                pass: cells[1].trim_matches('`').to_owned(),
-                pictures: pictures(&cells[2]),
-                buffers: buffers(&cells[3]),
-                writes: pictures(&cells[4]),
-                exists: cells[5].clone(),
-            }
-        })
-        .collect();
-    let code = code();
-    for i in 0..listed.len().max(code.len()) {
-        if listed.get(i) != code.get(i) {
-            found.push(format!("row {}: the list says {:?}, the code {:?}", i + 1, listed.get(i), code.get(i)));
+impl Traces {
+    /// Adds a frame: passes that are new stand behind the one that they followed.
+    fn add(&mut self, frame: &str, trace: &[PassTrace]) {
+        let mut at = 0;
+        for pass in trace {
+            let found = self.rows.iter().position(|row| row.name == pass.name);
+            let row = found.unwrap_or_else(|| {
+                let (reads, writes, frames) = Default::default();
+                self.rows.insert(at, Row { name: pass.name, reads, writes, frames });
+                at
+            });
+            // What runs again and again stands where it first ran.
+            at = at.max(row + 1);
+            self.rows[row].reads.extend(pass.reads.iter().map(named));
+            self.rows[row].writes.extend(pass.writes.iter().map(named));
+            self.rows[row].frames.insert(frame.to_owned());
         }
     }
 
-    // The passes of strokes stand in the table of their own.
-    let formats = target_formats();
-    let listed = table(list, 5, "step");
-    let names: Vec<&str> = listed.iter().map(|cells| cells[1].trim_matches('`')).collect();
-    if names != lines::strokes::PASSES {
-        found.push(format!("for strokes the list has {names:?}, the code {:?}", lines::strokes::PASSES));
-    }
-    for (i, (cells, shader)) in listed.iter().zip(lines::strokes::PASSES).enumerate() {
-        let mut row = row_of_shader(shader, "", &formats);
-        let source = match *shader {
-            "lines/strokes/id_image" => ID_IMAGE,
-            "lines/strokes/stroke" => STROKE,
-            _ => "",
-        };
-        for target in mentions(source, "drawn.").into_iter().filter(|name| formats.contains_key(name)) {
-            row.writes.insert(target.clone(), formats[&target].clone());
+    /// In which frames a pass runs.
+    fn when(&self, row: &Row) -> String {
+        let styles: Vec<&str> = self.presets.iter().copied().filter(|name| row.frames.contains(*name)).collect();
+        if styles.len() == self.presets.len() {
+            return "always".to_owned();
         }
-        let is_right = cells[0] == (i + 1).to_string()
-            && row.pictures == pictures(&cells[2])
-            && row.buffers == buffers(&cells[3])
-            && row.writes == written(&cells[4]);
-        if !is_right {
-            found.push(format!("{shader}: the list says {cells:?}, the code {row:?}"));
+        if styles.is_empty() {
+            return row.frames.iter().cloned().collect::<Vec<_>>().join(", ");
         }
+        format!("`{}`", styles.join("`, `"))
     }
 
-    // The shaders that are no passes of the frame stand in the table of their own.
-    let after: Vec<Vec<String>> = table(list, 4, "pass");
-    let others: Vec<&str> =
-        SHADERS.iter().map(|(name, _)| *name).filter(|name| code.iter().all(|row| row.pass != *name)).collect();
-    let others: Vec<&str> = others.into_iter().filter(|name| !lines::strokes::PASSES.contains(name)).collect();
-    let names: Vec<&str> = after.iter().map(|cells| cells[0].trim_matches('`')).collect();
-    if names != others {
-        found.push(format!("after the frame the list has {names:?}, the code {others:?}"));
-    }
-    for (cells, shader) in after.iter().zip(others) {
-        let row = row_of_shader(shader, "", &formats);
-        if row.pictures != pictures(&cells[1]) || row.buffers != buffers(&cells[2]) {
-            found.push(format!("{shader}: the code has {row:?}"));
+    fn table(&self) -> String {
+        let mut text = "| # | pass | reads | writes | in frames of |\n| --- | --- | --- | --- | --- |\n".to_owned();
+        let list = |names: &BTreeSet<String>| names.iter().cloned().collect::<Vec<_>>().join(", ");
+        for (number, row) in (1..).zip(&self.rows) {
+            let (reads, writes, when) = (list(&row.reads), list(&row.writes), self.when(row));
+            text += &format!("| {number} | `{}` | {reads} | {writes} | {when} |\n", row.name);
         }
+        text
     }
-    found
+}
+
+fn draw(world: &mut World, frame: &mut Frame, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
+    let [previous, pose] = poses;
+    let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
+    frame.set_traces(true);
+    frame.render(&world.gpu, &mut world.terrain, &view, style, &light).unwrap();
+    world.gpu.check().unwrap();
+    frame.trace().to_vec()
+}
+
+fn traces() -> Option<Traces> {
+    let (hill, mut world) = shapes::hill()?;
+    let mut traces = Traces { presets: style::names(), rows: Vec::new() };
+    let pose = world.pose("900,-900,+20,315,3,60");
+    // Between updates strokes are moved along.
+    let next = Pose { position_m: pose.position_m + DVec3::X * 0.01, ..pose };
+    // The frames that have most come first: their order is that of all.
+    traces.presets.sort_by_key(|name| (!["pen", "wash"].contains(name), *name));
+    for name in traces.presets.clone() {
+        let style = Style::load(name).unwrap();
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        let first = draw(&mut world, &mut frame, &style, [pose; 2]);
+        let then = draw(&mut world, &mut frame, &style, [pose, next]);
+        let last = draw(&mut world, &mut frame, &style, [next, next]);
+        [first, then, last].iter().for_each(|trace| traces.add(name, trace));
+    }
+    let style = Style::load("pen").unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    frame.set_wants_motion(true);
+    let trace = draw(&mut world, &mut frame, &style, [pose; 2]);
+    traces.add("channel `motion`", &trace);
+    let at_m = DVec3::new(850.0, -850.0, 0.0);
+    let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
+    shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let trace = draw(&mut world, &mut frame, &style, [pose; 2]);
+    traces.add("scenes with meshes", &trace);
+    traces.presets.sort_unstable();
+    Some(traces)
 }
 
 #[test]
-fn the_list_says_what_the_code_does() {
-    let found = differences(LIST);
-    assert!(found.is_empty(), "{}", found.join("\n"));
-}
-
-#[test]
-fn the_passes_of_a_style_are_those_of_the_list() {
-    let code = code();
-    for detector in [None, Some(Detector::Lsa), Some(Detector::Sobel), Some(Detector::Roystan)] {
-        for switches in 0..1024 {
-            let [antialias, toon, motion, has_strokes, meshes] = [1, 2, 4, 8, 16].map(|bit| switches & bit != 0);
-            let [seen, watercolor, blends, adds, balances] = [32, 64, 128, 256, 512].map(|bit| switches & bit != 0);
-            let hatching = match (blends, adds) {
-                (false, false) => None,
-                (true, false) => Some(Scale::Blend),
-                (false, true) => Some(Scale::Add),
-                (true, true) => continue,
-            };
-            if balances && hatching.is_none() {
-                continue;
-            }
-            let strokes = has_strokes.then_some(64);
-            let balance_px = if balances { 8 } else { 0 };
-            let requirements = Requirements {
-                detector,
-                antialias,
-                strokes,
-                toon,
-                seen,
-                watercolor,
-                hatching,
-                balance_px,
-                motion,
-                meshes,
-            };
-            let exists = |row: &Row| match row.exists.as_str() {
-                "always" => true,
-                "motion is wanted" => motion,
-                "the scene has meshes" => meshes,
-                "lines by LSA" => detector == Some(Detector::Lsa),
-                "lines by Sobel" => detector == Some(Detector::Sobel),
-                "lines by Roystan" => detector == Some(Detector::Roystan),
-                "lines" => detector.is_some(),
-                "lines are anti-aliased" => antialias,
-                "shadows or occlusion" => seen,
-                "watercolour" => watercolor,
-                "hatching" => hatching.is_some(),
-                "hatching that blends" => blends,
-                "hatching that adds" => adds,
-                "hatching is balanced" => balances,
-                "the tone is toon" => toon,
-                "the tone is not toon" => !toon,
-                other => panic!("{other} is no condition that this test knows"),
-            };
-            let mut listed: Vec<String> = code.iter().filter(|row| exists(row)).map(|row| row.pass.clone()).collect();
-            if has_strokes {
-                let mut put = |before: &str, passes: &[&str]| {
-                    let at = listed.iter().position(|pass| pass.starts_with(before)).unwrap();
-                    listed.splice(at..at, passes.iter().map(|pass| (*pass).to_owned()));
-                };
-                let (finding, others) = lines::strokes::PASSES.split_at(lines::strokes::FINDING);
-                put("tones/", others);
-                let (on_land, on_meshes) = finding.split_at(lines::strokes::FINDING_ON_LAND);
-                put("surface/resolve", if meshes { on_meshes } else { &[] });
-                put(if meshes { "surface/mesh_vertices" } else { "surface/resolve" }, on_land);
-            }
-            assert_eq!(requirements.passes(), listed, "{requirements:?}");
-        }
+fn the_table_is_that_of_the_frames() {
+    let Some(mut traces) = traces() else { return };
+    let table = traces.table();
+    let (begin, end) = (LIST.find(BEGIN).unwrap() + BEGIN.len(), LIST.find(END).unwrap());
+    if std::env::var_os("HACHURE_REWRITE").is_some() {
+        std::fs::write(PATH, format!("{}\n{table}\n{}", &LIST[..begin], &LIST[end..])).unwrap();
+    }
+    let written = LIST[begin..end].trim();
+    for (written, drawn) in written.lines().zip(table.lines()) {
+        assert_eq!(written, drawn, "HACHURE_REWRITE=1 writes the table anew");
+    }
+    assert_eq!(written, table.trim(), "HACHURE_REWRITE=1 writes the table anew");
+    // Every shader is a pass of some frame.
+    let drawn: BTreeSet<&str> = traces.rows.iter().map(|row| row.name).collect();
+    // The window's own pass is not one of the frame's; the preset of the fractal rule is a measurement's.
+    let beside = ["composite/present", "tones/fractal_hatching"];
+    let known: BTreeSet<&str> = SHADERS.iter().map(|(name, _)| *name).filter(|name| !beside.contains(name)).collect();
+    assert_eq!(drawn, known);
+    assert!(beside.iter().all(|name| LIST.contains(name)));
+    // Planted: a pass that reads one thing more, and one that nobody has listed.
+    let more = Traced { name: "nothing", format: None, bytes: 0 };
+    let planted = |name| PassTrace { name, reads: vec![more.clone()], writes: Vec::new() };
+    for name in ["surface/resolve", "surface/none"] {
+        traces.add("ink", &[planted(name)]);
+        assert!(traces.table() != table, "{name}");
     }
 }
 
 #[test]
-fn a_planted_error_is_found() {
-    let lines: Vec<&str> = LIST.lines().collect();
-    let row = |pass: &str| lines.iter().position(|line| line.contains(&format!("| `{pass}` |"))).unwrap();
-    let changed = |pass: &str, from: &str, to: &str| {
-        let mut lines: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
-        let line = &mut lines[row(pass)];
-        assert!(line.contains(from), "{line} has no {from} to spoil");
-        *line = line.replacen(from, to, 1);
-        lines.join("\n")
-    };
-    let mut without = lines.clone();
-    without.remove(row("lines/smooth"));
-    let mut twice = lines.clone();
-    twice.insert(row("lines/smooth"), lines[row("lines/smooth")]);
-    let mut swapped = lines.clone();
-    swapped.swap(row("tones/plain"), row("tones/toon"));
-    let planted = [
-        ("a format that is written", changed("surface/resolve", "`normal` Rgba32Float", "`normal` Rgba16Float")),
-        ("a format that is read", changed("lines/threshold", "Rgba16Float", "Rgba32Float")),
-        ("the format of an attachment", changed("surface/terrain", "R32Uint", "R32Float")),
-        ("a picture that is not read", changed("tones/toon", "`normal`", "`position`")),
-        ("a buffer that is not there", changed("lines/lsa", "`lsa`", "`lsb`")),
-        ("a buffer less", changed("surface/resolve", ", `tile_rows`", "")),
-        ("a buffer that is written", changed("surface/vertices", "`positions` buffer", "")),
-        ("a picture that is not written", changed("lines/smooth", "`smoothed`", "`line`")),
-        ("a wrong condition", changed("tones/plain", "not toon", "toon")),
-        ("a wrong number", changed("lines/lsa", "| 10 |", "| 9 |")),
-        ("a shader after the frame", changed("composite/present", "`picture`", "`tone`")),
-        ("a row less", without.join("\n")),
-        ("a row twice", twice.join("\n")),
-        ("another order", swapped.join("\n")),
-        ("no list at all", String::new()),
-    ];
-    for (what, list) in planted {
-        assert!(!differences(&list).is_empty(), "{what} is not found");
+fn the_pictures_of_the_list_are_those_of_the_table() {
+    let (_, meanings) = LIST.split_once("## What the formats hold").unwrap();
+    let (begin, end) = (LIST.find(BEGIN).unwrap(), LIST.find(END).unwrap());
+    let table = &LIST[begin..end];
+    let mut pictures = 0;
+    for row in meanings.lines().filter_map(|line| line.strip_prefix("| `")) {
+        let (names, _) = row.split_once(" |").unwrap();
+        for name in names.split("`, `").map(|name| name.trim_end_matches('`')) {
+            assert!(table.contains(&format!("{name} `")), "no pass has a picture that is called {name}");
+            pictures += 1;
+        }
     }
+    assert!(pictures > 15, "{pictures}");
 }

@@ -9,7 +9,7 @@ mod common;
 use std::convert::Infallible;
 
 use common::World;
-use hachure::frame::{Frame, Requirements};
+use hachure::frame::Frame;
 use hachure::gpu::timer::FRAME;
 use hachure::picture::{self, PictureRequest};
 use hachure::scene::Scene;
@@ -94,12 +94,11 @@ fn quickest_ms(world: &mut World, styles: &[Style], camera: &str, size_px: [u32;
     let pose = world.pose(camera);
     let view = View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) };
     let light = Scene::default().light(world.terrain.extent_m());
-    let mut frames: Vec<_> =
-        styles.iter().map(|style| Frame::new(&world.gpu, Requirements::of(style), size_px).unwrap()).collect();
+    let mut frames: Vec<_> = styles.iter().map(|_| Frame::new(&world.gpu).unwrap()).collect();
     let mut quickest: Vec<Vec<(String, f64)>> = vec![Vec::new(); styles.len()];
     for _ in 0..6 {
         for ((frame, style), quickest) in frames.iter_mut().zip(styles).zip(&mut quickest) {
-            frame.render(&world.gpu, &mut world.terrain, &view, style, &light);
+            frame.render(&world.gpu, &mut world.terrain, &view, style, &light).unwrap();
             world.gpu.wait();
             for time in frame.take_times().unwrap_or_default() {
                 match quickest.iter_mut().find(|(name, _)| *name == time.name) {

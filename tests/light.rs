@@ -9,15 +9,17 @@ use std::sync::Arc;
 use common::hill::Hill;
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback;
 use hachure::gpu::target::Target;
 use hachure::scene::Sun;
 use hachure::style::Style;
+use hachure::surface::resolve::{NORMAL, POSITION};
 use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::Terrain;
 use hachure::tiles::seen::{SEEN_BYTES, TILES_PER_FRAME};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
+use hachure::tones::TONE;
 
 const SIZE_PX: [u32; 2] = [240, 160];
 
@@ -59,15 +61,15 @@ fn floats(world: &World, target: &Target) -> Vec<[f32; 4]> {
 
 fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
-    let prepared = frame.render(&world.gpu, &mut world.terrain, &view, style, light);
+    let prepared = frame.render(&world.gpu, &mut world.terrain, &view, style, light).unwrap();
     world.gpu.wait();
-    let targets = frame.targets();
-    let bytes = readback::read(&world.gpu, &targets.tone, [0, 0], SIZE_PX).unwrap();
+    let target = |kind| frame.target(kind).unwrap();
+    let bytes = readback::read(&world.gpu, target(&TONE), [0, 0], SIZE_PX).unwrap();
     let tone = bytes.chunks_exact(8).map(|texel| half::f16::from_le_bytes([texel[6], texel[7]]).to_f64()).collect();
     let at = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m);
-    let place_m = floats(world, &targets.position).into_iter().map(at).collect();
+    let place_m = floats(world, target(&POSITION)).into_iter().map(at).collect();
     let normal =
-        floats(world, &targets.normal).into_iter().map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
+        floats(world, target(&NORMAL)).into_iter().map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
     let normal = normal.collect();
     let times = frame.take_times().unwrap_or_default();
     let toon_ms = times.iter().filter(|time| time.name == "tones/toon").map(|time| time.gpu_ms).sum();
@@ -85,7 +87,7 @@ fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose
 
 fn shot(world: &mut World, style: &Style, light: &Light, camera: &str) -> Drawn {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu, Requirements::of(style), SIZE_PX).unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
     draw(world, &mut frame, style, light, pose)
 }
 
@@ -226,7 +228,7 @@ fn there_are_no_seams_and_nothing_pops() {
     }
     // A camera that rises by a half percent a frame, from one level of detail through the next.
     let (style, light) = (style(0.2, 1.0, 1.0), sun(250.0, 12.0));
-    let mut frame = Frame::new(&world.gpu, Requirements::of(&style), SIZE_PX).unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
     let (mut before, mut steps): (Option<Drawn>, Vec<f64>) = (None, Vec::new());
     for i in 0..120 {
         let pose = world.pose(&format!("100,-50,{},0,-90,40", 2400.0 * 1.006_f64.powi(i)));
@@ -262,7 +264,7 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     let Some(mut world) = rough() else { return };
     let style = style(0.3, 1.0, 1.0);
     let pose = world.pose(CAMERA);
-    let mut frame = Frame::new(&world.gpu, Requirements::of(&style), SIZE_PX).unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
     let first = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
     assert!(first.jobs > TILES_PER_FRAME && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
     assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/horizons"));
@@ -289,7 +291,7 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
     let mut world = rough().unwrap();
     let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
     world.terrain = Terrain::new(&world.gpu, Arc::clone(world.terrain.store()), options).unwrap();
-    let mut frame = Frame::new(&world.gpu, Requirements::of(&style), SIZE_PX).unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
     let (mut frames, mut most, mut last) = (0, 0, None);
     while frames < 400 {
         let drawn = draw(&mut world, &mut frame, &style, &light, pose);
@@ -317,17 +319,12 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
 fn only_who_asks_pays() {
     let Some(mut world) = rough() else { return };
     let (plain, lit, light) = (style(0.3, 0.0, 0.0), style(0.3, 0.5, 0.0), sun(100.0, 20.0));
-    let without = Requirements::of(&plain);
-    assert!(!without.seen && !without.passes().contains(&"surface/horizons"));
-    assert!(Requirements::of(&lit).seen && Requirements::of(&sky()).seen);
-    assert!(Requirements::of(&lit).passes().contains(&"surface/horizons"));
     let pose = world.pose(CAMERA);
-    let mut frame = Frame::new(&world.gpu, without, SIZE_PX).unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
     let first = draw(&mut world, &mut frame, &plain, &light, pose);
-    let (bytes, targets) = (world.terrain.gpu_bytes(), frame.targets().bytes());
+    let (bytes, targets) = (world.terrain.gpu_bytes(), frame.target_bytes());
     assert!(world.terrain.seen().is_none() && first.passes.iter().all(|pass| pass != "surface/horizons"));
 
-    frame.adapt(&world.gpu, Requirements::of(&lit), SIZE_PX).unwrap();
     let (mut quickest, mut quickest_lit) = (first.toon_ms, f64::INFINITY);
     for _ in 0..3 {
         quickest_lit = quickest_lit.min(draw(&mut world, &mut frame, &lit, &light, pose).toon_ms);
@@ -337,14 +334,15 @@ fn only_who_asks_pays() {
     println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / SEEN_BYTES);
     // The tables may grow by what lies beside the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");
-    assert_eq!(frame.targets().bytes(), targets);
+    assert_eq!(frame.target_bytes(), targets);
 
-    frame.adapt(&world.gpu, without, SIZE_PX).unwrap();
     for _ in 0..3 {
         let again = draw(&mut world, &mut frame, &plain, &light, pose);
         assert_eq!(again.tone, first.tone);
         quickest = quickest.min(again.toon_ms);
     }
-    assert!(world.terrain.seen().is_none() && world.terrain.gpu_bytes() < bytes + (1 << 16));
+    // What is known stays for a style that asks again: nothing is made anew.
+    let back = draw(&mut world, &mut frame, &lit, &light, pose);
+    assert_eq!(back.jobs, 0);
     println!("toon {quickest:.3} ms, with shadows {quickest_lit:.3} ms: {:.2} times", quickest_lit / quickest);
 }

@@ -11,10 +11,11 @@ use std::sync::Arc;
 use common::stores::{Accident, Bumpy, Fate, Shuffled};
 use common::{grid_of, pose_of, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::samples::Sample;
+use hachure::lines::strokes::{COUNTS, EDGES, PIECES};
 use hachure::lines::strokes::{Edge, Piece, StrokeCounts};
 use hachure::picture::{self, PictureRequest};
 use hachure::pyramid::ground::Ground;
@@ -77,8 +78,7 @@ impl Easel {
         let mut terrain = Terrain::new(&self.gpu, Arc::clone(store), options).unwrap();
         let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.3).normalize(), haze_m: 30_000.0, haze_srgb: None };
         if let Some(frame) = &mut self.frame {
-            // Of another size nothing is taken over from the pictures before.
-            frame.adapt(&self.gpu, Requirements::of(&self.style), [8, 8]).unwrap();
+            frame.forget();
         }
         let mut previous = poses[0];
         poses
@@ -234,10 +234,10 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
 /// Strokes in the order of their lists: edges, pieces, samples.
 fn lists(easel: &Easel) -> (Vec<Edge>, Vec<Piece>, Vec<Sample>) {
     let strokes = easel.frame.as_ref().and_then(Frame::strokes).unwrap();
-    let lists = strokes.lists();
-    let counts: StrokeCounts = read_buffer(&easel.gpu, lists.counts.buffer(), 1).unwrap()[0];
-    let edges = read_buffer(&easel.gpu, lists.edges.buffer(), counts.edges as usize).unwrap();
-    let pieces = read_buffer(&easel.gpu, lists.pieces.buffer(), counts.pieces as usize).unwrap();
+    let raw = |kind| strokes.buffer(kind).unwrap().raw;
+    let counts: StrokeCounts = read_buffer(&easel.gpu, &raw(&COUNTS), 1).unwrap()[0];
+    let edges = read_buffer(&easel.gpu, &raw(&EDGES), counts.edges as usize).unwrap();
+    let pieces = read_buffer(&easel.gpu, &raw(&PIECES), counts.pieces as usize).unwrap();
     (edges, pieces, strokes.samples().read(&easel.gpu).unwrap().1)
 }
 

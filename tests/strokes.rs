@@ -11,9 +11,12 @@ use std::collections::HashMap;
 use common::World;
 use common::hill::Hill;
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_buffer;
+use hachure::lines::strokes::chain::CHAINS;
+use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
+use hachure::lines::strokes::{COUNTS, PIECES};
 use hachure::lines::strokes::{Chain, Piece, StrokeCounts};
 use hachure::style::Style;
 use hachure::surface::view::{Part, View};
@@ -45,19 +48,19 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Dra
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu, Requirements::of(&style), SIZE_PX).unwrap();
-    let prepared = frame.render(gpu, &mut world.terrain, &view, &style, &light);
+    let mut frame = Frame::new(gpu).unwrap();
+    let prepared = frame.render(gpu, &mut world.terrain, &view, &style, &light).unwrap();
     gpu.wait();
     let strokes = frame.strokes().unwrap();
-    let lists = strokes.lists();
-    let counts: StrokeCounts = read_buffer(gpu, lists.counts.buffer(), 1).unwrap()[0];
+    let raw = |kind| strokes.buffer(kind).unwrap().raw;
+    let counts: StrokeCounts = read_buffer(gpu, &raw(&COUNTS), 1).unwrap()[0];
     Drawn {
         view,
         vertices: frame.drawn_vertices(gpu, &prepared).unwrap().unwrap(),
         counts,
-        pieces: read_buffer(gpu, lists.pieces.buffer(), counts.pieces as usize).unwrap(),
-        chains: read_buffer(gpu, strokes.chains().chains(), counts.chains as usize).unwrap(),
-        points: read_buffer(gpu, strokes.points().list().buffer(), counts.points as usize).unwrap(),
+        pieces: read_buffer(gpu, &raw(&PIECES), counts.pieces as usize).unwrap(),
+        chains: read_buffer(gpu, &raw(&CHAINS), counts.chains as usize).unwrap(),
+        points: read_buffer(gpu, &raw(&POINTS), counts.points as usize).unwrap(),
     }
 }
 

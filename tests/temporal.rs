@@ -6,7 +6,7 @@ mod common;
 
 use common::random;
 use glam::{DQuat, DVec2, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::measure::temporal::{
     DrawnFrame, LINE_INK, PairMeasures, Share, StrokePictures, TemporalError, TemporalTotals, compare, count_strokes,
     read_drawn,
@@ -369,11 +369,11 @@ fn a_real_drawing_is_measured() {
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     for name in ["strokes", "ink", "plain"] {
         let style = Style::load(name).unwrap();
-        let mut frame = Frame::new(&world.gpu, Requirements::of(&style), size_px).unwrap();
+        let mut frame = Frame::new(&world.gpu).unwrap();
         let mut draw = |world: &mut common::World, camera: &str| {
             let pose = world.pose(camera);
             let view = View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) };
-            frame.render(&world.gpu, &mut world.terrain, &view, &style, &light);
+            frame.render(&world.gpu, &mut world.terrain, &view, &style, &light).unwrap();
             world.gpu.wait();
             let strokes = count_strokes(&world.gpu, &frame, &style).unwrap();
             (read_drawn(&world.gpu, &frame, &view, &style).unwrap(), strokes)

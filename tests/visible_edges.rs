@@ -5,20 +5,19 @@ mod common;
 
 use glam::DVec3;
 use hachure::gpu::Gpu;
-use hachure::gpu::buffer::GrowingBuffer;
+use hachure::gpu::buffer::Buffer;
+use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
+use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::target::Target;
 use hachure::gpu::timer::Timer;
-use hachure::lines::strokes::chain::ChainPass;
-use hachure::lines::strokes::extract::ExtractPass;
-use hachure::lines::strokes::id_image::{IdImagePass, IdTargets};
-use hachure::lines::strokes::points::PointsPass;
-use hachure::lines::strokes::scan::ScanPass;
-use hachure::lines::strokes::{ChainRules, Edge, Lists, MOST_PIECES, Piece, StrokeCounts};
+use hachure::lines::strokes::id_image::{EDGE_DEPTH, EDGE_IDS};
+use hachure::lines::strokes::{
+    ChainRules, Edge, Lists, MOST_PIECES, Piece, StrokeCounts, chain, extract, id_image, image_px, points,
+};
 use hachure::style::Style;
-use hachure::surface::terrain::DEPTH_FORMAT;
+use hachure::surface::terrain::{DEPTH, DEPTH_FORMAT};
 use hachure::surface::view::{Part, Pose, View};
-use wgpu::util::DeviceExt;
 
 /// As `surface/view.rs` has it: reversed depth is this by the distance.
 const NEAR_M: f32 = 1e-4;
@@ -34,30 +33,13 @@ struct Bench {
     gpu: Gpu,
     timer: Timer,
     size_px: [u32; 2],
-    lists: Lists,
-    id_image: IdImagePass,
-    extract: ExtractPass,
-    chain: ChainPass,
-    points: PointsPass,
-    scan: ScanPass,
+    pools: Pools,
 }
 
 impl Bench {
     fn new(size_px: [u32; 2]) -> Option<Self> {
         let gpu = common::gpu()?;
-        let mut points = PointsPass::new(&gpu);
-        points.reserve(&gpu, MOST_PIECES);
-        Some(Self {
-            timer: Timer::new(&gpu).unwrap(),
-            size_px,
-            lists: Lists::new(&gpu),
-            id_image: IdImagePass::new(&gpu),
-            extract: ExtractPass::new(&gpu),
-            chain: ChainPass::new(&gpu, MOST_PIECES, ChainRules::default()).unwrap(),
-            points,
-            scan: ScanPass::new(&gpu),
-            gpu,
-        })
+        Some(Self { timer: Timer::new(&gpu).unwrap(), pools: Pools::new(&gpu), size_px, gpu })
     }
 
     /// From the origin to the north; a pixel is a metre wide 100 m away.
@@ -87,7 +69,7 @@ impl Bench {
     /// A depth picture: blocks before a background, the later ones over the earlier.
     fn depth(&self, background_m: f32, blocks: &[Block]) -> Target {
         let [width, height] = self.size_px;
-        let target = Target::attachment(&self.gpu, "depth", self.size_px, DEPTH_FORMAT);
+        let target = Target::new(&self.gpu, &DEPTH, self.size_px);
         let module = self.gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
             source: wgpu::ShaderSource::Wgsl(
@@ -148,37 +130,38 @@ impl Bench {
     fn pieces(&mut self, edges: &[Edge], depth: &Target, resolution: f32, chains: bool) -> (StrokeCounts, Vec<Piece>) {
         let mut style = Style::load("strokes").unwrap().strokes.unwrap();
         style.resolution = resolution;
-        self.lists.begin(&self.gpu, &style, self.size_px, 1e4);
-        self.lists.edges.write(&self.gpu, edges);
-        self.lists.edge_draw.write(&self.gpu, &[2 * edges.len() as u32, 1, 0, 0]);
-        let uniform = self.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: None,
-            contents: bytemuck::bytes_of(&self.view().uniform()),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let ids = IdTargets::new(&self.gpu, self.size_px, resolution);
-        let mut recorder = self.timer.record(&self.gpu);
-        let lists = &self.lists;
-        self.id_image.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), depth, &ids, lists);
-        self.extract.run(&self.gpu, &mut recorder, uniform.as_entire_binding(), &ids.ids, lists, &self.scan);
+        let view = self.view();
+        let ids_px = image_px(self.size_px, resolution);
+        let ids = &Target::new(&self.gpu, &EDGE_IDS, ids_px);
+        let edge_depth = &Target::new(&self.gpu, &EDGE_DEPTH, ids_px);
+        let mut cx = Cx::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
+        let view = &cx.uniform("view", &view.uniform(DVec3::ZERO));
+        let lists = &Lists::of(&mut cx, &style, self.size_px, 1e4);
+        lists.clear(&mut cx);
+        cx.write(&lists.edge_draw, &[2 * edges.len() as u32, 1, 0, 0]);
+        self.gpu.queue.write_buffer(&lists.edges.raw, 0, bytemuck::cast_slice(edges));
+        id_image::run(&mut cx, lists, &id_image::Inputs { view, depth, ids, edge_depth });
+        extract::run(&mut cx, lists, view, ids);
         if chains {
-            self.chain.run(&self.gpu, &mut recorder, lists.pieces.buffer(), lists.counts.buffer());
-            self.points.run(&self.gpu, &mut recorder, lists, &self.chain, &self.scan);
+            let (rules, capacity) = (ChainRules::default(), MOST_PIECES);
+            let inputs = chain::Inputs { rules, capacity, pieces: &lists.pieces, counts: &lists.counts };
+            let chains = chain::run(&mut cx, &inputs);
+            points::run(&mut cx, lists, &chains);
         }
-        recorder.submit();
+        cx.submit();
         self.gpu.wait();
         self.gpu.check().unwrap();
-        let counts: StrokeCounts = read_buffer(&self.gpu, lists.counts.buffer(), 1).unwrap()[0];
+        let counts: StrokeCounts = read_buffer(&self.gpu, &lists.counts.raw, 1).unwrap()[0];
         let room = read_as_room(&lists.pieces);
         let mut pieces: Vec<Piece> =
-            read_buffer(&self.gpu, lists.pieces.buffer(), (counts.pieces as usize).min(room)).unwrap();
+            read_buffer(&self.gpu, &lists.pieces.raw, (counts.pieces as usize).min(room)).unwrap();
         pieces.sort_by_key(|piece| (piece.edge, piece.a, piece.b));
         (counts, pieces)
     }
 }
 
-fn read_as_room(pieces: &GrowingBuffer) -> usize {
-    pieces.buffer().size() as usize / size_of::<Piece>()
+fn read_as_room(pieces: &Buffer) -> usize {
+    pieces.raw.size() as usize / size_of::<Piece>()
 }
 
 /// Of pieces along a row: their first and last columns in pixels.

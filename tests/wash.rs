@@ -7,11 +7,15 @@ mod common;
 use common::hill::Hill;
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::composite::PICTURE;
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback;
 use hachure::gpu::target::Target;
 use hachure::style::Style;
+use hachure::surface::resolve::POSITION;
 use hachure::surface::view::{Part, Pose, View};
+use hachure::tones::TONE;
+use hachure::tones::watercolor::WASHED;
 
 const SIZE_PX: [u32; 2] = [256, 192];
 const WIDTH: usize = SIZE_PX[0] as usize;
@@ -38,21 +42,21 @@ fn halves(world: &World, target: &Target) -> Vec<[f64; 4]> {
 
 fn draw(world: &mut World, style: &Style, pose: Pose) -> Drawn {
     let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None };
-    let mut frame = Frame::new(&world.gpu, Requirements::of(style), SIZE_PX).unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
-    frame.render(&world.gpu, &mut world.terrain, &view, style, &light);
+    frame.render(&world.gpu, &mut world.terrain, &view, style, &light).unwrap();
     world.gpu.wait();
     world.gpu.check().unwrap();
-    let targets = frame.targets();
-    let bytes = readback::read(&world.gpu, &targets.position, [0, 0], SIZE_PX).unwrap();
+    let target = |kind| frame.target(kind).unwrap();
+    let bytes = readback::read(&world.gpu, target(&POSITION), [0, 0], SIZE_PX).unwrap();
     let places: Vec<[f32; 4]> = bytemuck::cast_slice(&bytes).to_vec();
     let place = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m);
     Drawn {
         view,
         place_m: places.into_iter().map(place).collect(),
-        tone: halves(world, &targets.tone),
-        washed: targets.washed.as_ref().map_or(Vec::new(), |washed| halves(world, washed)),
-        picture: halves(world, &targets.picture),
+        tone: halves(world, target(&TONE)),
+        washed: frame.target(&WASHED).map_or(Vec::new(), |washed| halves(world, washed)),
+        picture: halves(world, target(&PICTURE)),
     }
 }
 

@@ -1,5 +1,5 @@
 // Paper, tones, haze and lines become a picture.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, distance_from_eye, ray_of_pixel}
 #import hachure::color::noise
 
 struct Composite {
@@ -58,7 +58,7 @@ fn nearest_m(pixel: vec2<i32>) -> f32 {
         for (var x = -1; x <= 1; x++) {
             let at = textureLoad(position, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
             if at.w > 0.0 {
-                nearest = min(nearest, length(at.xyz));
+                nearest = min(nearest, distance_from_eye(view, at.xyz));
             }
         }
     }
@@ -79,7 +79,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
     } else {
-        let clear = mix(composite.faintest_tone, 1.0, clearness(length(at.xyz), 1.0));
+        let clear = mix(composite.faintest_tone, 1.0, clearness(distance_from_eye(view, at.xyz), 1.0));
         color = mix(composite.haze, shaded.rgb, clear);
     }
     color *= composite.paper;
@@ -92,7 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let nearest = nearest_m(pixel);
         let clear = clearness(nearest, composite.line_reach);
         // A line lies on both sides of its edge. In the distance the farther side goes, and lines are thin.
-        let behind = at.w <= 0.0 || length(at.xyz) > 1.01 * nearest;
+        let behind = at.w <= 0.0 || distance_from_eye(view, at.xyz) > 1.01 * nearest;
         let side = select(1.0, clear, behind);
         color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
     }

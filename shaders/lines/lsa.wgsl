@@ -12,7 +12,7 @@
 // - A pixel whose neighbourhood holds both sky and surface is a silhouette.
 // - Nothing is thresholded here: that comes once, at the end (threshold.wgsl).
 // - The error is kept for each of the four axes, since the line-density filter works along axes.
-#import hachure::view::View
+#import hachure::view::{View, distance_from_eye}
 
 struct Lsa {
     // epsilon = paper_m + footprint * (pixel's size in the world).
@@ -110,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let p = load(pixel);
-    let epsilon_m = lsa.epsilon_paper_m + lsa.epsilon_footprint * length(p.p) / view.focal_px;
+    let epsilon_m = lsa.epsilon_paper_m + lsa.epsilon_footprint * distance_from_eye(view, p.p) / view.focal_px;
     textureStore(errors, pixel, vec4<f32>(
         axis_error(p, pixel, vec2<i32>(1, 0), epsilon_m),
         axis_error(p, pixel, vec2<i32>(0, 1), epsilon_m),

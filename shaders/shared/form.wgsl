@@ -1,6 +1,6 @@
 // Where the blocks of the `form` picture lie, and what it says at a pixel.
 #define_import_path hachure::form
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, place_of_pixel}
 
 // Side of the block of pixels that shares a texel.
 const BLOCK_PX: i32 = 4;
@@ -31,7 +31,7 @@ fn form_at(view: View, form: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, n
         let offset = vec2<i32>(i & 1, i >> 1u);
         let block = clamp(first + offset, vec2<i32>(0), last);
         let seen = textureLoad(form, block, 0);
-        let away = at.xyz - ray_of_pixel(view, pixel_of_block(view, block)) * seen.w;
+        let away = at.xyz - place_of_pixel(view, pixel_of_block(view, block), seen.w);
         let miss = dot(away, seen.xyz) / allowed_m;
         let weight = mix(1.0 - f, f, vec2<f32>(offset));
         let same = f32(seen.w > 0.0) / (1.0 + miss * miss * miss * miss);

@@ -1,9 +1,10 @@
-// One eye's view of the world. Positions are relative to the camera, in metres, east-north-up.
+// One eye's view of the world. Positions count from the origin of the rig that the eye belongs to, in metres,
+// east-north-up.
 #define_import_path hachure::view
 
 struct View {
     clip_from_camera: mat4x4<f32>,
-    // Takes this frame's camera-relative positions to the previous frame's clip space.
+    // Takes this frame's positions to the previous frame's clip space.
     previous_clip_from_camera: mat4x4<f32>,
     // The ray through picture point p, at unit distance along the view axis: corner + p.x * dx + p.y * dy.
     ray_corner: vec3<f32>,
@@ -19,6 +20,9 @@ struct View {
     origin_px: vec2<i32>,
     picture_px: vec2<f32>,
     padding: vec2<f32>,
+    // Where the eye is in its rig.
+    eye_m: vec3<f32>,
+    pad_eye: f32,
 }
 
 // The ray through a place on the targets, at unit distance along the view axis.
@@ -31,4 +35,24 @@ fn ray_at(view: View, px: vec2<f32>) -> vec3<f32> {
 fn ray_of_pixel(view: View, pixel: vec2<i32>) -> vec3<f32> {
     let p = vec2<f32>(pixel + view.origin_px) + 0.5;
     return view.ray_corner + p.x * view.ray_dx + p.y * view.ray_dy;
+}
+
+// The place that the ray through the centre of a pixel reaches, so far away along the view axis.
+fn place_of_pixel(view: View, pixel: vec2<i32>, depth_m: f32) -> vec3<f32> {
+    return ray_of_pixel(view, pixel) * depth_m + view.eye_m;
+}
+
+// The same of a place on the targets.
+fn place_at(view: View, px: vec2<f32>, depth_m: f32) -> vec3<f32> {
+    return ray_at(view, px) * depth_m + view.eye_m;
+}
+
+// From the eye to a place.
+fn from_eye(view: View, at_m: vec3<f32>) -> vec3<f32> {
+    return at_m - view.eye_m;
+}
+
+// How far a place is from the eye.
+fn distance_from_eye(view: View, at_m: vec3<f32>) -> f32 {
+    return length(from_eye(view, at_m));
 }

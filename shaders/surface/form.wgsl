@@ -3,7 +3,7 @@
 // Marks follow the land, not its pebbles: direction and foreshortening of hatching come from the surface as a coarser
 // level of the pyramid has it, some FORM_PX pixels to a sample. It is a function of place and distance alone, so it is
 // smooth across tiles and levels of detail, and it stays where it is when the camera turns.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there}
 #import hachure::surface::{surface_near, surface_at}
 #import hachure::earth::{unbend, bend_normal}
@@ -38,7 +38,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let sample_m = FORM_PX * length(at.xyz) / view.focal_px;
+    let sample_m = FORM_PX * distance_from_eye(view, at.xyz) / view.focal_px;
     let wanted = clamp(log2(sample_m / terrain.spacing_m), 0.0, f32(terrain.level_count - 1));
     let level = as_far_as_there(wanted, place_on_level(i32(wanted), point.g), point.g);
     let gradient = surface_at(surface_near(point.g, level)).gradient;

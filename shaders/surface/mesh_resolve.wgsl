@@ -3,7 +3,7 @@
 //
 // After surface/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what they are
 // without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth stays.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from, IS_MESH}
 #import hachure::earth::unbend
 
@@ -37,10 +37,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = ray_of_pixel(view, pixel);
     let drawn_m = view.near_m / textureLoad(depth, pixel, 0);
     let closing = dot(face, ray);
-    let cut_m = dot(face, corners.a_m) / select(closing, 1.0, closing == 0.0);
+    let cut_m = dot(face, from_eye(view, corners.a_m)) / select(closing, 1.0, closing == 0.0);
     let is_like = closing != 0.0 && abs(cut_m - drawn_m) <= LIKE * drawn_m;
     let along_m = select(drawn_m, cut_m, is_like);
-    let at_m = ray * along_m;
+    let at_m = place_of_pixel(view, pixel, along_m);
 
     // Where in the triangle; a pixel at its edge may lie a little outside.
     let from_a = at_m - corners.a_m;

@@ -4,7 +4,7 @@
 // footprint, expanded to second order at the mesh's hit, is cut with the pixel's ray; there the normal is the
 // analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not see the mesh.
 // Near silhouettes, where the ray misses the smooth surface, the mesh's own position stays.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, place_of_pixel, ray_of_pixel}
 #import hachure::terrain::{grid_from_world, surface_level}
 #import hachure::surface::{surface_near, surface_at, Surface}
 #import hachure::earth::{unbend, unbend_direction, bend_normal, Unbent}
@@ -67,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // The first turn is at the mesh's hit. A step beyond the reach of the expansion is tried at its end, and goes on
     // from there if that is nearer. One loop that is tested at its end: software drivers run both sides of a branch.
     loop {
-        let at = unbend(ray * tried_m);
+        let at = unbend(place_of_pixel(view, pixel, tried_m));
         let step = unbend_direction(at, ray);
         let point = grid_from_world(at.flat_m.xy);
         let near = surface_near(point.g, surface_level(point.g, length(at.flat_m)));
@@ -101,6 +101,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let by_world = vec2<f32>(dot(gradient, dg_dx), dot(gradient, dg_dy));
-    textureStore(position, pixel, vec4<f32>(ray * along_m, along_m));
-    textureStore(normal, pixel, vec4<f32>(bend_normal(unbend(ray * along_m), by_world), 1.0));
+    let at_m = place_of_pixel(view, pixel, along_m);
+    textureStore(position, pixel, vec4<f32>(at_m, along_m));
+    textureStore(normal, pixel, vec4<f32>(bend_normal(unbend(at_m), by_world), 1.0));
 }

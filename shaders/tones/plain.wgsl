@@ -1,5 +1,5 @@
 // Blinn-Phong over an elevation tint: the baseline of every comparison.
-#import hachure::view::View
+#import hachure::view::{View, from_eye}
 #import hachure::earth::unbend
 
 struct Plain {
@@ -43,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let n = textureLoad(normal, pixel, 0).xyz;
-    let to_eye = -normalize(at.xyz);
+    let to_eye = -normalize(from_eye(view, at.xyz));
     let diffuse = max(dot(n, plain.to_sun), 0.0);
     let half_way = normalize(to_eye + plain.to_sun);
     let gloss = plain.specular * pow(max(dot(n, half_way), 0.0), plain.shininess) * f32(diffuse > 0.0);

@@ -2,7 +2,7 @@
 //
 // Colours come from a table of two dimensions: the tone, and how high, how steep or how far the place is (X-toon: Barla,
 // Thollot and Markosian 2006). Elevation tints are such a table.
-#import hachure::view::View
+#import hachure::view::{View, distance_from_eye}
 #import hachure::earth::unbend
 #import hachure::light::{Light, light_tone, haze_clear}
 #ifdef SEEN
@@ -61,7 +61,7 @@ fn attribute_at(at: vec3<f32>, n: vec3<f32>) -> f32 {
     if toon.by == SLOPE {
         return degrees(acos(clamp(n.z, -1.0, 1.0)));
     }
-    return length(at);
+    return distance_from_eye(view, at);
 }
 
 fn ramp_color(value: f32, kind: f32) -> vec3<f32> {
@@ -94,7 +94,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seen = vec2<f32>(1.0);
 #endif
     let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, seen)));
-    let asked = 1.0 - (1.0 - value) * haze_clear(light, length(at.xyz));
+    let asked = 1.0 - (1.0 - value) * haze_clear(light, distance_from_eye(view, at.xyz));
     let color = ramp_color(value, attribute_at(at.xyz, n));
     textureStore(tone, pixel, vec4<f32>(mix(vec3<f32>(1.0), color, toon.wash), asked));
 }

@@ -4,7 +4,7 @@
 // granulation and flow make of it. Edges are found by the difference to the surroundings. Where the thesis warps texture
 // coordinates, we warp the places at which the wash is looked up, by noise that is fixed in the world; washes then keep
 // their shape while the camera moves. Granulation is the paper's: fixed to the sheet.
-#import hachure::view::View
+#import hachure::view::{View, distance_from_eye}
 #import hachure::color::{luminance, noise}
 #import hachure::wobble::{Anchor, wobble}
 
@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     // Noise of some 24 pixels, twice; and one of a hundred, that the flow has.
-    let pixel_m = length(at.xyz) / view.focal_px;
+    let pixel_m = distance_from_eye(view, at.xyz) / view.focal_px;
     // The second is the same noise of a world turned about its diagonal.
     let turned = Anchor(anchor.blocks.yzx, 0u, anchor.rest_m.yzx, 0u);
     let stray = vec2<f32>(wobble(anchor, at.xyz, pixel_m), wobble(turned, at.yzx, pixel_m));

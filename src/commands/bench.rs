@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
+use rustc_hash::FxHashSet;
 
 use self::pairs::{Checks, PairPlan};
 use super::arguments;
@@ -23,7 +24,7 @@ use super::progress::Bar;
 use super::render::parse_size;
 use super::{inputs, tell, tell_json};
 use crate::file::message::named;
-use crate::frame::{Frame, Requirements};
+use crate::frame::Frame;
 use crate::gpu::device::AdapterWish;
 use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
@@ -230,9 +231,12 @@ fn fly_by_the_clock(
 /// A style on its way along the path.
 struct Flight {
     style: Style,
-    requirements: Requirements,
     world: OpenWorld,
+    /// What this style's world and frames have allocated on the GPU: styles take turns on one device.
+    gpu_bytes: i64,
     frame: Frame,
+    /// Of the last frame before those that count, in their order.
+    passes: Vec<&'static str>,
     previous: Option<Pose>,
     before: TileCounts,
     failed_tiles: u64,
@@ -259,13 +263,14 @@ impl Flight {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
+        let bytes_before = gpu.memory_bytes() as i64;
         let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
-        let requirements = Requirements::of(&style).over(&world.terrain);
         Ok(Self {
             world,
-            frame: Frame::new(gpu, requirements, args.size)?,
+            gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
+            frame: Frame::new(gpu)?,
+            passes: Vec::new(),
             style,
-            requirements,
             previous: None,
             before: TileCounts::default(),
             failed_tiles: 0,
@@ -283,11 +288,13 @@ impl Flight {
         let previous = self.previous.replace(pose).unwrap_or(pose);
         let view = View { pose, previous, picture_px: size_px, part: Part::whole(size_px) };
         let light = self.world.light();
+        let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
-        let prepared = self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light);
+        let prepared = self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light)?;
         gpu.wait();
         let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
         gpu.check()?;
+        self.gpu_bytes += gpu.memory_bytes() as i64 - bytes_before;
         let times = std::iter::from_fn(|| self.frame.take_times()).last().unwrap_or_default();
         let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
         Ok((view, Drawn { frame_ms, gpu_ms, prepared }))
@@ -297,6 +304,7 @@ impl Flight {
     fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(), GpuError> {
         let start = Instant::now();
         self.frame.set_step_s(WARM_UP_STEP_S);
+        self.frame.set_traces(true);
         // Strokes may be older than the tiles, and take their time to come and go.
         let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
@@ -309,6 +317,8 @@ impl Flight {
                 updates -= 1;
             }
         }
+        self.passes = self.frame.trace().iter().map(|pass| pass.name).collect();
+        self.frame.set_traces(false);
         self.before = self.world.terrain.tile_counts();
         Ok(())
     }
@@ -331,8 +341,8 @@ impl Flight {
         let is_pair = checks.begins_pair || self.pair.is_some();
         record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
         if checks.lod_error {
-            let (targets, terrain) = (self.frame.targets(), &self.world.terrain);
-            record.lod_error_px = lod_error::largest_px(gpu, targets, &view, terrain, record.frame as u32)?;
+            let terrain = &self.world.terrain;
+            record.lod_error_px = lod_error::largest_px(gpu, &self.frame, &view, terrain, record.frame as u32)?;
         }
         if checks.lod_error || is_pair {
             record.strokes = temporal::count_strokes(gpu, &self.frame, &self.style)?;
@@ -383,13 +393,15 @@ impl Flight {
     fn run(&self, eyes: &str) -> Run {
         let mut run = Run::of_frames(&self.style.name, eyes, &self.records);
         if run.passes.is_empty() {
-            let names = self.requirements.passes().into_iter();
-            run.passes = names.map(|name| Pass { name: name.to_owned(), gpu_ms: None }).collect();
+            // Nothing was timed: the passes themselves are known.
+            let mut known = FxHashSet::default();
+            let names = self.passes.iter().filter(|name| known.insert(**name));
+            run.passes = names.map(|name| Pass { name: (*name).to_owned(), gpu_ms: None }).collect();
         }
         run.temporal = self.steadiness.metrics();
         let counts = self.world.terrain.tile_counts();
         run.memory = Memory {
-            gpu_bytes: Some(self.world.terrain.gpu_bytes() + self.frame.targets().bytes()),
+            gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
             tile_cache_bytes: Some(counts.gpu_bytes),
             cpu_tile_bytes: Some(counts.cache_bytes),
             rss_bytes: memory::rss_bytes(),

@@ -15,7 +15,6 @@ use super::{arguments, styles, tell, tell_json};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
-use crate::frame::Requirements;
 use crate::mesh::placed::Stance;
 use crate::mesh::{MeshError, obj};
 use crate::pyramid::{Pyramid, sidecar_path};
@@ -24,6 +23,8 @@ use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::scene::{MeshPlacement, Scene, World};
 use crate::source::{self, OpenOptions};
+use crate::style::hatching::Scale;
+use crate::style::{Detector, Style, Tone};
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
@@ -108,7 +109,8 @@ struct MeshInfo {
 struct StyleInfo {
     name: String,
     description: String,
-    passes: Vec<&'static str>,
+    /// In the order in which they are drawn.
+    draws: Vec<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -231,10 +233,34 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
     }
     if ["tone", "lines", "paper"].into_iter().any(has) {
         let style = styles::read(file)?;
-        let passes = Requirements::of(&style).passes();
-        return Ok(Some(Info::Style(StyleInfo { name: style.name, description: style.description, passes })));
+        return Ok(Some(Info::Style(StyleInfo {
+            draws: draws(&style),
+            name: style.name,
+            description: style.description,
+        })));
     }
     bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", named(file));
+}
+
+/// What a style draws with, in the order of drawing.
+fn draws(style: &Style) -> Vec<&'static str> {
+    let lines = style.lines.as_ref().map(|lines| match lines.detector {
+        Detector::Lsa => "LSA contours",
+        Detector::Sobel => "Sobel lines",
+        Detector::Roystan => "Roystan's outline",
+    });
+    let shadows = style.asks_for_horizons().then_some("cast shadows and sky visibility");
+    let tone = match style.tone {
+        Tone::Plain => "plain shading",
+        Tone::Toon(_) => "toon shading",
+    };
+    let hatching = style.hatching.as_ref().map(|hatching| match hatching.scale {
+        Scale::Blend => "hatching",
+        Scale::Add => "fractal hatching",
+    });
+    let strokes = style.strokes.as_ref().map(|_| "strokes");
+    let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
+    [lines, strokes, shadows, Some(tone), watercolor, hatching].into_iter().flatten().collect()
 }
 
 fn scene(file: &Path, reach: Reach) -> anyhow::Result<Info> {
@@ -325,9 +351,9 @@ impl Answer {
                 format!("{file}: a baked pyramid\n{}{}", heights.lines(), levels.lines())
             }
             Info::Scene(scene) => scene.text(&file),
-            Info::Style(StyleInfo { name, description, passes }) => {
+            Info::Style(StyleInfo { name, description, draws }) => {
                 let (name, description) = (shown(name), printable(description, 400));
-                format!("{file}: the style {name}: {description}\npasses    {}\n", passes.join(", "))
+                format!("{file}: the style {name}: {description}\ndraws     {}\n", draws.join(", "))
             }
             Info::CameraPath(path) => format!(
                 "{file}: a camera path\nrows      {}\ntime      {} s from t = {} s; {} frames at 30 fps\n\

@@ -411,7 +411,7 @@ impl Job<'_> {
             tiles_missing: report.tiles_missing,
             allowed_error_px: report.error_px,
             over_budget_frames: report.over_budget,
-            gpu_bytes: report.target_bytes + self.world.terrain.gpu_bytes(),
+            gpu_bytes: self.gpu.memory_bytes(),
             camera,
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
             svg: self.svg.is_some().then(|| self.drawn.clone()),

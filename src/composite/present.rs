@@ -3,9 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{bind_group, texture};
-use crate::gpu::shader::Shader;
+use crate::gpu::pipelines::{Draw, replaced};
+use crate::gpu::pools::Pools;
 use crate::gpu::target::Target;
 
 #[repr(C)]
@@ -18,44 +17,28 @@ pub(crate) struct PresentUniform {
 
 crate::gpu::shared::describe!(PresentUniform as "Present" in "composite/present": encode, pad, window_px);
 
-/// The pass.
+/// The pass of a window. Its frames are the window's, so it has pools of its own.
 pub struct PresentPass {
-    pipeline: wgpu::RenderPipeline,
-    shader: Shader,
-    uniform: GrowingBuffer,
-    encode: bool,
+    pools: Pools,
+    draw: Draw,
+    /// Whether the window shows what is written as it is: then the pass encodes.
+    encodes: bool,
 }
 
 impl PresentPass {
-    /// Builds the pipeline for a window's format.
+    /// For a window's format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let shader = Shader::new(&gpu.device, "composite/present");
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("composite/present"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &shader.module,
-                entry_point: Some("vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            fragment: Some(wgpu::FragmentState {
-                module: &shader.module,
-                entry_point: Some("fragment"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(format.into())],
-            }),
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            multiview_mask: None,
-            cache: None,
-        });
-        let uniform = GrowingBuffer::new(gpu, "present", wgpu::BufferUsages::UNIFORM);
-        Self { pipeline, shader, uniform, encode: !format.is_srgb() }
+        let draw = Draw {
+            name: "composite/present",
+            fragment: "fragment",
+            colors: [replaced(format), None],
+            depth: None,
+            topology: wgpu::PrimitiveTopology::TriangleList,
+        };
+        Self { pools: Pools::new(gpu), draw, encodes: !format.is_srgb() }
     }
 
-    /// Draws `picture` over all of `window`, whose size is `window_px`.
+    /// Draws `picture` over all of `window`, whose size is `window_px`, into `encoder`, which is submitted next.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -65,10 +48,11 @@ impl PresentPass {
         window_px: [u32; 2],
     ) {
         let window_px = window_px.map(|side| side as f32);
-        self.uniform.write(gpu, &[PresentUniform { encode: u32::from(self.encode), pad: 0, window_px }]);
-        let resources = [("present", self.uniform.binding()), ("picture", texture(&picture.view))];
-        let layout = |i| self.pipeline.get_bind_group_layout(i);
-        let group = bind_group(gpu, "composite/present", &self.shader, layout, &resources);
+        let Pools { pipelines, groups, arena, .. } = &mut self.pools;
+        let uniform = PresentUniform { encode: u32::from(self.encodes), pad: 0, window_px };
+        let resources = [("present", arena.uniform(gpu, "present", &uniform)), ("picture", picture.into())];
+        let (ready, _) = pipelines.draw(gpu, groups, &self.draw, &resources);
+        arena.flush(gpu);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite/present"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -79,8 +63,10 @@ impl PresentPass {
             })],
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
+        pass.set_pipeline(&ready.pipeline);
+        pass.set_bind_group(0, &ready.bound.group, &ready.bound.offsets);
         pass.draw(0..3, 0..1);
+        drop(pass);
+        self.pools.end_frame();
     }
 }

@@ -1,5 +1,6 @@
 //! The GPU: adapter, device, queue, and what the device can do.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use crate::file::message::quoted;
@@ -56,6 +57,7 @@ pub struct Gpu {
     /// Runs things.
     pub queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<String>>>,
+    objects: AtomicU64,
 }
 
 /// How to choose an adapter.
@@ -122,7 +124,7 @@ impl Gpu {
                 list.push(error.to_string());
             }
         }));
-        Ok(Self { instance, adapter, device, queue, errors })
+        Ok(Self { instance, adapter, device, queue, errors, objects: AtomicU64::new(0) })
     }
 
     /// The adapter's name, driver and its version: what a report states.
@@ -144,6 +146,22 @@ impl Gpu {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Bytes of all buffers and textures on the device, as they were allocated.
+    pub fn memory_bytes(&self) -> u64 {
+        let counters = self.device.get_internal_counters().hal;
+        [counters.buffer_memory, counters.texture_memory].iter().map(|bytes| bytes.read().max(0) as u64).sum()
+    }
+
+    /// Counts a buffer, texture, bind group or pipeline that a frame had to make.
+    pub(crate) fn count_object(&self) {
+        self.objects.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// How many buffers, textures, bind groups and pipelines frames have made so far: a steady frame makes none.
+    pub fn objects_made(&self) -> u64 {
+        self.objects.load(Ordering::Relaxed)
     }
 
     /// Waits until all submitted work is done.

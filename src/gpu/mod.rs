@@ -1,10 +1,15 @@
 //! The device, shaders, targets, timers and readback. Knows nothing of terrain.
 
+pub mod arena;
+pub mod bind;
 pub mod buffer;
 pub mod device;
 pub mod later;
-pub mod pass;
+pub mod pipelines;
+pub mod pools;
 pub mod readback;
+pub mod recorder;
+mod reflection;
 pub mod shader;
 pub mod shared;
 pub mod target;

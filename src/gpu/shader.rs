@@ -1,4 +1,4 @@
-//! Shaders: WGSL files with imports (naga_oil), and the bindings of a shader by the names in its text.
+//! Shaders: WGSL files with imports (naga_oil).
 //!
 //! Every shader is embedded, so that the program is one file. The table [`SHADERS`] is the only list of them; a test
 //! parses and validates each without a GPU.
@@ -6,10 +6,12 @@
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
 use wgpu::naga;
+
+use super::Gpu;
+use super::reflection::{Reflection, Variable};
 
 macro_rules! shader {
     ($path:literal) => {
@@ -102,14 +104,6 @@ pub const SHADERS: &[(&str, &str)] = &[
 pub const VARIANTS: &[(&str, &[&str])] =
     &[("tones/toon", &["SEEN"]), ("tones/hatching", &["SWELLING"]), ("tones/fractal_hatching", &["ENDED"])];
 
-/// A composed shader: the module, and where its named variables are bound.
-pub struct Shader {
-    /// For pipelines.
-    pub module: wgpu::ShaderModule,
-    /// (group, binding) of each resource variable.
-    pub bindings: BTreeMap<String, (u32, u32)>,
-}
-
 /// A mistake in a shader's text, with its place.
 #[derive(Debug, thiserror::Error)]
 #[error("{name}.wgsl: {cause}")]
@@ -176,36 +170,34 @@ fn compose_defined(name: &str, source: &str, definitions: &[&str]) -> Result<nag
     }
 }
 
-impl Shader {
-    /// Composes and compiles `name`.
-    ///
-    /// # Panics
-    /// When the text is wrong: the texts are part of the program, and a test validates each of them.
-    pub fn new(device: &wgpu::Device, name: &str) -> Self {
-        Self::variant(device, name, &[])
-    }
+/// A composed shader.
+pub struct Shader {
+    /// For pipelines.
+    pub module: wgpu::ShaderModule,
+    reflection: Reflection,
+}
 
-    /// As [`Shader::new`], with definitions turned on.
+impl Shader {
+    /// Composes and compiles the variant of `name` with `definitions` turned on.
     ///
-    /// # Panics
-    /// As [`Shader::new`].
-    pub fn variant(device: &wgpu::Device, name: &str, definitions: &[&str]) -> Self {
-        let module = compose_variant(name, definitions).unwrap_or_else(|error| panic!("{error}"));
-        let bindings = module
-            .global_variables
-            .iter()
-            .filter_map(|(_, variable)| {
-                let binding = variable.binding.as_ref()?;
-                // naga_oil decorates the names of imported variables: `nameX_naga_oil_mod_X…X`.
-                let name = variable.name.as_deref()?;
-                let name = name.split("X_naga_oil_mod_").next().unwrap_or(name);
-                Some((name.to_owned(), (binding.group, binding.binding)))
-            })
-            .collect();
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+    /// # Errors
+    /// [`ShaderError`] when the text is wrong; what the driver says of it comes through [`Gpu::check`].
+    pub fn new(gpu: &Gpu, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
+        let module = compose_variant(name, definitions)?;
+        let reflection = Reflection::new(name, &module)?;
+        gpu.count_object();
+        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
             source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
         });
-        Self { module, bindings }
+        Ok(Self { module, reflection })
+    }
+
+    /// What a pipeline of these entry points binds, by binding.
+    ///
+    /// # Errors
+    /// As [`Reflection::variables`].
+    pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
+        self.reflection.variables(entry_points)
     }
 }

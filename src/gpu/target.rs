@@ -1,66 +1,140 @@
-//! Pictures on the GPU that passes write and read.
+//! Pictures on the GPU that passes write and read, and the sets of them that belong to an eye.
+//!
+//! A pass asks for a picture by its [`TargetKind`]. It is made at the first call, stays the same while somebody asks,
+//! and goes when nobody has for a while.
 
-use super::Gpu;
+use rustc_hash::FxHashMap;
+
+use super::pools::KEEP_FRAMES;
+use super::{Gpu, GpuError};
 
 /// A 2D picture of one mip level.
+#[derive(Clone, Debug)]
 pub struct Target {
+    /// What a trace calls it.
+    pub name: &'static str,
     /// For copies.
     pub texture: wgpu::Texture,
     /// For bindings.
     pub view: wgpu::TextureView,
 }
 
+/// A picture that passes ask for by name.
+#[derive(Debug)]
+pub struct TargetKind {
+    /// Unique among the kinds.
+    pub name: &'static str,
+    /// Of a texel.
+    pub format: wgpu::TextureFormat,
+    /// It gains `TEXTURE_BINDING` and `COPY_SRC`.
+    pub usage: wgpu::TextureUsages,
+}
+
+impl TargetKind {
+    /// A picture that compute passes write.
+    pub const fn storage(name: &'static str, format: wgpu::TextureFormat) -> Self {
+        Self { name, format, usage: wgpu::TextureUsages::STORAGE_BINDING }
+    }
+
+    /// A picture that is rendered to.
+    pub const fn attachment(name: &'static str, format: wgpu::TextureFormat) -> Self {
+        Self { name, format, usage: wgpu::TextureUsages::RENDER_ATTACHMENT }
+    }
+}
+
 impl Target {
-    /// A picture that compute passes write (storage) and read (texture), and that can be read back.
-    pub fn storage(gpu: &Gpu, label: &str, size_px: [u32; 2], format: wgpu::TextureFormat) -> Self {
-        use wgpu::TextureUsages as Usage;
-        Self::new(gpu, label, size_px, format, Usage::STORAGE_BINDING | Usage::TEXTURE_BINDING | Usage::COPY_SRC)
-    }
-
-    /// A picture that is rendered to and then read.
-    pub fn attachment(gpu: &Gpu, label: &str, size_px: [u32; 2], format: wgpu::TextureFormat) -> Self {
-        use wgpu::TextureUsages as Usage;
-        Self::new(gpu, label, size_px, format, Usage::RENDER_ATTACHMENT | Usage::TEXTURE_BINDING | Usage::COPY_SRC)
-    }
-
-    fn new(gpu: &Gpu, label: &str, size_px: [u32; 2], format: wgpu::TextureFormat, usage: wgpu::TextureUsages) -> Self {
+    /// Makes one; its texels are 0.
+    pub fn new(gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Self {
+        gpu.count_object();
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some(label),
+            label: Some(kind.name),
             size: wgpu::Extent3d { width: size_px[0], height: size_px[1], depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format,
-            usage,
+            format: kind.format,
+            usage: kind.usage | wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { texture, view }
+        Self { name: kind.name, texture, view }
     }
 
-    /// As the colour of a render pass that begins with zeros.
-    pub fn cleared(&self) -> Option<wgpu::RenderPassColorAttachment<'_>> {
-        Some(wgpu::RenderPassColorAttachment {
-            view: &self.view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
-        })
-    }
-
-    /// As the colour of a render pass that draws onto what is there.
-    pub fn kept(&self) -> Option<wgpu::RenderPassColorAttachment<'_>> {
-        Some(wgpu::RenderPassColorAttachment {
-            view: &self.view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-        })
+    /// Width and height.
+    pub fn size_px(&self) -> [u32; 2] {
+        [self.texture.width(), self.texture.height()]
     }
 
     /// Bytes on the GPU.
     pub fn bytes(&self) -> u64 {
         let texel = u64::from(self.texture.format().block_copy_size(None).unwrap_or(4));
         u64::from(self.texture.width()) * u64::from(self.texture.height()) * texel
+    }
+}
+
+/// The pictures of an eye, by name.
+#[derive(Default)]
+pub struct Targets {
+    size_px: [u32; 2],
+    targets: FxHashMap<&'static str, (Target, u64)>,
+    frame: u64,
+}
+
+impl Targets {
+    /// Begins a frame of pictures of `size_px`; those of another size go. Whether they are as large as before.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] when they are larger than the device can hold.
+    pub fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2]) -> Result<bool, GpuError> {
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        if let Some(side) = size_px.into_iter().find(|side| *side > limit) {
+            return Err(GpuError::Limit { what: "a picture", wanted: side.into(), limit: limit.into() });
+        }
+        let size_px = size_px.map(|side| side.max(1));
+        let stays = self.size_px == size_px;
+        if !stays {
+            self.targets.clear();
+            self.size_px = size_px;
+        }
+        self.frame += 1;
+        let frame = self.frame;
+        self.targets.retain(|_, (_, used_in)| *used_in + KEEP_FRAMES > frame);
+        Ok(stays)
+    }
+
+    /// The picture of a kind, as large as all.
+    pub fn whole(&mut self, gpu: &Gpu, kind: &TargetKind) -> Target {
+        self.sized(gpu, kind, self.size_px)
+    }
+
+    /// The picture of a kind, of another size. It is made anew when that changes.
+    pub fn sized(&mut self, gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Target {
+        let frame = self.frame;
+        match self.targets.get_mut(kind.name) {
+            Some((target, used_in)) if target.size_px() == size_px => {
+                *used_in = frame;
+                target.clone()
+            }
+            _ => {
+                let target = Target::new(gpu, kind, size_px);
+                self.targets.insert(kind.name, (target.clone(), frame));
+                target
+            }
+        }
+    }
+
+    /// The picture of a kind, if the last frame had it.
+    pub fn get(&self, kind: &TargetKind) -> Option<&Target> {
+        self.targets.get(kind.name).filter(|(_, used_in)| *used_in == self.frame).map(|(target, _)| target)
+    }
+
+    /// Width and height of a whole picture.
+    pub fn size_px(&self) -> [u32; 2] {
+        self.size_px
+    }
+
+    /// Bytes on the GPU.
+    pub fn bytes(&self) -> u64 {
+        self.targets.values().map(|(target, _)| target.bytes()).sum()
     }
 }

@@ -8,8 +8,9 @@
 
 use std::time::Instant;
 
-use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+use wgpu_profiler::{GpuProfiler, GpuProfilerQuery, GpuProfilerSettings, GpuTimerQueryResult};
 
+use super::recorder::Submits;
 use super::{Gpu, GpuError};
 
 /// The name of the whole frame among the times of its passes.
@@ -29,6 +30,8 @@ pub struct Timer {
     profiler: GpuProfiler,
     period_ns: f32,
     waits: bool,
+    /// Of the frame that is being recorded.
+    waiting: Vec<PassTime>,
     waited: Option<Vec<PassTime>>,
 }
 
@@ -41,12 +44,7 @@ impl Timer {
         let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
         let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
         let waits = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
-        Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waited: None })
-    }
-
-    /// Starts a frame.
-    pub fn record<'a>(&'a mut self, gpu: &'a Gpu) -> Recorder<'a> {
-        Recorder { gpu, encoder: encoder(gpu), times: Vec::new(), timer: self }
+        Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waiting: Vec::new(), waited: None })
     }
 
     /// The times of the oldest finished frame that has not been asked for: [`FRAME`] first, then its passes.
@@ -65,71 +63,53 @@ impl Timer {
         times.into_iter().for_each(|(_, _, time)| add(&mut passes, time));
         Some(passes)
     }
-}
 
-/// Records the passes of a frame.
-pub struct Recorder<'a> {
-    gpu: &'a Gpu,
-    timer: &'a mut Timer,
-    encoder: wgpu::CommandEncoder,
-    times: Vec<PassTime>,
-}
-
-impl Recorder<'_> {
-    /// Records a compute pass.
-    pub fn compute(&mut self, name: &'static str, record: impl FnOnce(&mut wgpu::ComputePass)) {
-        let query = (!self.timer.waits).then(|| self.timer.profiler.begin_pass_query(name, &mut self.encoder));
-        let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
-        let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
-        record(&mut self.encoder.begin_compute_pass(&descriptor));
-        self.end(name, query);
+    /// Whether each pass is submitted by itself and waited for.
+    pub(super) fn waits(&self, submits: Submits) -> bool {
+        self.waits && submits == Submits::AsTimed
     }
 
-    /// Records a render pass; the descriptor's timestamps are set here.
-    pub fn render(
-        &mut self,
-        name: &'static str,
-        descriptor: &wgpu::RenderPassDescriptor<'_>,
-        record: impl FnOnce(&mut wgpu::RenderPass),
-    ) {
-        let query = (!self.timer.waits).then(|| self.timer.profiler.begin_pass_query(name, &mut self.encoder));
-        {
-            let timestamp_writes = query.as_ref().and_then(|query| query.render_pass_timestamp_writes());
-            let descriptor = wgpu::RenderPassDescriptor { timestamp_writes, ..descriptor.clone() };
-            record(&mut self.encoder.begin_render_pass(&descriptor));
-        }
-        self.end(name, query);
+    /// Begins a pass, where the clock is the GPU's.
+    pub(super) fn begin(&self, name: &'static str, encoder: &mut wgpu::CommandEncoder) -> Option<GpuProfilerQuery> {
+        (!self.waits).then(|| self.profiler.begin_pass_query(name, encoder))
     }
 
-    /// Submits the frame.
-    pub fn submit(mut self) {
-        if self.timer.waits {
-            let gpu_ms = self.times.iter().map(|time| time.gpu_ms).sum();
-            self.times.insert(0, PassTime { name: FRAME.to_owned(), gpu_ms });
-            self.timer.waited = Some(self.times);
-            return;
+    /// Ends what [`Timer::begin`] began.
+    pub(super) fn end(&self, encoder: &mut wgpu::CommandEncoder, query: GpuProfilerQuery) {
+        self.profiler.end_query(encoder, query);
+    }
+
+    /// Submits a pass by itself and waits for it.
+    pub(super) fn time(&mut self, gpu: &Gpu, name: &'static str, recorded: wgpu::CommandEncoder) {
+        // Uploads that wait in the queue are not the pass's work.
+        gpu.queue.submit([]);
+        gpu.wait();
+        let start = Instant::now();
+        gpu.queue.submit([recorded.finish()]);
+        gpu.wait();
+        add(&mut self.waiting, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
+    }
+
+    /// Before the frame's last submit.
+    pub(super) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        if !self.waits {
+            self.profiler.resolve_queries(encoder);
         }
-        self.timer.profiler.resolve_queries(&mut self.encoder);
-        self.gpu.queue.submit([self.encoder.finish()]);
-        // Fails only when a query is still open, and each is ended where it is begun.
-        if let Err(error) = self.timer.profiler.end_frame() {
+    }
+
+    /// After it.
+    pub(super) fn end_frame(&mut self) {
+        if self.waits {
+            let mut times = std::mem::take(&mut self.waiting);
+            if !times.is_empty() {
+                let gpu_ms = times.iter().map(|time| time.gpu_ms).sum();
+                times.insert(0, PassTime { name: FRAME.to_owned(), gpu_ms });
+            }
+            self.waited = Some(times);
+        } else if let Err(error) = self.profiler.end_frame() {
+            // Fails only when a query is still open, and each is ended where it is begun.
             tracing::warn!("GPU timer: {error}");
         }
-    }
-
-    fn end(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
-        if let Some(query) = query {
-            self.timer.profiler.end_query(&mut self.encoder, query);
-            return;
-        }
-        // Uploads that wait in the queue are not the pass's work.
-        self.gpu.queue.submit([]);
-        self.gpu.wait();
-        let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
-        let start = Instant::now();
-        self.gpu.queue.submit([recorded.finish()]);
-        self.gpu.wait();
-        add(&mut self.times, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
     }
 }
 
@@ -139,10 +119,6 @@ fn add(times: &mut Vec<PassTime>, time: PassTime) {
         Some(known) => known.gpu_ms += time.gpu_ms,
         None => times.push(time),
     }
-}
-
-fn encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
-    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some(FRAME) })
 }
 
 fn collect(results: &[GpuTimerQueryResult], times: &mut Vec<(f64, f64, PassTime)>) {

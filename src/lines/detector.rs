@@ -1,65 +1,44 @@
-//! The baselines that LSA contours are compared with: Sobel on depth and Roystan's outline. See
-//! `shaders/lines/sobel.wgsl` and `shaders/lines/roystan.wgsl`.
+//! Detectors: where pictures of the surface have lines. LSA contours, and the baselines that they are compared with:
+//! Sobel on depth and Roystan's outline. See `shaders/lines/sobel.wgsl` and `shaders/lines/roystan.wgsl`.
 
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use super::lsa;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+use crate::style::{Detector, Lines};
 
 /// Errors of four axes, from 0; detectors that know no axes write the same four times.
-pub const ERRORS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+pub const ERRORS: TargetKind = TargetKind::storage("errors", wgpu::TextureFormat::Rgba16Float);
 
-/// Sobel's operator on the distance along the view axis.
-pub struct SobelPass(ComputePass);
+/// What detectors read and write.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface.
+    pub normal: &'a Target,
+    /// Out.
+    pub errors: &'a Target,
+}
 
-impl SobelPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "lines/sobel"))
-    }
-
-    /// Reads `view`, `position`; writes `errors`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        position: &Target,
-        errors: &Target,
-    ) {
-        let resources = [("view", view), ("position", texture(&position.view)), ("errors", texture(&errors.view))];
-        self.0.run(gpu, recorder, size_px, &resources);
+impl Inputs<'_> {
+    /// By the names in the shaders.
+    pub(super) fn resources(&self) -> [Named; 4] {
+        [
+            ("view", self.view.clone()),
+            ("position", self.position.into()),
+            ("normal", self.normal.into()),
+            ("errors", self.errors.into()),
+        ]
     }
 }
 
-/// Roystan's Roberts crosses on depth and normals.
-pub struct RoystanPass(ComputePass);
-
-impl RoystanPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "lines/roystan"))
-    }
-
-    /// Reads `view`, `position`, `normal`; writes `errors`.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        position: &Target,
-        normal: &Target,
-        errors: &Target,
-    ) {
-        let resources = [
-            ("view", view),
-            ("position", texture(&position.view)),
-            ("normal", texture(&normal.view)),
-            ("errors", texture(&errors.view)),
-        ];
-        self.0.run(gpu, recorder, size_px, &resources);
+/// Runs the style's detector.
+pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+    match lines.detector {
+        Detector::Lsa => lsa::run(cx, lines.epsilon, inputs),
+        Detector::Sobel => cx.pixels("lines/sobel", inputs.errors.size_px(), &inputs.resources()),
+        Detector::Roystan => cx.pixels("lines/roystan", inputs.errors.size_px(), &inputs.resources()),
     }
 }

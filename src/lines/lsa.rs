@@ -4,11 +4,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use super::detector::Inputs;
+use crate::gpu::recorder::Cx;
 use crate::style::Epsilon;
 
 /// ε of Eq. 6 as the paper has it.
@@ -29,44 +26,14 @@ pub(crate) struct LsaUniform {
 
 crate::gpu::shared::describe!(LsaUniform as "Lsa" in "lines/lsa": epsilon_paper_m, epsilon_footprint, plane_ramp);
 
-/// The pass.
-pub struct LsaPass {
-    pass: ComputePass,
-    uniform: GrowingBuffer,
-}
-
-impl LsaPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        let pass = ComputePass::new(gpu, "lines/lsa");
-        Self { pass, uniform: GrowingBuffer::new(gpu, "lsa", wgpu::BufferUsages::UNIFORM) }
-    }
-
-    /// Reads `view`, `position`, `normal`; writes `errors`.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        epsilon: Epsilon,
-        view: wgpu::BindingResource<'_>,
-        position: &Target,
-        normal: &Target,
-        errors: &Target,
-    ) {
-        let (epsilon_paper_m, epsilon_footprint) = match epsilon {
-            Epsilon::Paper => (PAPER_EPSILON_M, 0.0),
-            Epsilon::Footprint => (0.0, FOOTPRINT_EPSILON),
-        };
-        self.uniform.write(gpu, &[LsaUniform { epsilon_paper_m, epsilon_footprint, plane_ramp: PLANE_RAMP }]);
-        let resources = [
-            ("view", view),
-            ("lsa", self.uniform.binding()),
-            ("position", texture(&position.view)),
-            ("normal", texture(&normal.view)),
-            ("errors", texture(&errors.view)),
-        ];
-        self.pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Finds how far each pixel's surroundings are from the plane of the pixel.
+pub fn run(cx: &mut Cx<'_>, epsilon: Epsilon, inputs: &Inputs<'_>) {
+    let (epsilon_paper_m, epsilon_footprint) = match epsilon {
+        Epsilon::Paper => (PAPER_EPSILON_M, 0.0),
+        Epsilon::Footprint => (0.0, FOOTPRINT_EPSILON),
+    };
+    let uniform = LsaUniform { epsilon_paper_m, epsilon_footprint, plane_ramp: PLANE_RAMP };
+    let mut resources = inputs.resources().to_vec();
+    resources.push(("lsa", cx.uniform("lsa", &uniform)));
+    cx.pixels("lines/lsa", inputs.errors.size_px(), &resources);
 }

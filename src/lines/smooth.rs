@@ -2,31 +2,25 @@
 //!
 //! Why: `docs/decisions/line-smoothing.md`.
 
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
 
-/// The pass.
-pub struct SmoothPass(ComputePass);
+/// As [`LINE`](super::threshold::LINE), without stairs.
+pub const SMOOTHED: TargetKind = TargetKind::storage("smoothed line", wgpu::TextureFormat::R32Float);
 
-impl SmoothPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "lines/smooth"))
-    }
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// With stairs.
+    pub line: &'a Target,
+    /// Out.
+    pub smoothed: &'a Target,
+}
 
-    /// Reads `view`, `line`; writes `smoothed`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        line: &Target,
-        smoothed: &Target,
-    ) {
-        let resources = [("view", view), ("line", texture(&line.view)), ("smoothed", texture(&smoothed.view))];
-        self.0.run(gpu, recorder, size_px, &resources);
-    }
+/// Smooths lines along themselves.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let resources = [("view", inputs.view.clone()), ("line", inputs.line.into()), ("smoothed", inputs.smoothed.into())];
+    cx.pixels("lines/smooth", inputs.smoothed.size_px(), &resources);
 }

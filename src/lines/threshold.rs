@@ -2,15 +2,13 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
 use crate::style::{Detector, Lines};
 
 /// Lines: 0 none, 1 full.
-pub const LINE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+pub const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -22,39 +20,25 @@ pub(crate) struct ThresholdUniform {
 
 crate::gpu::shared::describe!(ThresholdUniform as "Threshold" in "lines/threshold": ramp, density, scalar);
 
-/// The pass.
-pub struct ThresholdPass {
-    pass: ComputePass,
-    uniform: GrowingBuffer,
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Of the style's detector.
+    pub errors: &'a Target,
+    /// Out.
+    pub line: &'a Target,
 }
 
-impl ThresholdPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        let pass = ComputePass::new(gpu, "lines/threshold");
-        Self { pass, uniform: GrowingBuffer::new(gpu, "threshold", wgpu::BufferUsages::UNIFORM) }
-    }
-
-    /// Reads `view`, `errors`; writes `line`.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        lines: &Lines,
-        view: wgpu::BindingResource<'_>,
-        errors: &Target,
-        line: &Target,
-    ) {
-        let scalar = u32::from(lines.detector != Detector::Lsa);
-        self.uniform.write(gpu, &[ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar }]);
-        let resources = [
-            ("view", view),
-            ("threshold", self.uniform.binding()),
-            ("errors", texture(&errors.view)),
-            ("line", texture(&line.view)),
-        ];
-        self.pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Makes lines of errors.
+pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+    let scalar = u32::from(lines.detector != Detector::Lsa);
+    let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("threshold", cx.uniform("threshold", &uniform)),
+        ("errors", inputs.errors.into()),
+        ("line", inputs.line.into()),
+    ];
+    cx.pixels("lines/threshold", inputs.line.size_px(), &resources);
 }

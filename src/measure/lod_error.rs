@@ -3,17 +3,19 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::frame::Targets;
+use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::TILE_SAMPLES;
 use crate::surface::meshes::IS_MESH;
+use crate::surface::resolve::POSITION;
+use crate::surface::terrain::SURFACE_ID;
 use crate::surface::view::View;
 use crate::tiles::Terrain;
 
 /// Pixels looked at, at most; spread over the picture.
 const SAMPLES: u32 = 2048;
 
-/// The largest projected error among pixels on a lattice over the picture that `targets` hold: the height of the
+/// The largest projected error among pixels on a lattice over the picture that `frame` drew last: the height of the
 /// drawn position against the level-0 surface at the same place, |dz| · focal length / distance. Pixels of the sky,
 /// of meshes, beyond the extent and in voids do not count; none if no pixel does. Another `turn` shifts the lattice.
 ///
@@ -21,14 +23,17 @@ const SAMPLES: u32 = 2048;
 /// [`GpuError::Readback`].
 pub fn largest_px(
     gpu: &Gpu,
-    targets: &Targets,
+    frame: &Frame,
     view: &View,
     terrain: &Terrain,
     turn: u32,
 ) -> Result<Option<f64>, GpuError> {
-    let [width, height] = targets.size_px();
-    let texels: Vec<[f32; 4]> = readback::read_as(gpu, &targets.position, [0, 0], [width, height])?;
-    let ids: Vec<u32> = readback::read_as(gpu, &targets.surface_id, [0, 0], [width, height])?;
+    let (Some(position), Some(surface_id)) = (frame.target(&POSITION), frame.target(&SURFACE_ID)) else {
+        return Ok(None);
+    };
+    let [width, height] = position.size_px();
+    let texels: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], [width, height])?;
+    let ids: Vec<u32> = readback::read_as(gpu, surface_id, [0, 0], [width, height])?;
     let pixels = f64::from(width) * f64::from(height);
     let stride = (pixels / f64::from(SAMPLES)).sqrt().ceil().max(1.0) as u32;
     // 5 and 7 have no factor in common with most strides: the lattice visits other pixels at every turn.

@@ -3,9 +3,18 @@
 use super::Window;
 use crate::file::exr::{SampleKind, Samples};
 use crate::file::message::shown;
-use crate::frame::{Frame, Targets};
+use crate::frame::Frame;
+use crate::gpu::target::TargetKind;
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::detector::ERRORS;
+use crate::lines::strokes::stroke::STROKE_IDS;
+use crate::lines::threshold::LINE;
 use crate::style::{Detector, Style};
+use crate::surface::motion::MOTION;
+use crate::surface::resolve::{NORMAL, POSITION};
+use crate::surface::terrain::SURFACE_ID;
+use crate::tones::TONE;
+use crate::tones::balance::MARKS;
 
 /// One channel.
 #[derive(Clone, Debug, PartialEq)]
@@ -124,57 +133,55 @@ pub(super) fn read_planes(
     planes: &[Plane],
     samples: &mut [Samples],
 ) -> Result<(), GpuError> {
-    let targets = frame.targets();
     for (plane, samples) in planes.iter().zip(samples) {
         match samples {
             Samples::U32(ids) => {
                 if plane.source != PlaneSource::Strokes {
-                    window.scatter(gpu, &targets.surface_id, |i, id: u32| ids[i] = id)?;
-                } else if let (Some(passes), Some(drawn)) = (frame.strokes(), &targets.strokes) {
+                    scatter(gpu, frame, window, &SURFACE_ID, |i, id: u32| ids[i] = id)?;
+                } else if let Some(strokes) = frame.strokes() {
                     // The picture holds samples.
-                    let (_, list) = passes.samples().read(gpu)?;
+                    let (_, list) = strokes.samples().read(gpu)?;
                     let stroke = |sample: u32| list.get(sample.wrapping_sub(1) as usize).map_or(0, |own| own.stroke);
-                    window.scatter(gpu, &drawn.ink.ids, |i, sample: u32| ids[i] = stroke(sample))?;
+                    scatter(gpu, frame, window, &STROKE_IDS, |i, sample: u32| ids[i] = stroke(sample))?;
                 }
             }
-            Samples::F32(values) => read_floats(gpu, targets, window, plane.source, values)?,
+            Samples::F32(values) => read_floats(gpu, frame, window, plane.source, values)?,
         }
     }
     Ok(())
 }
 
+/// Reads a picture's texels, if the frame made it.
+fn scatter<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    frame: &Frame,
+    window: &Window,
+    kind: &TargetKind,
+    put: impl FnMut(usize, T),
+) -> Result<(), GpuError> {
+    frame.target(kind).map_or(Ok(()), |target| window.scatter(gpu, target, put))
+}
+
 fn read_floats(
     gpu: &Gpu,
-    targets: &Targets,
+    frame: &Frame,
     window: &Window,
     source: PlaneSource,
     values: &mut [f32],
 ) -> Result<(), GpuError> {
     match source {
-        PlaneSource::Depth => window.scatter(gpu, &targets.position, |i, at: [f32; 4]| {
+        PlaneSource::Depth => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| {
             values[i] = if at[3] > 0.0 { at[3] } else { f32::INFINITY };
         }),
-        PlaneSource::Position(axis) => window.scatter(gpu, &targets.position, |i, at: [f32; 4]| values[i] = at[axis]),
-        PlaneSource::Normal(axis) => window.scatter(gpu, &targets.normal, |i, n: [f32; 4]| values[i] = n[axis]),
-        PlaneSource::Motion(axis) => match &targets.motion {
-            Some(motion) => window.scatter(gpu, motion, |i, v: [f32; 2]| values[i] = v[axis]),
-            None => Ok(()),
-        },
-        PlaneSource::LsaError => match &targets.lines {
-            Some(lines) => window.scatter(gpu, &lines.errors, |i, errors: [u16; 4]| {
-                values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);
-            }),
-            None => Ok(()),
-        },
-        PlaneSource::LsaLine => match &targets.lines {
-            Some(lines) => window.scatter(gpu, &lines.line, |i, line: f32| values[i] = line),
-            None => Ok(()),
-        },
-        PlaneSource::Hatch => match &targets.hatching {
-            Some(drawn) => window.scatter(gpu, &drawn.ink.marks, |i, ink: f32| values[i] = 1.0 - ink),
-            None => Ok(()),
-        },
-        PlaneSource::Tone => window.scatter(gpu, &targets.tone, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),
+        PlaneSource::Position(axis) => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| values[i] = at[axis]),
+        PlaneSource::Normal(axis) => scatter(gpu, frame, window, &NORMAL, |i, n: [f32; 4]| values[i] = n[axis]),
+        PlaneSource::Motion(axis) => scatter(gpu, frame, window, &MOTION, |i, v: [f32; 2]| values[i] = v[axis]),
+        PlaneSource::LsaError => scatter(gpu, frame, window, &ERRORS, |i, errors: [u16; 4]| {
+            values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);
+        }),
+        PlaneSource::LsaLine => scatter(gpu, frame, window, &LINE, |i, line: f32| values[i] = line),
+        PlaneSource::Hatch => scatter(gpu, frame, window, &MARKS, |i, ink: f32| values[i] = 1.0 - ink),
+        PlaneSource::Tone => scatter(gpu, frame, window, &TONE, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),
         PlaneSource::SurfaceId | PlaneSource::Strokes => Ok(()),
     }
 }

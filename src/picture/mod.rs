@@ -14,10 +14,11 @@ use rayon::prelude::*;
 
 use aov::{Plane, PlaneSource};
 
+use crate::composite::PICTURE;
 use crate::file::FileError;
 use crate::file::exr::Samples;
 use crate::file::png::PngWriter;
-use crate::frame::{Frame, Light, Requirements, terrain_view};
+use crate::frame::{Frame, Light, terrain_view};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::timer::PassTime;
@@ -161,8 +162,6 @@ pub fn render_in_parts<E>(
     let start = std::time::Instant::now();
     let [width, height] = request.size_px;
     let mut report = PictureReport::default();
-    let mut requirements = Requirements::of(request.style).over(terrain);
-    requirements.motion = request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_)));
 
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
     let single = u64::from(width) * u64::from(height) <= parts.whole_px && width.max(height) <= limit_px;
@@ -208,16 +207,13 @@ pub fn render_in_parts<E>(
             let columns = part_columns.min(width - first_column);
             let (part, inset) =
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
-            match frame {
-                Some(frame) => frame.adapt(gpu, requirements, part.size_px)?,
-                None => *frame = Some(Frame::new(gpu, requirements, part.size_px)?),
-            }
-            let Some(frame) = frame.as_mut() else { unreachable!("it was just made") };
+            let frame = Frame::or_new(frame, gpu)?;
+            frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
             let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
-            let prepared = frame.render(gpu, terrain, &view, request.style, &request.light);
+            let prepared = frame.render(gpu, terrain, &view, request.style, &request.light)?;
             let window = Window { inset, size_px: [columns, rows], first_column, width };
             read_part(gpu, frame, &window, request, &mut band)?;
-            if let (Some(_), Some(strokes)) = (&request.style.strokes, frame.strokes()) {
+            if let Some(strokes) = frame.strokes() {
                 strokes.left_out(gpu)?.tell();
             }
             gpu.check()?;
@@ -290,7 +286,7 @@ impl PictureReport {
         self.error_px = self.error_px.max(prepared.detail.error_px);
         self.over_budget = self.over_budget.max(u64::from(prepared.detail.is_over_budget));
         self.prepare_ms += prepared.prepare_ms;
-        self.target_bytes = self.target_bytes.max(frame.targets().bytes());
+        self.target_bytes = self.target_bytes.max(frame.target_bytes());
     }
 }
 
@@ -337,9 +333,11 @@ fn read_part(
     request: &PictureRequest<'_>,
     band: &mut Band,
 ) -> Result<(), GpuError> {
-    let targets = frame.targets();
     let picture = &mut band.picture;
-    window.scatter(gpu, &targets.picture, |i, texel: [u16; 4]| picture[i] = texel.map(aov::f32_from_f16))?;
+    let drawn = frame.target(&PICTURE);
+    drawn.map_or(Ok(()), |drawn| {
+        window.scatter(gpu, drawn, |i, texel: [u16; 4]| picture[i] = texel.map(aov::f32_from_f16))
+    })?;
     aov::read_planes(gpu, frame, window, request.planes, &mut band.planes)
 }
 

@@ -3,7 +3,7 @@
 //! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
 //! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
 
-use crate::frame::{Frame, Requirements};
+use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
 use crate::surface::view::{Part, View};
@@ -56,14 +56,10 @@ pub fn render_strokes(
     if size_px[0].max(size_px[1]) > side_px || u64::from(size_px[0]) * u64::from(size_px[1]) > MOST_PX {
         return Err(StrokesError::TooLarge { size_px, side_px });
     }
-    let requirements = Requirements::of(request.style).over(terrain);
-    match frame {
-        Some(frame) => frame.adapt(gpu, requirements, size_px)?,
-        None => *frame = Some(Frame::new(gpu, requirements, size_px)?),
-    }
-    let Some(frame) = frame.as_mut() else { unreachable!("it was just made") };
+    let frame = Frame::or_new(frame, gpu)?;
+    frame.set_wants_motion(false);
     let view = View { pose: request.pose, previous: request.previous, picture_px: size_px, part: Part::whole(size_px) };
-    let prepared = frame.render(gpu, terrain, &view, request.style, &request.light);
+    let prepared = frame.render(gpu, terrain, &view, request.style, &request.light)?;
     let Some(strokes) = frame.strokes() else {
         return Err(StrokesError::NoStrokes { style: request.style.name.clone() });
     };

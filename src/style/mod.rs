@@ -230,6 +230,11 @@ fn misplaced(name: &str, text: &str, cause: &str) -> StyleError {
 }
 
 impl Style {
+    /// Whether tones ask what the land sees of the sun and of the sky.
+    pub fn asks_for_horizons(&self) -> bool {
+        matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)
+    }
+
     /// A preset by its name, or a style file by its path.
     ///
     /// # Errors

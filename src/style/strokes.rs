@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::{Color, one, texture, within, yes};
 
 /// Strokes of a style.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Strokes {
     /// Their colour.

@@ -2,10 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named, WORKGROUP_PX, texture};
-use crate::gpu::timer::Recorder;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::recorder::{Cx, WORKGROUP_PX};
 use crate::tiles::seen::{SEEN_SIDE, SeenTiles};
 
 #[repr(C)]
@@ -18,39 +17,23 @@ pub(crate) struct HorizonsUniform {
 
 crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/horizons": to_sun, pad_a, pad_b);
 
-/// The pass.
-pub struct HorizonsPass {
-    pass: ComputePass,
-    uniform: GrowingBuffer,
-    jobs: GrowingBuffer,
-}
+/// The tiles to make.
+const JOBS: BufferKind = BufferKind::storage("seen jobs");
 
-impl HorizonsPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self {
-            pass: ComputePass::new(gpu, "surface/horizons"),
-            uniform: GrowingBuffer::new(gpu, "horizons", wgpu::BufferUsages::UNIFORM),
-            jobs: GrowingBuffer::new(gpu, "seen jobs", wgpu::BufferUsages::STORAGE),
-        }
+/// Makes the tiles that `seen` has planned for this frame; none most of the time. Reads `terrain`.
+pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &SeenTiles) {
+    let jobs = seen.jobs();
+    if jobs.is_empty() {
+        return;
     }
-
-    /// Makes the tiles that `seen` has planned for this frame; none most of the time. Reads `terrain`.
-    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, terrain: &[Named<'_>], seen: &SeenTiles) {
-        let jobs = seen.jobs();
-        if jobs.is_empty() {
-            return;
-        }
-        self.uniform.write(gpu, &[HorizonsUniform { to_sun: seen.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 }]);
-        self.jobs.write(gpu, jobs);
-        let mut resources = vec![
-            ("horizons", self.uniform.binding()),
-            ("jobs", self.jobs.binding()),
-            ("seen_tiles", texture(seen.view())),
-        ];
-        resources.extend(terrain.iter().cloned());
-        // Tiles stand below each other.
-        let side = SEEN_SIDE.div_ceil(WORKGROUP_PX);
-        self.pass.run_groups(gpu, recorder, [side, side * jobs.len() as u32], &resources);
-    }
+    let uniform = HorizonsUniform { to_sun: seen.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 };
+    let mut resources = vec![
+        ("horizons", cx.uniform("horizons", &uniform)),
+        ("jobs", cx.upload(&JOBS, jobs).binding()),
+        ("seen_tiles", Resource::Texture("seen tiles", seen.view().clone())),
+    ];
+    resources.extend(terrain.iter().cloned());
+    // Tiles stand below each other.
+    let side = SEEN_SIDE.div_ceil(WORKGROUP_PX);
+    cx.groups("surface/horizons", [side, side * jobs.len() as u32], &resources);
 }

@@ -1,20 +1,16 @@
 //! Position and normal of the meshes, over those of the land. See `shaders/surface/mesh_resolve.wgsl`.
 
-use super::mesh_vertices::MeshVerticesPass;
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
+use super::mesh_vertices::SeenMeshes;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
-
-/// The pass.
-pub struct MeshResolvePass(ComputePass);
 
 /// What the pass reads and where it writes.
 pub struct Inputs<'a> {
     /// `View`.
-    pub view: wgpu::BindingResource<'a>,
+    pub view: &'a Resource,
     /// The meshes and their vertices.
-    pub meshes: &'a MeshVerticesPass,
+    pub meshes: &'a SeenMeshes,
     /// Which triangle.
     pub surface_id: &'a Target,
     /// As it was rasterised.
@@ -25,25 +21,18 @@ pub struct Inputs<'a> {
     pub normal: &'a Target,
 }
 
-impl MeshResolvePass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "surface/mesh_resolve"))
+/// Writes `position` and `normal` where a mesh is seen.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    if inputs.meshes.triangles.is_empty() {
+        return;
     }
-
-    /// Writes `position` and `normal` where a mesh is seen.
-    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, size_px: [u32; 2], inputs: &Inputs<'_>) {
-        if inputs.meshes.seen().is_empty() {
-            return;
-        }
-        let mut resources = vec![
-            ("view", inputs.view.clone()),
-            ("surface_id", texture(&inputs.surface_id.view)),
-            ("depth", texture(&inputs.depth.view)),
-            ("position", texture(&inputs.position.view)),
-            ("normal", texture(&inputs.normal.view)),
-        ];
-        resources.extend(inputs.meshes.resources());
-        self.0.run(gpu, recorder, size_px, &resources);
-    }
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("surface_id", inputs.surface_id.into()),
+        ("depth", inputs.depth.into()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+    ];
+    resources.extend(inputs.meshes.resources());
+    cx.pixels("surface/mesh_resolve", inputs.position.size_px(), &resources);
 }

@@ -4,16 +4,16 @@
 //! [`SMALLEST_PX`]. One whose mean edge is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked for:
 //! they would be noise.
 
-use std::num::NonZeroU64;
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named};
-use crate::gpu::timer::Recorder;
-use crate::gpu::{Gpu, GpuError, readback};
+use crate::gpu::Gpu;
+use crate::gpu::bind::Named;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::recorder::Cx;
 use crate::mesh::placed::{Placed, Standing};
 use crate::mesh::{Across, Mesh};
 use crate::surface::view::View;
@@ -96,56 +96,71 @@ pub fn seen(placed: &Placed, view: &View, bending: &Bending) -> Vec<Seen> {
     placed.standing.iter().enumerate().filter_map(of).collect()
 }
 
-/// The pass, and the meshes on the GPU.
-pub struct MeshVerticesPass {
-    pass: ComputePass,
-    /// What the buffers hold.
-    placed: Option<Arc<Placed>>,
+/// Vertices of the meshes themselves.
+const VERTICES: BufferKind = BufferKind::storage("mesh vertices");
+/// [`MeshTriangle`]s of the meshes themselves.
+const TRIANGLES: BufferKind = BufferKind::storage("mesh triangles");
+/// [`MeshInstance`]s in view.
+const INSTANCES: BufferKind = BufferKind::storage("mesh instances");
+/// Vertices of all that stands in the world, metres from the rig's origin; those of what is not in view mean nothing.
+pub const POSITIONS: BufferKind = BufferKind::storage("mesh positions");
+
+/// The meshes of a world on the GPU.
+struct MeshBuffers {
+    placed: Arc<Placed>,
     /// Of each mesh: its first vertex and its first triangle.
     firsts: Vec<[u32; 2]>,
-    vertices: GrowingBuffer,
-    triangles: GrowingBuffer,
-    instances: GrowingBuffer,
-    positions: GrowingBuffer,
-    /// Triangles of each instance in view.
-    seen: Vec<u32>,
-    vertex_count: u32,
-    near_count: u32,
+    vertices: Buffer,
+    triangles: Buffer,
 }
 
-impl MeshVerticesPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        use wgpu::BufferUsages as Usage;
+impl MeshBuffers {
+    fn new(gpu: &Gpu, placed: &Arc<Placed>) -> Self {
+        let (mut vertices, mut triangles): (Vec<[f32; 4]>, Vec<MeshTriangle>) = (Vec::new(), Vec::new());
+        let mut firsts = Vec::new();
+        for mesh in &placed.meshes {
+            firsts.push([vertices.len() as u32, triangles.len() as u32]);
+            vertices.extend(mesh.vertices_m.iter().map(|[x, y, z]| [*x, *y, *z, 1.0]));
+            triangles.extend(packed(mesh));
+        }
         Self {
-            pass: ComputePass::new(gpu, "surface/mesh_vertices"),
-            placed: None,
-            firsts: Vec::new(),
-            vertices: GrowingBuffer::new(gpu, "mesh vertices", Usage::STORAGE),
-            triangles: GrowingBuffer::new(gpu, "mesh triangles", Usage::STORAGE),
-            instances: GrowingBuffer::new(gpu, "mesh instances", Usage::STORAGE),
-            // Measurements read it back.
-            positions: GrowingBuffer::new(gpu, "mesh positions", Usage::STORAGE | Usage::COPY_SRC),
-            seen: Vec::new(),
-            vertex_count: 0,
-            near_count: 0,
+            placed: Arc::clone(placed),
+            firsts,
+            vertices: Buffer::with(gpu, &VERTICES, &vertices),
+            triangles: Buffer::with(gpu, &TRIANGLES, &triangles),
         }
     }
+}
 
-    /// Uploads what a view sees of a world, and the meshes themselves if they are others than before.
-    pub fn upload(&mut self, gpu: &Gpu, placed: &Arc<Placed>, view: &View, bending: &Bending) {
-        if !self.placed.as_ref().is_some_and(|known| Arc::ptr_eq(known, placed)) {
-            self.upload_meshes(gpu, placed);
-            self.placed = Some(Arc::clone(placed));
-        }
+/// What an eye sees of the meshes, on the GPU.
+pub struct SeenMeshes {
+    meshes: Arc<MeshBuffers>,
+    /// As many as are in view: the shaders ask how many there are.
+    instances: Buffer,
+    positions: Buffer,
+    /// Triangles of each instance in view.
+    pub triangles: Vec<u32>,
+    /// Triangles whose edges are looked for.
+    pub near_triangles: u32,
+    vertices: u32,
+}
+
+impl SeenMeshes {
+    /// Uploads what an eye sees of a world, and the meshes themselves if they are others than before.
+    pub fn upload(cx: &mut Cx<'_>, placed: &Arc<Placed>, view: &View, origin_m: DVec3, bending: &Bending) -> Self {
+        let meshes = cx.kept(
+            |known: &MeshBuffers| Arc::ptr_eq(&known.placed, placed),
+            |gpu| Ok::<_, Infallible>(MeshBuffers::new(gpu, placed)),
+        );
+        let Ok(meshes) = meshes;
         let mut instances = Vec::new();
         let (mut vertex_count, mut near_count) = (0, 0);
         for Seen { standing, is_near } in seen(placed, view, bending) {
             let standing = &placed.standing[standing];
             let mesh = placed.mesh(standing);
-            let [first_vertex, first_triangle] = self.firsts[standing.mesh];
+            let [first_vertex, first_triangle] = meshes.firsts[standing.mesh];
             let (vertices, triangles) = (mesh.vertices_m.len() as u32, mesh.triangles.len() as u32);
-            let middle_m = (standing.middle_m - view.pose.position_m).to_array();
+            let middle_m = (standing.middle_m - origin_m).to_array();
             let row = |i: usize| standing.world_from_mesh.row(i).extend(middle_m[i]).as_vec4().to_array();
             instances.push(MeshInstance {
                 east: row(0),
@@ -167,76 +182,38 @@ impl MeshVerticesPass {
             vertex_count += vertices;
             near_count += if is_near { triangles } else { 0 };
         }
-        self.instances.write(gpu, &instances);
-        self.seen = instances.iter().map(|instance| instance.triangles).collect();
-        (self.vertex_count, self.near_count) = (vertex_count, near_count);
-    }
-
-    fn upload_meshes(&mut self, gpu: &Gpu, placed: &Placed) {
-        let (mut vertices, mut triangles): (Vec<[f32; 4]>, Vec<MeshTriangle>) = (Vec::new(), Vec::new());
-        self.firsts.clear();
-        for mesh in &placed.meshes {
-            self.firsts.push([vertices.len() as u32, triangles.len() as u32]);
-            vertices.extend(mesh.vertices_m.iter().map(|[x, y, z]| [*x, *y, *z, 1.0]));
-            triangles.extend(packed(mesh));
+        let bytes = instances.len().max(1) * size_of::<MeshInstance>();
+        Self {
+            instances: cx.upload(&INSTANCES, &instances).slice(0, bytes as u64),
+            positions: cx.buffer(&POSITIONS, placed.vertices() * size_of::<[f32; 4]>() as u64),
+            triangles: instances.iter().map(|instance| instance.triangles).collect(),
+            near_triangles: near_count,
+            vertices: vertex_count,
+            meshes,
         }
-        self.vertices.reserve_exactly(gpu, size_of_val(vertices.as_slice()) as u64);
-        self.vertices.write(gpu, &vertices);
-        self.triangles.reserve_exactly(gpu, size_of_val(triangles.as_slice()) as u64);
-        self.triangles.write(gpu, &triangles);
-        self.positions.reserve_exactly(gpu, placed.vertices() * size_of::<[f32; 4]>() as u64);
     }
 
-    /// Places the vertices of what is in view. Reads `terrain`; writes `mesh_positions`.
-    pub fn run(&self, gpu: &Gpu, recorder: &mut Recorder<'_>, terrain: Named<'_>) {
-        if self.vertex_count == 0 {
+    /// Places the vertices of what is in view. Reads `terrain`; writes [`POSITIONS`].
+    pub fn place(&self, cx: &mut Cx<'_>, terrain: Named) {
+        if self.vertices == 0 {
             return;
         }
         let resources = [
-            ("mesh_instances", self.instances()),
-            ("mesh_vertices", self.vertices.binding()),
+            ("mesh_instances", self.instances.binding()),
+            ("mesh_vertices", self.meshes.vertices.binding()),
             ("mesh_positions", self.positions.binding()),
             terrain,
         ];
-        self.pass.run_groups(gpu, recorder, groups(self.vertex_count), &resources);
-    }
-
-    /// How many triangles each instance in view has.
-    pub fn seen(&self) -> &[u32] {
-        &self.seen
-    }
-
-    /// Triangles whose edges are looked for.
-    pub fn near_triangles(&self) -> u32 {
-        self.near_count
+        cx.groups("surface/mesh_vertices", groups(self.vertices), &resources);
     }
 
     /// What `shaders/shared/meshes.wgsl` declares, for the passes after this one.
-    pub fn resources(&self) -> [Named<'_>; 3] {
+    pub fn resources(&self) -> [Named; 3] {
         [
-            ("mesh_instances", self.instances()),
-            ("mesh_triangles", self.triangles.binding()),
+            ("mesh_instances", self.instances.binding()),
+            ("mesh_triangles", self.meshes.triangles.binding()),
             ("mesh_places", self.positions.binding()),
         ]
-    }
-
-    /// As many as are in view: the shaders ask how many there are.
-    fn instances(&self) -> wgpu::BindingResource<'_> {
-        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: self.instances.buffer(),
-            offset: 0,
-            size: NonZeroU64::new(self.seen.len().max(1) as u64 * size_of::<MeshInstance>() as u64),
-        })
-    }
-
-    /// The vertices of all that stands in the world, as drawn last, camera-relative; those of what was not in view mean
-    /// nothing.
-    ///
-    /// # Errors
-    /// As [`readback::read_buffer`].
-    pub fn read(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
-        let count = self.placed.as_ref().map_or(0, |placed| placed.vertices());
-        readback::read_buffer(gpu, self.positions.buffer(), count as usize)
     }
 }
 

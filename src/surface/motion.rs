@@ -1,33 +1,25 @@
 //! Exact screen motion of every pixel. See `shaders/surface/motion.wgsl`.
 
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
 
 /// Pixels from the previous frame to this one: x right, y down.
-pub const MOTION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+pub const MOTION: TargetKind = TargetKind::storage("motion", wgpu::TextureFormat::Rg32Float);
 
-/// The pass.
-pub struct MotionPass(ComputePass);
+/// What the pass reads and where it writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Out.
+    pub motion: &'a Target,
+}
 
-impl MotionPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "surface/motion"))
-    }
-
-    /// Reads `view`, `position`; writes `motion`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        position: &Target,
-        motion: &Target,
-    ) {
-        let resources = [("view", view), ("position", texture(&position.view)), ("motion", texture(&motion.view))];
-        self.0.run(gpu, recorder, size_px, &resources);
-    }
+/// Finds the motion of every pixel, of the sky as well.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let resources =
+        [("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];
+    cx.pixels("surface/motion", inputs.motion.size_px(), &resources);
 }

@@ -2,45 +2,37 @@
 //!
 //! Why: `docs/decisions/resolve-pass.md`.
 
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, Named, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
 
-/// xyz: relative to the camera in metres; w: distance along the view axis. All 0 is the sky.
-pub const POSITION_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+/// xyz: metres from the rig's origin; w: distance along the view axis. All 0 is the sky.
+pub const POSITION: TargetKind = TargetKind::storage("position", wgpu::TextureFormat::Rgba32Float);
 /// xyz: unit, in the world; 0 is the sky.
-pub const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+pub const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::Rgba32Float);
 
-/// The pass.
-pub struct ResolvePass(ComputePass);
+/// What the pass reads and where it writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Heights and tables.
+    pub terrain: &'a [Named],
+    /// As it was rasterised.
+    pub depth: &'a Target,
+    /// Out.
+    pub position: &'a Target,
+    /// Out.
+    pub normal: &'a Target,
+}
 
-impl ResolvePass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "surface/resolve"))
-    }
-
-    /// Reads `view`, `terrain`, `depth`; writes `position`, `normal`.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        terrain: &[Named<'_>],
-        depth: &Target,
-        position: &Target,
-        normal: &Target,
-    ) {
-        let mut resources = vec![
-            ("view", view),
-            ("depth", texture(&depth.view)),
-            ("position", texture(&position.view)),
-            ("normal", texture(&normal.view)),
-        ];
-        resources.extend(terrain.iter().cloned());
-        self.0.run(gpu, recorder, size_px, &resources);
-    }
+/// Finds position and normal of every pixel.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("depth", inputs.depth.into()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.pixels("surface/resolve", inputs.position.size_px(), &resources);
 }

@@ -52,6 +52,22 @@ pub struct View {
     pub part: Part,
 }
 
+/// Eyes that are drawn together: of one world, with one choice of tiles and patches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// What positions count from, in the world.
+    pub origin_m: DVec3,
+    /// At least one.
+    pub eyes: Vec<View>,
+}
+
+impl Rig {
+    /// Of one eye, at its origin.
+    pub fn mono(view: View) -> Self {
+        Self { origin_m: view.pose.position_m, eyes: vec![view] }
+    }
+}
+
 /// `View` in `shaders/shared/view.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -68,9 +84,11 @@ pub struct ViewUniform {
     origin_px: [i32; 2],
     picture_px: [f32; 2],
     padding: [f32; 2],
+    eye_m: [f32; 3],
+    pad_eye: f32,
 }
 
-crate::gpu::shared::describe!(ViewUniform as "View" in "surface/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, padding);
+crate::gpu::shared::describe!(ViewUniform as "View" in "surface/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, padding, eye_m, pad_eye);
 
 impl Pose {
     /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.
@@ -113,13 +131,13 @@ impl View {
         ])
     }
 
-    /// For the shaders.
-    pub fn uniform(&self) -> ViewUniform {
+    /// For the shaders: positions count from `origin_m`, that of the rig.
+    pub fn uniform(&self, origin_m: DVec3) -> ViewUniform {
         let focal_px = self.focal_px();
-        let step = self.pose.position_m - self.previous.position_m;
-        let previous = self.clip_from_camera(&self.previous) * DMat4::from_translation(step);
+        let from_origin = |eye: &Pose| self.clip_from_camera(eye) * DMat4::from_translation(origin_m - eye.position_m);
+        let (now, previous) = (from_origin(&self.pose), from_origin(&self.previous));
         ViewUniform {
-            clip_from_camera: self.clip_from_camera(&self.pose).as_mat4().to_cols_array_2d(),
+            clip_from_camera: now.as_mat4().to_cols_array_2d(),
             previous_clip_from_camera: previous.as_mat4().to_cols_array_2d(),
             ray_corner: self.ray(DVec2::ZERO).as_vec3().to_array(),
             focal_px: focal_px as f32,
@@ -131,6 +149,8 @@ impl View {
             origin_px: self.part.origin_px,
             picture_px: self.picture_px.map(|side| side as f32),
             padding: [0.0; 2],
+            eye_m: (self.pose.position_m - origin_m).as_vec3().to_array(),
+            pad_eye: 0.0,
         }
     }
 

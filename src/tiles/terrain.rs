@@ -16,7 +16,7 @@ use super::seen::SeenTiles;
 use super::terrain_buffers::TerrainBuffers;
 use super::warp::Warp;
 use crate::gpu::Gpu;
-use crate::gpu::pass::{Named, texture};
+use crate::gpu::bind::{Named, Resource};
 use crate::mesh::placed::Placed;
 use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
 use crate::pyramid::{PyramidError, TileAddress, TileStore};
@@ -51,6 +51,9 @@ impl Default for TerrainOptions {
         Self { lod_error_px: 1.0, tile_memory_bytes: 512 << 20, loading: Loading::Wait, inverse_radius: 0.0 }
     }
 }
+
+/// What the land sees is kept for so many frames in which nobody asks for it.
+const KEEP_SEEN_FRAMES: u64 = 3600;
 
 /// Samples along a side: what f32 still counts one by one.
 const MOST_SAMPLES: u32 = 1 << 24;
@@ -106,6 +109,9 @@ pub struct Terrain {
     buffers: TerrainBuffers,
     /// Of a style with shadows or occlusion.
     seen: Option<SeenTiles>,
+    /// Whether the next frame asks for it, and the last frame that did.
+    is_seen_asked: bool,
+    seen_asked_in: u64,
     meshes: Option<Arc<Placed>>,
 }
 
@@ -136,6 +142,8 @@ impl Terrain {
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
             seen: None,
+            is_seen_asked: false,
+            seen_asked_in: 0,
             meshes: None,
         })
     }
@@ -237,14 +245,18 @@ impl Terrain {
         self.residency.atlas.bytes() + self.buffers.bytes() + seen
     }
 
-    /// From the next frame on it is known what the land sees of the sky and of a sun in that direction; none forgets it.
+    /// In the next frame it is known what the land sees of the sky and of a sun in that direction. None asks for nothing:
+    /// what is known stays for a while, for it takes long to find.
     pub fn see(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
+        self.is_seen_asked = to_sun.is_some();
         match to_sun {
             Some(to_sun) => {
                 let seen = self.seen.get_or_insert_with(|| SeenTiles::new(gpu, &self.residency.atlas));
                 seen.set_sun(to_sun.truncate());
+                self.seen_asked_in = self.frame;
             }
-            None => self.seen = None,
+            None if self.frame > self.seen_asked_in + KEEP_SEEN_FRAMES => self.seen = None,
+            None => {}
         }
     }
 
@@ -267,26 +279,25 @@ impl Terrain {
     }
 
     /// For passes that ask no surface: what `hachure::earth` needs.
-    pub fn uniform(&self) -> Named<'_> {
+    pub fn uniform(&self) -> Named {
         self.buffers.uniform()
     }
 
     /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
-    pub fn resources(&self) -> [Named<'_>; 5] {
+    pub fn resources(&self) -> [Named; 5] {
         self.buffers.resources(&self.residency.atlas)
     }
 
     /// What `shaders/shared/seen.wgsl` needs beside the uniform; none if nobody has asked for what the land sees.
-    pub fn seen_resources(&self) -> Option<[Named<'_>; 5]> {
+    pub fn seen_resources(&self) -> Option<[Named; 5]> {
         let seen = self.seen.as_ref()?;
-        let (view, sampler) = (seen.view(), seen.sampler());
         let [_, levels, rows, tiles, _] = self.resources();
         Some([
             levels,
             rows,
             tiles,
-            ("seen_tiles", texture(view)),
-            ("seen_sampler", wgpu::BindingResource::Sampler(sampler)),
+            ("seen_tiles", Resource::Texture("seen tiles", seen.view().clone())),
+            ("seen_sampler", Resource::Sampler(seen.sampler().clone())),
         ])
     }
 }

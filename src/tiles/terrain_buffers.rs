@@ -9,8 +9,8 @@ use super::selection::units_log2;
 use super::tables::Tables;
 use super::warp::{MAX_TERMS, Warp};
 use crate::gpu::Gpu;
+use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::Named;
 use crate::pyramid::TileStore;
 
 #[repr(C)]
@@ -112,18 +112,18 @@ impl TerrainBuffers {
     }
 
     /// The uniform alone.
-    pub fn uniform(&self) -> Named<'_> {
+    pub fn uniform(&self) -> Named {
         ("terrain", self.uniform.binding())
     }
 
     /// They and the heights, by the names in the shaders.
-    pub fn resources<'a>(&'a self, atlas: &'a Atlas) -> [Named<'a>; 5] {
+    pub fn resources(&self, atlas: &Atlas) -> [Named; 5] {
         [
             self.uniform(),
             ("levels", self.levels.binding()),
             ("tile_rows", self.rows.binding()),
             ("tiles", self.tiles.binding()),
-            ("heights", wgpu::BindingResource::TextureView(atlas.view())),
+            ("heights", Resource::Texture("height tiles", atlas.view().clone())),
         ]
     }
 }

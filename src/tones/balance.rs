@@ -17,17 +17,21 @@ pub mod ink_windows;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::target::Target;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::style::hatching::Hatching;
 
 /// Ink without bounds, its rise, the darkness that was asked for, and whether there is a surface.
-pub const COVER_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+const COVER: TargetKind = TargetKind::storage("cover", wgpu::TextureFormat::Rgba16Float);
 /// What a cell lacks of ink, how fast it grows, its pixels.
-pub const SUMS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-/// Ink of marks, 0 to 1; what is added to the darkness.
-pub const MARKS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+const SUMS: TargetKind = TargetKind::storage("ink sums", wgpu::TextureFormat::Rgba32Float);
+/// What is added to the darkness of a cell.
+const MORE: TargetKind = TargetKind::storage("more ink", wgpu::TextureFormat::R32Float);
+/// In place of it where nothing is balanced: one texel, which stays 0.
+const NO_MORE: TargetKind = TargetKind::storage("no more ink", wgpu::TextureFormat::R32Float);
+/// Ink of marks, 0 to 1.
+pub const MARKS: TargetKind = TargetKind::storage("marks", wgpu::TextureFormat::R32Float);
 
 /// Side of a cell for marks of their recipes' size; the bell's standard deviation is 1.6 cells, two spacings of marks.
 const CELL_PX: u32 = 8;
@@ -58,41 +62,48 @@ pub fn reach_px(hatching: &Hatching) -> u32 {
 }
 
 /// The pictures between the passes.
-pub struct BalanceTargets {
-    uniform: GrowingBuffer,
+pub struct Inputs {
+    /// `View`.
+    pub view: Resource,
+    /// `Balance`.
+    pub balance: Resource,
     /// What marks ink, and would if they were darker.
     pub cover: Target,
-    /// Of cells.
-    pub sums: Target,
-    /// Of cells: added to the darkness. One texel, which stays 0, where nothing is balanced.
+    /// Of cells; none where nothing is balanced.
+    pub sums: Option<Target>,
+    /// Of cells: added to the darkness.
     pub more: Target,
-    /// Ink.
+    /// Out: ink.
     pub marks: Target,
 }
 
-impl BalanceTargets {
-    /// Makes them, with cells of side `cell_px`; 0 is without. They are counted in the whole picture, so a part may see
-    /// one more.
-    pub fn new(gpu: &Gpu, size_px: [u32; 2], cell_px: u32) -> Self {
-        let cells = if cell_px == 0 { [1, 1] } else { size_px.map(|side| side.div_ceil(cell_px) + 1) };
-        let mut uniform = GrowingBuffer::new(gpu, "balance", wgpu::BufferUsages::UNIFORM);
-        uniform.write(gpu, &[BalanceUniform { cell_px: cell_px.max(1) as i32, pad_a: 0, pad_b: 0, pad_c: 0 }]);
+impl Inputs {
+    /// For the marks of a style. Cells are counted in the whole picture, so a part may see one more.
+    pub fn new(cx: &mut Cx<'_>, targets: &mut Targets, view: &Resource, hatching: &Hatching) -> Self {
+        let cell_px = if hatching.balance { cell_px(hatching) } else { 1 };
+        let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
+        let gpu = cx.gpu();
+        let uniform = BalanceUniform { cell_px: cell_px as i32, pad_a: 0, pad_b: 0, pad_c: 0 };
         Self {
-            uniform,
-            cover: Target::storage(gpu, "cover", size_px, COVER_FORMAT),
-            sums: Target::storage(gpu, "ink sums", cells, SUMS_FORMAT),
-            more: Target::storage(gpu, "more ink", cells, MARKS_FORMAT),
-            marks: Target::storage(gpu, "marks", size_px, MARKS_FORMAT),
+            view: view.clone(),
+            balance: cx.uniform("balance", &uniform),
+            cover: targets.whole(gpu, &COVER),
+            sums: hatching.balance.then(|| targets.sized(gpu, &SUMS, cells)),
+            more: if hatching.balance {
+                targets.sized(gpu, &MORE, cells)
+            } else {
+                targets.sized(gpu, &NO_MORE, [1, 1])
+            },
+            marks: targets.whole(gpu, &MARKS),
         }
     }
+}
 
-    /// `Balance`.
-    pub(super) fn uniform(&self) -> wgpu::BindingResource<'_> {
-        self.uniform.binding()
+/// Balances the ink of [`Inputs::cover`], if the style says so, and writes [`Inputs::marks`].
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs) {
+    if let Some(sums) = &inputs.sums {
+        ink_sums::run(cx, inputs, sums);
+        ink_windows::run(cx, inputs, sums);
     }
-
-    /// All of them.
-    pub fn all(&self) -> [&Target; 4] {
-        [&self.cover, &self.sums, &self.more, &self.marks]
-    }
+    balanced_ink::run(cx, inputs);
 }

@@ -2,59 +2,29 @@
 //!
 //! This is the fractal scale rule. Why: `docs/decisions/zoom-rule.md`.
 
-use glam::DVec3;
-
 use super::hatching::uniform::HatchUniform;
-use super::hatching::{Inputs, axes};
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::ComputePass;
-use crate::gpu::timer::Recorder;
-use crate::style::hatching::Hatching;
+use super::hatching::{AXES, Inputs, axes};
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
 use crate::style::marks::Kind;
 
-/// The pass.
-pub struct FractalHatchingPass {
-    // Of marks that end, and of lines alone: built when a style asks for them.
-    passes: [Option<ComputePass>; 2],
-    uniform: GrowingBuffer,
-    axes: GrowingBuffer,
-    cells: GrowingBuffer,
-}
+/// Where the camera is on each axis, by octave.
+const CELLS: BufferKind = BufferKind::storage("cells");
 
-impl FractalHatchingPass {
-    /// Its pipelines are built when marks ask for them.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self {
-            passes: [None, None],
-            uniform: GrowingBuffer::new(gpu, "hatch", wgpu::BufferUsages::UNIFORM),
-            axes: GrowingBuffer::new(gpu, "axes", wgpu::BufferUsages::STORAGE),
-            cells: GrowingBuffer::new(gpu, "cells", wgpu::BufferUsages::STORAGE),
-        }
-    }
-
-    /// Hatches what a camera at `camera_m` sees.
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        hatching: &Hatching,
-        camera_m: DVec3,
-        inputs: Inputs<'_>,
-    ) {
-        self.uniform.write(gpu, &[HatchUniform::new(hatching, (axes::FIRST_OCTAVE, axes::OCTAVES), 1)]);
-        let directions = axes::axes(&hatching.layers);
-        self.cells.write(gpu, &axes::cells(&directions, camera_m));
-        self.axes.write(gpu, &axes::directions(&directions));
-        let mut resources =
-            vec![("hatch", self.uniform.binding()), ("axes", self.axes.binding()), ("cells", self.cells.binding())];
-        resources.extend(inputs.resources());
-        let is_ended =
-            hatching.layers.iter().any(|layer| layer.recipe.as_ref().is_none_or(|recipe| recipe.kind != Kind::Line));
-        let (i, definitions): (_, &[&str]) = if is_ended { (0, &["ENDED"]) } else { (1, &[]) };
-        let pass =
-            self.passes[i].get_or_insert_with(|| ComputePass::variant(gpu, "tones/fractal_hatching", definitions));
-        pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Hatches what the inputs show.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let hatching = inputs.hatching;
+    let uniform = HatchUniform::new(hatching, (axes::FIRST_OCTAVE, axes::OCTAVES), 1);
+    let directions = axes::axes(&hatching.layers);
+    let mut resources = vec![
+        ("hatch", cx.uniform("hatch", &uniform)),
+        ("axes", cx.upload(&AXES, &axes::directions(&directions)).binding()),
+        ("cells", cx.upload(&CELLS, &axes::cells(&directions, inputs.origin_m)).binding()),
+    ];
+    resources.extend(inputs.resources());
+    let is_ended =
+        hatching.layers.iter().any(|layer| layer.recipe.as_ref().is_none_or(|recipe| recipe.kind != Kind::Line));
+    let definitions: &[&str] = if is_ended { &["ENDED"] } else { &[] };
+    cx.pixels(Compute { name: "tones/fractal_hatching", definitions }, inputs.cover.size_px(), &resources);
 }

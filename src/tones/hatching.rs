@@ -10,27 +10,26 @@ use glam::DVec3;
 
 use self::maps::Maps;
 use self::uniform::HatchUniform;
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named, texture};
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
 use crate::style::hatching::Hatching;
 
-/// The pass.
-pub struct HatchingPass {
-    /// With what swelling marks need, and without.
-    passes: [Option<ComputePass>; 2],
-    uniform: GrowingBuffer,
-    axes: GrowingBuffer,
-    phases: GrowingBuffer,
-    maps: Option<Maps>,
-}
+/// Directions of charts.
+pub(super) const AXES: BufferKind = BufferKind::storage("axes");
+/// Where each axis begins, by octave.
+const PHASES: BufferKind = BufferKind::storage("phases");
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
     /// `View`.
-    pub view: wgpu::BindingResource<'a>,
+    pub view: &'a Resource,
+    /// The style's marks.
+    pub hatching: &'a Hatching,
+    /// The rig's origin in the world, which positions count from.
+    pub origin_m: DVec3,
     /// Of the surface.
     pub position: &'a Target,
     /// Of the surface.
@@ -43,65 +42,39 @@ pub struct Inputs<'a> {
     pub cover: &'a Target,
 }
 
-impl<'a> Inputs<'a> {
+impl Inputs<'_> {
     /// By the names in the shaders.
-    pub(super) fn resources(self) -> [Named<'a>; 6] {
+    pub(super) fn resources(&self) -> [Named; 6] {
         [
-            ("view", self.view),
-            ("position", texture(&self.position.view)),
-            ("normal", texture(&self.normal.view)),
-            ("form", texture(&self.form.view)),
-            ("tone", texture(&self.tone.view)),
-            ("cover", texture(&self.cover.view)),
+            ("view", self.view.clone()),
+            ("position", self.position.into()),
+            ("normal", self.normal.into()),
+            ("form", self.form.into()),
+            ("tone", self.tone.into()),
+            ("cover", self.cover.into()),
         ]
     }
 }
 
-impl HatchingPass {
-    /// Its pipelines are built when marks ask for them.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self {
-            passes: [None, None],
-            uniform: GrowingBuffer::new(gpu, "hatch", wgpu::BufferUsages::UNIFORM),
-            axes: GrowingBuffer::new(gpu, "axes", wgpu::BufferUsages::STORAGE),
-            phases: GrowingBuffer::new(gpu, "phases", wgpu::BufferUsages::STORAGE),
-            maps: None,
-        }
-    }
-
-    /// Hatches what a camera at `camera_m` sees.
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        hatching: &Hatching,
-        camera_m: DVec3,
-        inputs: Inputs<'_>,
-    ) {
-        if self.maps.as_ref().is_none_or(|maps| !maps.are_of(hatching)) {
-            match Maps::new(gpu, hatching) {
-                Ok(maps) => self.maps = Some(maps),
-                // Checked when the style was loaded: somebody has taken a picture away since.
-                Err(error) => return tracing::warn!("{error}; nothing is hatched"),
-            }
-        }
-        let Some(maps) = &self.maps else { return };
-        let uniform = HatchUniform::new(hatching, (axes::FIRST_LEVEL, axes::LEVELS), maps.side_px);
-        self.uniform.write(gpu, &[uniform]);
-        let directions = axes::axes(&hatching.layers);
-        self.phases.write(gpu, &axes::phases(&directions, camera_m, f64::from(maps.side_px)));
-        self.axes.write(gpu, &axes::directions(&directions));
-        let mut resources = vec![
-            ("maps", maps.binding()),
-            ("hatch", self.uniform.binding()),
-            ("axes", self.axes.binding()),
-            ("phases", self.phases.binding()),
-        ];
-        resources.extend(inputs.resources());
-        let swells = hatching.layers.iter().filter_map(|layer| layer.recipe.as_ref()).any(uniform::swells);
-        let (i, definitions): (_, &[&str]) = if swells { (0, &["SWELLING"]) } else { (1, &[]) };
-        let pass = self.passes[i].get_or_insert_with(|| ComputePass::variant(gpu, "tones/hatching", definitions));
-        pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Hatches what the inputs show.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let hatching = inputs.hatching;
+    let maps = match cx.kept(|maps: &Maps| maps.are_of(hatching), |gpu| Maps::new(gpu, hatching)) {
+        Ok(maps) => maps,
+        // Checked when the style was loaded: somebody has taken a picture away since.
+        Err(error) => return tracing::warn!("{error}; nothing is hatched"),
+    };
+    let uniform = HatchUniform::new(hatching, (axes::FIRST_LEVEL, axes::LEVELS), maps.side_px);
+    let directions = axes::axes(&hatching.layers);
+    let phases = axes::phases(&directions, inputs.origin_m, f64::from(maps.side_px));
+    let mut resources = vec![
+        ("maps", maps.binding()),
+        ("hatch", cx.uniform("hatch", &uniform)),
+        ("axes", cx.upload(&AXES, &axes::directions(&directions)).binding()),
+        ("phases", cx.upload(&PHASES, &phases).binding()),
+    ];
+    resources.extend(inputs.resources());
+    let swells = hatching.layers.iter().filter_map(|layer| layer.recipe.as_ref()).any(uniform::swells);
+    let definitions: &[&str] = if swells { &["SWELLING"] } else { &[] };
+    cx.pixels(Compute { name: "tones/hatching", definitions }, inputs.cover.size_px(), &resources);
 }

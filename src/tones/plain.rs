@@ -2,11 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named, texture};
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
 
 /// What the tint needs to know of the scene.
 #[derive(Clone, Copy, Debug)]
@@ -32,51 +30,40 @@ pub(crate) struct PlainUniform {
 
 crate::gpu::shared::describe!(PlainUniform as "Plain" in "tones/plain": to_sun, camera_z_m, low_m, high_m, shininess, specular);
 
-/// The pass.
-pub struct PlainPass {
-    pass: ComputePass,
-    uniform: GrowingBuffer,
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// `Terrain`, for the earth's curvature.
+    pub terrain: Named,
+    /// Sun and heights.
+    pub light: PlainLight,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface.
+    pub normal: &'a Target,
+    /// Out: colour, and the tone that is asked for.
+    pub tone: &'a Target,
 }
 
-impl PlainPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        let pass = ComputePass::new(gpu, "tones/plain");
-        Self { pass, uniform: GrowingBuffer::new(gpu, "plain", wgpu::BufferUsages::UNIFORM) }
-    }
-
-    /// Reads `view`, `terrain`, `position`, `normal`; writes `tone`.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        light: PlainLight,
-        view: wgpu::BindingResource<'_>,
-        terrain: Named<'_>,
-        position: &Target,
-        normal: &Target,
-        tone: &Target,
-    ) {
-        let [low_m, high_m] = light.range_m;
-        let uniform = PlainUniform {
-            to_sun: light.to_sun,
-            camera_z_m: light.camera_z_m,
-            low_m,
-            high_m: high_m.max(low_m + 1.0),
-            shininess: 24.0,
-            specular: 0.06,
-        };
-        self.uniform.write(gpu, &[uniform]);
-        let resources = [
-            ("view", view),
-            terrain,
-            ("plain", self.uniform.binding()),
-            ("position", texture(&position.view)),
-            ("normal", texture(&normal.view)),
-            ("tone", texture(&tone.view)),
-        ];
-        self.pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Tones what the inputs show.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let [low_m, high_m] = inputs.light.range_m;
+    let uniform = PlainUniform {
+        to_sun: inputs.light.to_sun,
+        camera_z_m: inputs.light.camera_z_m,
+        low_m,
+        high_m: high_m.max(low_m + 1.0),
+        shininess: 24.0,
+        specular: 0.06,
+    };
+    let resources = [
+        ("view", inputs.view.clone()),
+        inputs.terrain.clone(),
+        ("plain", cx.uniform("plain", &uniform)),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("tone", inputs.tone.into()),
+    ];
+    cx.pixels("tones/plain", inputs.tone.size_px(), &resources);
 }

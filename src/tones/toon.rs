@@ -2,15 +2,16 @@
 
 mod ramp;
 
+use std::convert::Infallible;
+
 use bytemuck::{Pod, Zeroable};
 
 use self::ramp::RampTable;
 use super::light::LightUniform;
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named, texture};
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
 use crate::style::Toon;
 
 #[repr(C)]
@@ -41,23 +42,20 @@ pub struct Land {
     pub range_m: [f32; 2],
 }
 
-/// The pass.
-pub struct ToonPass {
-    pass: ComputePass,
-    sees: bool,
-    light: GrowingBuffer,
-    uniform: GrowingBuffer,
-    ramp: RampTable,
-}
-
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
     /// `View`.
-    pub view: wgpu::BindingResource<'a>,
+    pub view: &'a Resource,
     /// `Terrain`, for the earth's curvature.
-    pub terrain: Named<'a>,
-    /// What the land sees, for a pass that asks.
-    pub seen: Option<[Named<'a>; 5]>,
+    pub terrain: Named,
+    /// What the land sees of the sun and the sky, for a style that asks; without it the cheaper variant runs.
+    pub seen: Option<[Named; 5]>,
+    /// The style's steps and colours.
+    pub toon: &'a Toon,
+    /// The style's shading in the scene's light.
+    pub light: LightUniform,
+    /// For colours by height.
+    pub land: Land,
     /// Of the surface.
     pub position: &'a Target,
     /// Of the surface.
@@ -66,69 +64,41 @@ pub struct Inputs<'a> {
     pub tone: &'a Target,
 }
 
-impl ToonPass {
-    /// Builds the pipeline: the one that asks what the land sees of the sun and the sky, or the cheaper one.
-    pub fn new(gpu: &Gpu, sees: bool) -> Self {
-        Self {
-            pass: ComputePass::variant(gpu, "tones/toon", if sees { &["SEEN"] } else { &[] }),
-            sees,
-            light: GrowingBuffer::new(gpu, "light", wgpu::BufferUsages::UNIFORM),
-            uniform: GrowingBuffer::new(gpu, "toon", wgpu::BufferUsages::UNIFORM),
-            ramp: RampTable::new(gpu, None),
-        }
-    }
-
-    /// Whether it asks what the land sees.
-    pub fn sees(&self) -> bool {
-        self.sees
-    }
-
-    /// Tones what the inputs show.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        toon: &Toon,
-        light: LightUniform,
-        land: Land,
-        inputs: Inputs<'_>,
-    ) {
-        if !self.ramp.is_of(toon.ramp.as_ref()) {
-            self.ramp = RampTable::new(gpu, toon.ramp.as_ref());
-        }
-        let [row_first, row_scale] = self.ramp.row_px;
-        let [low_m, high_m] = land.range_m;
-        let uniform = ToonUniform {
-            steps: toon.steps as f32,
-            darkest: toon.darkest,
-            lightest: toon.lightest,
-            softness: toon.softness.max(1e-3),
-            wash: toon.wash,
-            row_first,
-            row_scale,
-            by: self.ramp.by,
-            camera_z_m: land.camera_z_m,
-            low_m,
-            high_m: high_m.max(low_m + 1.0),
-            pad: 0.0,
-        };
-        self.uniform.write(gpu, &[uniform]);
-        self.light.write(gpu, &[light]);
-        let mut resources = vec![
-            ("view", inputs.view),
-            ("light", self.light.binding()),
-            ("toon", self.uniform.binding()),
-            ("ramp", texture(&self.ramp.view)),
-            inputs.terrain,
-            ("position", texture(&inputs.position.view)),
-            ("normal", texture(&inputs.normal.view)),
-            ("tone", texture(&inputs.tone.view)),
-        ];
-        if self.sees {
-            resources.extend(inputs.seen.into_iter().flatten());
-        }
-        self.pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Tones what the inputs show.
+pub fn run(cx: &mut Cx<'_>, inputs: Inputs<'_>) {
+    let toon = inputs.toon;
+    let made = cx.kept(
+        |ramp: &RampTable| ramp.is_of(toon.ramp.as_ref()),
+        |gpu| Ok::<_, Infallible>(RampTable::new(gpu, toon.ramp.as_ref())),
+    );
+    let Ok(ramp) = made;
+    let [row_first, row_scale] = ramp.row_px;
+    let [low_m, high_m] = inputs.land.range_m;
+    let uniform = ToonUniform {
+        steps: toon.steps as f32,
+        darkest: toon.darkest,
+        lightest: toon.lightest,
+        softness: toon.softness.max(1e-3),
+        wash: toon.wash,
+        row_first,
+        row_scale,
+        by: ramp.by,
+        camera_z_m: inputs.land.camera_z_m,
+        low_m,
+        high_m: high_m.max(low_m + 1.0),
+        pad: 0.0,
+    };
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("light", cx.uniform("light", &inputs.light)),
+        ("toon", cx.uniform("toon", &uniform)),
+        ("ramp", Resource::Texture("ramp", ramp.view.clone())),
+        inputs.terrain,
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("tone", inputs.tone.into()),
+    ];
+    let definitions: &[&str] = if inputs.seen.is_some() { &["SEEN"] } else { &[] };
+    resources.extend(inputs.seen.into_iter().flatten());
+    cx.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -3,11 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use super::TONE_FORMAT;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
 use crate::style::Watercolor;
 
 #[repr(C)]
@@ -48,17 +47,17 @@ impl Anchor {
     }
 }
 
-/// The pass.
-pub struct WatercolorPass {
-    pass: ComputePass,
-    uniform: GrowingBuffer,
-    anchor: GrowingBuffer,
-}
+/// Colour after water has run, and the tone that is asked for.
+pub const WASHED: TargetKind = TargetKind::storage("washed", TONE_FORMAT);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
     /// `View`.
-    pub view: wgpu::BindingResource<'a>,
+    pub view: &'a Resource,
+    /// The style's water.
+    pub watercolor: &'a Watercolor,
+    /// The rig's origin in the world, which positions count from.
+    pub origin_m: DVec3,
     /// Of the surface.
     pub position: &'a Target,
     /// Colours.
@@ -67,39 +66,18 @@ pub struct Inputs<'a> {
     pub washed: &'a Target,
 }
 
-impl WatercolorPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self {
-            pass: ComputePass::new(gpu, "tones/watercolor"),
-            uniform: GrowingBuffer::new(gpu, "watercolor", wgpu::BufferUsages::UNIFORM),
-            anchor: GrowingBuffer::new(gpu, "anchor", wgpu::BufferUsages::UNIFORM),
-        }
-    }
-
-    /// Washes what a camera at `camera_m` sees.
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        watercolor: &Watercolor,
-        camera_m: DVec3,
-        inputs: Inputs<'_>,
-    ) {
-        let &Watercolor { edge, edge_px, granulation, flow, warp_px } = watercolor;
-        let [pad_a, pad_b, pad_c] = [0.0; 3];
-        self.uniform
-            .write(gpu, &[WatercolorUniform { edge, edge_px, granulation, flow, warp_px, pad_a, pad_b, pad_c }]);
-        self.anchor.write(gpu, &[Anchor::new(camera_m)]);
-        let resources = [
-            ("view", inputs.view),
-            ("watercolor", self.uniform.binding()),
-            ("anchor", self.anchor.binding()),
-            ("position", texture(&inputs.position.view)),
-            ("tone", texture(&inputs.tone.view)),
-            ("washed", texture(&inputs.washed.view)),
-        ];
-        self.pass.run(gpu, recorder, size_px, &resources);
-    }
+/// Washes what the inputs show.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let &Watercolor { edge, edge_px, granulation, flow, warp_px } = inputs.watercolor;
+    let [pad_a, pad_b, pad_c] = [0.0; 3];
+    let uniform = WatercolorUniform { edge, edge_px, granulation, flow, warp_px, pad_a, pad_b, pad_c };
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("watercolor", cx.uniform("watercolor", &uniform)),
+        ("anchor", cx.uniform("anchor", &Anchor::new(inputs.origin_m))),
+        ("position", inputs.position.into()),
+        ("tone", inputs.tone.into()),
+        ("washed", inputs.washed.into()),
+    ];
+    cx.pixels("tones/watercolor", inputs.washed.size_px(), &resources);
 }

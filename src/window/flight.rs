@@ -22,8 +22,9 @@ use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
+use crate::composite::PICTURE;
 use crate::file::{FileError, standard};
-use crate::frame::{Frame, Light, Requirements};
+use crate::frame::{Frame, Light};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::lines::strokes::NumbersLater;
@@ -244,7 +245,7 @@ impl Flight {
             tiles_loaded: self.last.tiles_loaded,
             tiles_missing: prepared.tiles.pending + prepared.tiles.without_room + prepared.tiles.failed,
             over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
-            gpu_bytes: terrain.gpu_bytes() + self.frame.as_ref().map_or(0, |frame| frame.targets().bytes()),
+            gpu_bytes: self.gpu.memory_bytes(),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
             toast: self.toast.as_ref().map(|(text, _)| text.as_str()),
         };
@@ -274,18 +275,12 @@ impl Flight {
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let light = self.light();
         let style = &self.styles.list()[self.settings.style];
-        let requirements = Requirements::of(style).over(&self.world.terrain);
-        if let Some(frame) = &mut self.frame {
-            frame.adapt(&self.gpu, requirements, picture_px)?;
-        } else {
-            self.frame = Some(Frame::new(&self.gpu, requirements, picture_px)?);
-        }
-        let Some(frame) = &mut self.frame else { unreachable!("it was just made") };
+        let frame = Frame::or_new(&mut self.frame, &self.gpu)?;
         let pose = self.camera.pose();
         let view = View { pose, previous: self.last.pose, picture_px, part: Part::whole(picture_px) };
         self.world.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
-        let prepared = frame.render(&self.gpu, &mut self.world.terrain, &view, style, &light);
+        let prepared = frame.render(&self.gpu, &mut self.world.terrain, &view, style, &light)?;
         self.stroke_numbers.ask(&self.gpu, frame.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
@@ -298,8 +293,8 @@ impl Flight {
         let size_px = self.screen.size_px();
         let mut encoder =
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
-        if let Some(frame) = &self.frame {
-            self.screen.present().run(&self.gpu, &mut encoder, &frame.targets().picture, &target, size_px);
+        if let Some(picture) = self.frame.as_ref().and_then(|frame| frame.target(&PICTURE)) {
+            self.screen.present().run(&self.gpu, &mut encoder, picture, &target, size_px);
         }
         self.overlay.paint(&self.gpu, &mut encoder, &target, size_px, painted);
         self.gpu.queue.submit([encoder.finish()]);

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::samples::{MOST_SAMPLES, Sample, SampleCounts};
+use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
 use hachure::style::{self, Style};
 use hachure::surface::view::Pose;
 
@@ -12,9 +13,9 @@ use crate::{Flight, SIZE_PX, START, mountains, strokes};
 
 /// The ink of the last frame, and whose it is.
 fn pictures(world: &World, flight: &Flight) -> (Vec<f32>, Vec<u32>) {
-    let drawn = &flight.frame.targets().strokes.as_ref().unwrap().ink;
-    let ink: Vec<u16> = read_as(&world.gpu, &drawn.ink, [0, 0], SIZE_PX).unwrap();
-    let ids = read_as(&world.gpu, &drawn.ids, [0, 0], SIZE_PX).unwrap();
+    let target = |kind| flight.frame.target(kind).unwrap();
+    let ink: Vec<u16> = read_as(&world.gpu, target(&INK), [0, 0], SIZE_PX).unwrap();
+    let ids = read_as(&world.gpu, target(&STROKE_IDS), [0, 0], SIZE_PX).unwrap();
     (ink.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect(), ids)
 }
 

@@ -14,7 +14,7 @@ mod steady;
 
 use common::World;
 use glam::DVec3;
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::source::{Silent, procedural};
 use hachure::style::{self, Style};
@@ -59,7 +59,7 @@ struct Flight {
 
 impl Flight {
     fn new(world: &World, style: Style) -> Self {
-        let frame = Frame::new(&world.gpu, Requirements::of(&style), SIZE_PX).unwrap();
+        let frame = Frame::new(&world.gpu).unwrap();
         Self { style, frame, last: None }
     }
 
@@ -73,7 +73,7 @@ impl Flight {
         let previous = self.last.map_or(pose, |last| last.pose);
         let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
         self.last = Some(view);
-        self.frame.render(&world.gpu, &mut world.terrain, &view, &self.style, &light());
+        self.frame.render(&world.gpu, &mut world.terrain, &view, &self.style, &light()).unwrap();
         world.gpu.wait();
         world.gpu.check().unwrap();
         let (counts, samples) = self.frame.strokes().unwrap().samples().read(&world.gpu).unwrap();

@@ -14,9 +14,12 @@ mod sums;
 mod twin;
 
 use hachure::gpu::Gpu;
+use hachure::gpu::buffer::{Buffer, BufferKind};
+use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
+use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::timer::Timer;
-use hachure::lines::strokes::chain::ChainPass;
+use hachure::lines::strokes::chain;
 use hachure::lines::strokes::twin::Chained;
 use hachure::lines::strokes::{ChainRules, Piece, StrokeCounts};
 
@@ -24,34 +27,35 @@ use hachure::lines::strokes::{ChainRules, Piece, StrokeCounts};
 struct Bench {
     gpu: Gpu,
     timer: Timer,
-    pass: ChainPass,
-    pieces: wgpu::Buffer,
-    counts: wgpu::Buffer,
+    pools: Pools,
+    capacity: u32,
+    rules: ChainRules,
+    pieces: Buffer,
+    counts: Buffer,
 }
 
 impl Bench {
     fn new(capacity: u32, rules: ChainRules) -> Option<Self> {
         let gpu = common::gpu()?;
-        let pass = ChainPass::new(&gpu, capacity, rules).unwrap();
-        let buffer = |size| {
-            let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-            gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-        };
-        let (pieces, counts) = (buffer(pass.pieces_bytes()), buffer(size_of::<StrokeCounts>() as u64));
-        Some(Self { timer: Timer::new(&gpu).unwrap(), gpu, pass, pieces, counts })
+        chain::check(&gpu, capacity).unwrap();
+        let buffer = |size| Buffer::new(&gpu, &BufferKind::storage("test"), size as u64);
+        let (pieces, counts) = (buffer(capacity as usize * size_of::<Piece>()), buffer(size_of::<StrokeCounts>()));
+        let (timer, pools) = (Timer::new(&gpu).unwrap(), Pools::new(&gpu));
+        Some(Self { timer, pools, gpu, capacity, rules, pieces, counts })
     }
 
     fn upload(&self, pieces: &[Piece], said: u32) {
-        self.gpu.queue.write_buffer(&self.pieces, 0, bytemuck::cast_slice(pieces));
+        self.gpu.queue.write_buffer(&self.pieces.raw, 0, bytemuck::cast_slice(pieces));
         // What a frame before left must not matter.
         let counts = StrokeCounts { pieces: said, chains: 77, points: 5, ..StrokeCounts::default() };
-        self.gpu.queue.write_buffer(&self.counts, 0, bytemuck::bytes_of(&counts));
+        self.gpu.queue.write_buffer(&self.counts.raw, 0, bytemuck::bytes_of(&counts));
     }
 
     fn run(&mut self) {
-        let mut recorder = self.timer.record(&self.gpu);
-        self.pass.run(&self.gpu, &mut recorder, &self.pieces, &self.counts);
-        recorder.submit();
+        let Self { gpu, timer, pools, capacity, rules, pieces, counts } = self;
+        let mut cx = Cx::new(gpu, pools, timer, Submits::default(), false);
+        chain::run(&mut cx, &chain::Inputs { rules: *rules, capacity: *capacity, pieces, counts });
+        cx.submit();
         self.gpu.wait();
     }
 
@@ -63,12 +67,13 @@ impl Bench {
 
     fn read(&self, pieces: usize) -> Chained {
         self.gpu.check().unwrap();
-        let counts = read_buffer::<StrokeCounts>(&self.gpu, &self.counts, 1).unwrap()[0];
+        let counts = read_buffer::<StrokeCounts>(&self.gpu, &self.counts.raw, 1).unwrap()[0];
+        let raw = |kind| self.pools.buffers.get(kind).unwrap().raw;
         assert_eq!(counts.points, 5, "only the number of chains is ours");
         Chained {
-            ordered: read_buffer(&self.gpu, self.pass.ordered(), pieces).unwrap(),
-            chains: read_buffer(&self.gpu, self.pass.chains(), counts.chains as usize).unwrap(),
-            places: read_buffer(&self.gpu, self.pass.places(), pieces).unwrap(),
+            ordered: read_buffer(&self.gpu, &raw(&chain::ORDERED), pieces).unwrap(),
+            chains: read_buffer(&self.gpu, &raw(&chain::CHAINS), counts.chains as usize).unwrap(),
+            places: read_buffer(&self.gpu, &raw(&chain::PLACES), pieces).unwrap(),
         }
     }
 }

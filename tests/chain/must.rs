@@ -88,10 +88,10 @@ fn planted_errors_are_found() {
     let gap = [piece([0, 0], [100, 0], 1), piece([164, 0], [300, 0], 2)];
     assert_eq!(bench.chain(&gap), twin::chain(&gap, &rules));
     assert_eq!(bench.chain(&gap).chains.len(), 1);
-    bench.pass.set_rules(&bench.gpu, ChainRules { reach_units: 63, ..rules });
+    bench.rules = ChainRules { reach_units: 63, ..rules };
     assert_ne!(bench.chain(&gap), twin::chain(&gap, &rules));
     // A, on the wandering line.
-    bench.pass.set_rules(&bench.gpu, ChainRules::new(4.0, 0.3));
+    bench.rules = ChainRules::new(4.0, 0.3);
     assert_ne!(bench.chain(&pieces), twin::chain(&pieces, &rules));
     // The properties see a chain that runs the wrong way, and one that is torn.
     let spoiled = |spoil: fn(&mut Chained)| {

@@ -1,8 +1,11 @@
 //! Prefix sums.
 
+use hachure::gpu::buffer::{Buffer, BufferKind};
+use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
+use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::timer::Timer;
-use hachure::lines::strokes::scan::{MAX_VALUES, ScanPass, ScanSize};
+use hachure::lines::strokes::scan::{self, MAX_VALUES};
 
 use crate::common::{self, random};
 
@@ -10,11 +13,9 @@ use crate::common::{self, random};
 fn prefix_sums() {
     let Some(gpu) = common::gpu() else { return };
     let mut timer = Timer::new(&gpu).unwrap();
-    let pass = ScanPass::new(&gpu);
-    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-    let size = 4 * (u64::from(MAX_VALUES) + 1);
-    let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
-    let (values, numbers) = (gpu.device.create_buffer(&descriptor), gpu.device.create_buffer(&descriptor));
+    let mut pools = Pools::new(&gpu);
+    let [values, numbers] =
+        [(); 2].map(|()| Buffer::new(&gpu, &BufferKind::storage("test"), 4 * (u64::from(MAX_VALUES) + 1)));
     for (count, capacity) in [
         (0_u32, 10),
         (1, 10),
@@ -29,19 +30,18 @@ fn prefix_sums() {
         (u32::MAX, u32::MAX),
     ] {
         let mut expected: Vec<u32> = (0..=MAX_VALUES as i64).map(|i| (random(i, 4) * 4e9) as u32).collect();
-        gpu.queue.write_buffer(&values, 0, bytemuck::cast_slice(&expected));
-        gpu.queue.write_buffer(&numbers, 0, bytemuck::cast_slice(&[7, 7, 7, count]));
-        let scan_size = ScanSize::new(&gpu, 3, capacity);
-        let mut recorder = timer.record(&gpu);
-        pass.run(&gpu, &mut recorder, &scan_size, &numbers, &values);
-        recorder.submit();
+        gpu.queue.write_buffer(&values.raw, 0, bytemuck::cast_slice(&expected));
+        gpu.queue.write_buffer(&numbers.raw, 0, bytemuck::cast_slice(&[7, 7, 7, count]));
+        let mut cx = Cx::new(&gpu, &mut pools, &mut timer, Submits::default(), false);
+        scan::run(&mut cx, &scan::Inputs { numbers: &numbers, index: 3, capacity, values: &values });
+        cx.submit();
         let mut sum = 0_u32;
         let used = count.min(capacity).min(MAX_VALUES) as usize;
         for value in &mut expected[..=used] {
             let own = std::mem::replace(value, sum);
             sum = sum.wrapping_add(own);
         }
-        let found = read_buffer::<u32>(&gpu, &values, MAX_VALUES as usize + 1).unwrap();
+        let found = read_buffer::<u32>(&gpu, &values.raw, MAX_VALUES as usize + 1).unwrap();
         gpu.check().unwrap();
         assert!(found == expected, "{count} of {capacity}");
     }

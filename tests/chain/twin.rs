@@ -46,7 +46,7 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
             19 => ChainRules { reach_units: 1023, least_cos_squared: 0 },
             _ => ChainRules::default(),
         };
-        bench.pass.set_rules(&bench.gpu, rules);
+        bench.rules = rules;
         let scenes: Vec<Vec<Piece>> = (0..SCENES).map(|i| scene(plane * SCENES + i)).collect();
         let all: Vec<Piece> = (0..SCENES as i32)
             .zip(&scenes)
@@ -69,7 +69,7 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
     }
     assert!(closed > 1000 && longest > 20, "{closed} loops, at most {longest} pieces: the scenes try nothing");
     rules = ChainRules::default();
-    bench.pass.set_rules(&bench.gpu, rules);
+    bench.rules = rules;
     for number in 0..600 {
         let pieces = alone(number);
         let expected = twin::chain(&pieces, &rules);

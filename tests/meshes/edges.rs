@@ -4,12 +4,14 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::Edge;
+use hachure::lines::strokes::{EDGE_DRAW, EDGES};
 use hachure::mesh::build::Soup;
 use hachure::mesh::{Across, Mesh};
 use hachure::style::Style;
+use hachure::surface::terrain::SURFACE_ID;
 use hachure::surface::view::{Part, View};
 
 use crate::common::World;
@@ -47,8 +49,7 @@ impl Bench {
         strokes.update_every = 1;
         // Frames are made for scenes with meshes.
         shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(DVec3::ZERO, 0.0, 1.0));
-        let requirements = Requirements::of(&style).over(&world.terrain);
-        let frame = Frame::new(&world.gpu, requirements, SIZE_PX).unwrap();
+        let frame = Frame::new(&world.gpu).unwrap();
         Some(Self { world, frame, style })
     }
 
@@ -61,13 +62,13 @@ impl Bench {
         let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
         let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
         let gpu = &self.world.gpu;
-        self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light);
+        self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light).unwrap();
         gpu.wait();
         gpu.check().unwrap();
-        let lists = self.frame.strokes().unwrap().lists();
-        let draw: Vec<u32> = read_buffer(gpu, lists.edge_draw.buffer(), 4).unwrap();
-        let edges = read_buffer(gpu, lists.edges.buffer(), draw[0] as usize / 2).unwrap();
-        let drawn = self.frame.drawn_mesh_vertices(gpu).unwrap().unwrap();
+        let strokes = self.frame.strokes().unwrap();
+        let draw: Vec<u32> = read_buffer(gpu, &strokes.buffer(&EDGE_DRAW).unwrap().raw, 4).unwrap();
+        let edges = read_buffer(gpu, &strokes.buffer(&EDGES).unwrap().raw, draw[0] as usize / 2).unwrap();
+        let drawn = self.frame.drawn_mesh_vertices(gpu, &self.world.terrain).unwrap().unwrap();
         (edges, drawn.into_iter().map(|[x, y, z, _]| [x, y, z]).collect())
     }
 }
@@ -266,7 +267,7 @@ fn what_is_far_has_no_edges_and_then_is_not_drawn() {
         bench.find(&mesh, 0.0, away_m);
         let gpu = &bench.world.gpu;
         let ids: Vec<u32> =
-            hachure::gpu::readback::read_as(gpu, &bench.frame.targets().surface_id, [0, 0], SIZE_PX).unwrap();
+            hachure::gpu::readback::read_as(gpu, bench.frame.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
         ids.into_iter().filter(|id| id >> 31 == 1).count()
     };
     assert!(pixels(&mut bench, 0.5 * gone_m) > 0);

@@ -6,9 +6,11 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_buffer;
+use hachure::lines::strokes::COUNTS;
 use hachure::lines::strokes::StrokeCounts;
+use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
 use hachure::style::Style;
 use hachure::surface::view::{Part, View};
@@ -34,14 +36,13 @@ fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Poin
     let pose = world.pose(camera);
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
-    let requirements = Requirements::of(style).over(&world.terrain);
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu, requirements, SIZE_PX).unwrap();
-    frame.render(gpu, &mut world.terrain, &view, style, &light);
+    let mut frame = Frame::new(gpu).unwrap();
+    frame.render(gpu, &mut world.terrain, &view, style, &light).unwrap();
     gpu.wait();
     let strokes = frame.strokes().unwrap();
-    let counts: StrokeCounts = read_buffer(gpu, strokes.lists().counts.buffer(), 1).unwrap()[0];
-    (view, read_buffer(gpu, strokes.points().list().buffer(), counts.points as usize).unwrap())
+    let counts: StrokeCounts = read_buffer(gpu, &strokes.buffer(&COUNTS).unwrap().raw, 1).unwrap()[0];
+    (view, read_buffer(gpu, &strokes.buffer(&POINTS).unwrap().raw, counts.points as usize).unwrap())
 }
 
 fn is_inside(px: &DVec2) -> bool {

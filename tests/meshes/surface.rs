@@ -77,8 +77,8 @@ fn position_and_normal_are_those_of_an_exact_ray() {
             assert!(pixels > 1500, "{pixels}");
             assert!(position * 1000 <= pixels && normal * 1000 <= pixels && other * 100 <= pixels);
             // What stands on the land is no error of the land.
-            let targets = frame.as_ref().unwrap().targets();
-            let lod_px = lod_error::largest_px(&world.gpu, targets, &shot.view, &world.terrain, 0).unwrap();
+            let drawn = frame.as_ref().unwrap();
+            let lod_px = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.terrain, 0).unwrap();
             assert!(lod_px.is_some_and(|lod_px| lod_px < 1.0), "{lod_px:?}");
             // Planted: a mesh 20 cm aside, and one whose normals lean.
             let aside = Standing { middle_m: standing.middle_m + DVec3::new(0.1, 0.1, 0.14), ..standing.clone() };
@@ -187,13 +187,12 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         picture_px: SIZE_PX,
         part: hachure::surface::view::Part::whole(SIZE_PX),
     };
-    let requirements = hachure::frame::Requirements::of(&style).over(&terrain);
-    let mut frame = hachure::frame::Frame::new(&gpu, requirements, SIZE_PX).unwrap();
+    let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
     let light = hachure::frame::Light { to_sun: DVec3::Z, haze_m: 3e5, haze_srgb: None };
     let bending = terrain.bending(pose.position_m.z);
-    frame.render(&gpu, &mut terrain, &view, &style, &light);
+    frame.render(&gpu, &mut terrain, &view, &style, &light).unwrap();
     gpu.wait();
-    let drawn = frame.drawn_mesh_vertices(&gpu).unwrap().unwrap();
+    let drawn = frame.drawn_mesh_vertices(&gpu, &terrain).unwrap().unwrap();
     let mut sunk_m = 0.0_f64;
     for (i, [x, y, z, _]) in drawn.into_iter().enumerate() {
         let corner = terrain.meshes().unwrap().meshes[0].vertices_m[i].map(f64::from);

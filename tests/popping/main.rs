@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 use common::stores::{Bumpy, Fate};
 use common::{World, gpu, grid_of, pose_of, rough_height_m};
 use glam::DVec2;
-use hachure::frame::{Frame, Requirements};
+use hachure::frame::Frame;
 use hachure::gpu::Gpu;
 use hachure::pyramid::{ContinentStore, PATCH_QUADS, TileStore};
 use hachure::scene::camera::Camera;
@@ -62,7 +62,7 @@ struct Flight {
 /// Flies along `poses` and compares each frame with the one before.
 fn fly(name: &str, gpu: &Gpu, terrain: &mut Terrain, poses: &[Pose], plants: bool) -> Flight {
     let style = Style::parse("plain", preset_text("plain").unwrap()).unwrap();
-    let mut frame = Frame::new(gpu, Requirements::of(&style), SIZE_PX).unwrap();
+    let mut frame = Frame::new(gpu).unwrap();
     let warp = terrain.warp().clone();
     let view_of = |pose: Pose| View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     // A window that has been open for a while: after a jump nothing fades.

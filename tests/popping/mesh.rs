@@ -73,7 +73,7 @@ pub fn parent(key: PatchKey) -> PatchKey {
 impl Mesh {
     pub fn read(gpu: &Gpu, frame: &mut Frame, terrain: &mut Terrain, view: View, style: &Style) -> Self {
         let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
-        let prepared = frame.render(gpu, terrain, &view, style, &light);
+        let prepared = frame.render(gpu, terrain, &view, style, &light).unwrap();
         let vertices = frame.drawn_vertices(gpu, &prepared).unwrap().expect("one batch");
         let selection = &prepared.selection;
         let instances = selection.solid.iter().chain(&selection.with_holes);

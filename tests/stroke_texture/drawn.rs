@@ -1,9 +1,10 @@
 //! Which strokes are drawn through a texture.
 
 use glam::DVec3;
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_as;
 use hachure::gpu::shader::{SHADERS, compose};
+use hachure::lines::strokes::stroke::INK;
 use hachure::style::Style;
 use hachure::style::texture::Recipe;
 use hachure::surface::view::{Part, View};
@@ -20,13 +21,9 @@ fn ink(world: &mut World, frame: &mut Option<Frame>, style: &Style) -> Vec<u16> 
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
-    match frame {
-        Some(frame) => frame.adapt(gpu, Requirements::of(style), SIZE_PX).unwrap(),
-        None => *frame = Some(Frame::new(gpu, Requirements::of(style), SIZE_PX).unwrap()),
-    }
-    let frame = frame.as_mut().unwrap();
-    frame.render(gpu, &mut world.terrain, &view, style, &light);
-    read_as(gpu, &frame.targets().strokes.as_ref().unwrap().ink.ink, [0, 0], SIZE_PX).unwrap()
+    let frame = Frame::or_new(frame, gpu).unwrap();
+    frame.render(gpu, &mut world.terrain, &view, style, &light).unwrap();
+    read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 
 /// The texture that a frame draws with.

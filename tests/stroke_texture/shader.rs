@@ -1,6 +1,7 @@
 //! The shader's rule is that of its twin, and its tile the one that was grown.
 
 use hachure::gpu::Gpu;
+use hachure::gpu::bind::{Named, Resource};
 use hachure::gpu::readback::read_buffer;
 use hachure::gpu::shader::compose_text;
 use hachure::lines::strokes::texture::{Brush, StrokeTexture, grow};
@@ -65,8 +66,16 @@ fn probe(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<[f
     let texture = StrokeTexture::new(gpu, recipe);
     let inputs = buffer(bytemuck::cast_slice(places));
     let outputs = [(); 2].map(|()| buffer(&vec![0; places.len() * 16]));
-    let mut resources: Vec<wgpu::BindingResource<'_>> =
-        texture.resources().into_iter().map(|(_, resource)| resource).collect();
+    let named = texture.resources();
+    fn resource((_, resource): &Named) -> wgpu::BindingResource<'_> {
+        match resource {
+            Resource::Buffer(buffer) => buffer.raw.as_entire_binding(),
+            Resource::Texture(_, view) => wgpu::BindingResource::TextureView(view),
+            Resource::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+            Resource::Target(target) => wgpu::BindingResource::TextureView(&target.view),
+        }
+    }
+    let mut resources: Vec<wgpu::BindingResource<'_>> = named.iter().map(resource).collect();
     resources.push(inputs.as_entire_binding());
     resources.extend(outputs.iter().map(wgpu::Buffer::as_entire_binding));
     let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });

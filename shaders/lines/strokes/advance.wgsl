@@ -1,6 +1,6 @@
 // Between full updates strokes move with the world (Pietrok 2021, section 4.3, moves them by the motion field; a sample
 // knows its distance, so its own motion is exact).
-#import hachure::view::{View, ray_at}
+#import hachure::view::{View, place_at}
 #import hachure::stroke_samples::{Carry, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -33,7 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let left_px = let_go(own.held_px, carry.hold);
         own.px += left_px - own.held_px;
         own.held_px = left_px;
-        own.position_m = ray_at(view, own.px) * own.depth_m;
+        own.position_m = place_at(view, own.px, own.depth_m);
     }
     if (own.flags & FADING) != 0u {
         own.shown_px -= carry.growth_px;

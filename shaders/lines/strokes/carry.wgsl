@@ -10,7 +10,7 @@
 // - Pressure: from what it was, by a bounded step.
 // - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off comes nearer
 //   by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
-#import hachure::view::{View, ray_at}
+#import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_samples::{Carry, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash, let_go}
 
@@ -72,7 +72,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         own.held_px = let_go(toward(id.x, first, end), carry.hold);
         if any(own.held_px != vec2<f32>(0.0)) {
             own.px += own.held_px;
-            own.position_m = ray_at(view, own.px) * own.depth_m;
+            own.position_m = place_at(view, own.px, own.depth_m);
         }
     }
     own.stroke = stroke;

@@ -11,7 +11,7 @@
 //
 // Edges stand in the order of patches and quads (ordered.wgsl): `stage` 0 looks at the quads and keeps what it found, 1
 // writes it, 2 says how many edges there are now.
-#import hachure::view::View
+#import hachure::view::{View, from_eye}
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, world_from_grid}
 #import hachure::surface::vertex_height_m
@@ -69,7 +69,7 @@ fn normal_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
 
 // Whether a triangle with this normal, through this point, faces the eye.
 fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
-    return dot(n, through_m) < 0.0;
+    return dot(n, from_eye(view, through_m)) < 0.0;
 }
 
 const QUAD_EDGES: u32 = 5u;

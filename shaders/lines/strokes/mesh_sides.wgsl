@@ -3,9 +3,11 @@
 // It is decided once for each triangle, so that both triangles at an edge agree on it: contours are then closed, also
 // where a triangle is seen from its edge and rounding decides. A triangle that is thinner than its vertices are exact has
 // no side; it takes that of its neighbour across its longest edge, and so does a row of such.
+#import hachure::view::{View, from_eye}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, MeshTriangle, AGAIN}
 
 @group(0) @binding(0) var<storage, read_write> mesh_sides: array<vec4<f32>>;
+@group(0) @binding(1) var<uniform> view: View;
 
 const ROW: u32 = 65535u;
 // How exact vertices are, as a part of their distance.
@@ -50,5 +52,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let area = length(n);
     n = select(vec3<f32>(0.0), n / max(area, 1e-30), area > 0.0);
-    mesh_sides[number] = vec4<f32>(n, select(-1.0, 1.0, dot(n, through_m) < 0.0));
+    mesh_sides[number] = vec4<f32>(n, select(-1.0, 1.0, dot(n, from_eye(view, through_m)) < 0.0));
 }

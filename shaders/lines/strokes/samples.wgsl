@@ -6,7 +6,7 @@
 // A sample's place in the frame before is exact: its own distance is known, and the world stands still. (The thesis
 // looks the motion up in a picture, where a line on a contour straddles two motions.) There the strokes that were drawn
 // are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
-#import hachure::view::{View, ray_at}
+#import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_edges::{Point, Strokes}
@@ -82,7 +82,7 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
 
 // On the picture of the frame before: place, distance.
 fn before(at: OnStroke) -> vec3<f32> {
-    let clip = view.previous_clip_from_camera * vec4<f32>(ray_at(view, at.px) * at.depth_m, 1.0);
+    let clip = view.previous_clip_from_camera * vec4<f32>(place_at(view, at.px, at.depth_m), 1.0);
     let ndc = clip.xy / max(clip.w, 1e-6);
     return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px), clip.w);
 }
@@ -157,7 +157,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if strokes.wobble_px > 0.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
         let anchor = Anchor(carry.camera_blocks, 0u, carry.camera_rest_m, 0u);
-        let strayed = wobble(anchor, ray_at(view, at.px) * at.depth_m, at.depth_m / view.focal_px);
+        let strayed = wobble(anchor, place_at(view, at.px, at.depth_m), at.depth_m / view.focal_px);
         at.px += vec2<f32>(-way.y, way.x) * (strayed * strokes.wobble_px);
     }
 
@@ -175,7 +175,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // The last one that there is room for ends its stroke.
     let is_last = i == count || id.x + 1u == carry.capacity;
     let flags = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed) | (at.kind << KIND_SHIFT);
-    let position_m = ray_at(view, at.px) * at.depth_m;
+    let position_m = place_at(view, at.px, at.depth_m);
     // Until it is carried, the chain stands for the stroke.
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));

@@ -12,19 +12,17 @@
 //!
 //! This is the temporal carry-over. Why: `docs/decisions/stroke-carry-over.md`.
 
-use super::Lists;
-use super::chain::ChainPass;
-use super::points::PointsPass;
-use super::samples::{MOST_SAMPLES, SamplesPass};
-use super::scan::{ScanPass, ScanSize, buffer, numbers};
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, texture};
+use bytemuck::{Pod, Zeroable};
+
+use super::chain::Chains;
+use super::points::Points;
+use super::samples::{MOST_SAMPLES, SampleWork};
+use super::{Lists, MOST_PIECES, scan};
+use crate::gpu::bind::Resource;
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::recorder::Cx;
 use crate::gpu::shared::describe;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
-use crate::lines::strokes::MOST_PIECES;
-use bytemuck::{Pod, Zeroable};
 
 /// Workgroups of 64 for every sample.
 const GROUPS: [u32; 2] = [MOST_SAMPLES / 64, 1];
@@ -41,131 +39,80 @@ pub(crate) struct Heritage {
 
 describe!(Heritage as "Heritage" in "lines/strokes/vote": stroke, sense, offset_px, padding);
 
-/// The passes.
-pub struct CarryPass {
-    vote: ComputePass,
-    carry: ComputePass,
-    fading: ComputePass,
-    keep: ComputePass,
-    advance: ComputePass,
-    stages: Vec<GrowingBuffer>,
-    size: ScanSize,
-    heritages: wgpu::Buffer,
-    gone: wgpu::Buffer,
-    places: wgpu::Buffer,
+/// [`Heritage`] of each chain.
+const HERITAGES: BufferKind = BufferKind::storage("heritages");
+/// Which samples of the frame before are gone.
+const GONE: BufferKind = BufferKind::storage("gone samples");
+/// Where those that are kept go.
+const KEPT: BufferKind = BufferKind::storage("kept places");
+
+/// Lets the samples of this frame take over what they found.
+pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chains, points: &Points, work: &SampleWork) {
+    let bytes = u64::from(MOST_PIECES) * size_of::<Heritage>() as u64;
+    let heritages = ("heritages", cx.buffer(&HERITAGES, bytes).binding());
+    let (arguments, offset) = points.per_piece();
+    let resources = [work.carry(), lists.counts(), work.starts(), work.list(), work.matches(), heritages.clone()];
+    cx.indirect("lines/strokes/vote", arguments, offset, &resources);
+    let resources = [
+        ("view", view.clone()),
+        work.carry(),
+        lists.counts(),
+        chains.named(),
+        work.starts(),
+        work.matches(),
+        heritages,
+        work.samples(),
+        work.list(),
+    ];
+    cx.groups("lines/strokes/carry", GROUPS, &resources);
 }
 
-impl CarryPass {
-    /// Builds the pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
-        let storage = wgpu::BufferUsages::STORAGE;
-        Self {
-            vote: ComputePass::new(gpu, "lines/strokes/vote"),
-            carry: ComputePass::new(gpu, "lines/strokes/carry"),
-            fading: ComputePass::new(gpu, "lines/strokes/fading"),
-            keep: ComputePass::new(gpu, "lines/strokes/keep"),
-            advance: ComputePass::new(gpu, "lines/strokes/advance"),
-            stages: numbers(gpu, 3),
-            size: ScanSize::new(gpu, 0, MOST_SAMPLES),
-            heritages: buffer(gpu, "heritages", u64::from(MOST_PIECES) * size_of::<Heritage>() as u64, storage),
-            gone: buffer(gpu, "gone samples", 4 * u64::from(MOST_SAMPLES), storage),
-            places: buffer(gpu, "kept places", 4 * (u64::from(MOST_SAMPLES) + 1), storage),
-        }
-    }
-
-    /// Reads what the samples of this frame found; changes them.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn take_over(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        lists: &Lists,
-        chain: &ChainPass,
-        points: &PointsPass,
-        samples: &SamplesPass,
-    ) {
-        let heritages = || ("heritages", self.heritages.as_entire_binding());
-        let (arguments, offset) = points.per_piece();
-        let resources =
-            [samples.carry(), lists.counts(), samples.starts(), samples.list(), samples.matches(), heritages()];
-        self.vote.run_indirect(gpu, recorder, arguments, offset, &resources);
+/// Adds to the list of this frame what is left of the frame before where `ids` has no stroke of this frame.
+pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
+    let gone = ("gone", cx.buffer(&GONE, 4 * u64::from(MOST_SAMPLES)).binding());
+    let places = cx.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
+    let resources = [
+        ("view", view.clone()),
+        work.carry(),
+        work.old_list(),
+        work.old_samples(),
+        work.samples(),
+        ("ids", ids.into()),
+        ("depth", depth.into()),
+        gone.clone(),
+    ];
+    cx.groups("lines/strokes/fading", GROUPS, &resources);
+    for stage in 0_u32..3 {
         let resources = [
-            ("view", view),
-            samples.carry(),
-            lists.counts(),
-            chain.named_chains(),
-            samples.starts(),
-            samples.matches(),
-            heritages(),
-            samples.samples(),
-            samples.list(),
-        ];
-        self.carry.run_groups(gpu, recorder, GROUPS, &resources);
-    }
-
-    /// Adds to the list of this frame what is left of the frame before where `ids` has no stroke of this frame.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn keep(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        samples: &SamplesPass,
-        scan: &ScanPass,
-        ids: &Target,
-        depth: &Target,
-    ) {
-        let gone = || ("gone", self.gone.as_entire_binding());
-        let resources = [
+            ("stage", cx.uniform("stage", &stage)),
             ("view", view.clone()),
-            samples.carry(),
-            samples.old_list(),
-            samples.old_samples(),
-            samples.samples(),
-            ("ids", texture(&ids.view)),
-            ("depth", texture(&depth.view)),
-            gone(),
+            work.carry(),
+            work.old_list(),
+            work.old_samples(),
+            gone.clone(),
+            ("places", places.binding()),
+            work.list(),
+            work.samples(),
+            work.named_draws(),
         ];
-        self.fading.run_groups(gpu, recorder, GROUPS, &resources);
-        for (stage, uniform) in self.stages.iter().enumerate() {
-            let resources = [
-                ("stage", uniform.binding()),
-                ("view", view.clone()),
-                samples.carry(),
-                samples.old_list(),
-                samples.old_samples(),
-                gone(),
-                ("places", self.places.as_entire_binding()),
-                samples.list(),
-                samples.samples(),
-                samples.draws(),
-            ];
-            let groups = if stage == 2 { [1, 1] } else { GROUPS };
-            self.keep.run_groups(gpu, recorder, groups, &resources);
-            if stage == 0 {
-                scan.run(gpu, recorder, &self.size, &samples.before().counts, &self.places);
-            }
+        cx.groups("lines/strokes/keep", if stage == 2 { [1, 1] } else { GROUPS }, &resources);
+        if stage == 0 {
+            let numbers = &work.before.counts;
+            scan::run(cx, &scan::Inputs { numbers, index: 0, capacity: MOST_SAMPLES, values: &places });
         }
     }
+}
 
-    /// Moves the strokes of the frame before into this one.
-    pub fn advance(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        samples: &SamplesPass,
-    ) {
-        let resources = [
-            ("view", view),
-            samples.carry(),
-            samples.old_list(),
-            samples.old_samples(),
-            samples.list(),
-            samples.samples(),
-            samples.draws(),
-        ];
-        self.advance.run_groups(gpu, recorder, GROUPS, &resources);
-    }
+/// Moves the strokes of the frame before into this one.
+pub fn advance(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork) {
+    let resources = [
+        ("view", view.clone()),
+        work.carry(),
+        work.old_list(),
+        work.old_samples(),
+        work.list(),
+        work.samples(),
+        work.named_draws(),
+    ];
+    cx.groups("lines/strokes/advance", GROUPS, &resources);
 }

@@ -21,6 +21,8 @@ const CUT: f64 = 0.5;
 #[derive(Clone, Debug, Default)]
 pub struct History {
     last: Option<View>,
+    /// What positions of the last frame counted from.
+    origin_m: DVec3,
     /// Where the camera looked at the last update, and where it was.
     updated_forward: DVec3,
     updated_m: DVec3,
@@ -37,6 +39,8 @@ pub struct Step {
     pub step_s: f64,
     /// No land is nearer to the camera than this.
     pub nearest_m: f64,
+    /// The rig's origin in the world, which positions of samples count from.
+    pub origin_m: DVec3,
 }
 
 /// What a frame does.
@@ -46,7 +50,7 @@ pub struct Plan {
     pub is_update: bool,
     /// New strokes take over from those of the frame before.
     pub takes_over: bool,
-    /// Takes camera-relative positions of the frame before to this frame's, in metres.
+    /// Takes positions of the frame before to this frame's, in metres.
     pub step_m: DVec3,
     /// The camera is where it was.
     pub rests: bool,
@@ -57,11 +61,12 @@ pub struct Plan {
 impl History {
     /// What the frame of `view`, a step after the last one, does; the next one follows on it.
     pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step) -> Plan {
+        let step_m = std::mem::replace(&mut self.origin_m, step.origin_m) - step.origin_m;
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
         let last = self.last.replace(*view).filter(|last| continues(last, view));
         let plan = match last {
             None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, rests, frame: 0 },
-            Some(last) => {
+            Some(_) => {
                 let turned_rad = self.updated_forward.angle_between(view.pose.forward);
                 let moved_m = self.updated_m.distance(view.pose.position_m);
                 Plan {
@@ -69,7 +74,7 @@ impl History {
                         || turned_rad > QUICK_TURN * view.pose.fov_rad
                         || moved_m > QUICK_MOVE * step.nearest_m,
                     takes_over: strokes.carry,
-                    step_m: last.pose.position_m - view.pose.position_m,
+                    step_m,
                     rests,
                     frame: self.frames.wrapping_add(1),
                 }
@@ -112,7 +117,7 @@ mod tests {
     use crate::style::Style;
     use crate::surface::view::{Part, Pose};
 
-    const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6 };
+    const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO };
 
     fn pose(yaw_deg: f64) -> Pose {
         let (sin, cos) = yaw_deg.to_radians().sin_cos();

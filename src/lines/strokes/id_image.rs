@@ -2,104 +2,50 @@
 //!
 //! Why: `docs/decisions/edge-visibility.md`.
 
-use super::{Lists, image_px};
-use crate::gpu::Gpu;
-use crate::gpu::pass::{bind_group, texture};
-use crate::gpu::shader::Shader;
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use super::Lists;
+use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::{Draw, replaced};
+use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::target::{Target, TargetKind};
 use crate::surface::terrain::{DEPTH_FORMAT, ID_FORMAT};
 
-/// The pictures of the pass.
-pub struct IdTargets {
-    /// An edge's number plus 1; 0 is none.
-    pub ids: Target,
-    /// Of the edges, among themselves.
-    pub depth: Target,
+/// An edge's number plus 1; 0 is none. Its size is [`image_px`](super::image_px).
+pub const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
+/// Of the edges, among themselves.
+pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FORMAT);
+
+const DRAW: Draw = Draw {
+    name: "lines/strokes/id_image",
+    fragment: "fragment",
+    colors: [replaced(ID_FORMAT), None],
+    depth: Some(DEPTH_FORMAT),
+    topology: wgpu::PrimitiveTopology::LineList,
+};
+
+/// What the pass reads and where it writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Of the surface.
+    pub depth: &'a Target,
+    /// [`EDGE_IDS`].
+    pub ids: &'a Target,
+    /// [`EDGE_DEPTH`].
+    pub edge_depth: &'a Target,
 }
 
-impl IdTargets {
-    /// For a picture of `size_px`; `resolution` is 1 to 1/4.
-    pub fn new(gpu: &Gpu, size_px: [u32; 2], resolution: f32) -> Self {
-        let size_px = image_px(size_px, resolution);
-        Self {
-            ids: Target::attachment(gpu, "edge ids", size_px, ID_FORMAT),
-            depth: Target::attachment(gpu, "edge depth", size_px, DEPTH_FORMAT),
-        }
-    }
-}
-
-/// The pass.
-pub struct IdImagePass {
-    pipeline: wgpu::RenderPipeline,
-    shader: Shader,
-}
-
-impl IdImagePass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        let shader = Shader::new(&gpu.device, "lines/strokes/id_image");
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("lines/strokes/id_image"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &shader.module,
-                entry_point: Some("vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            fragment: Some(wgpu::FragmentState {
-                module: &shader.module,
-                entry_point: Some("fragment"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(ID_FORMAT.into())],
-            }),
-            primitive: wgpu::PrimitiveState {
-                topology: wgpu::PrimitiveTopology::LineList,
-                ..wgpu::PrimitiveState::default()
-            },
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            multiview_mask: None,
-            cache: None,
-        });
-        Self { pipeline, shader }
-    }
-
-    /// Reads `view`, `edges` and the surface's `depth`; draws as many edges as were counted.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        depth: &Target,
-        drawn: &IdTargets,
-        lists: &Lists,
-    ) {
-        let resources =
-            [("view", view), lists.strokes(), ("edges", lists.edges.binding()), ("depth", texture(&depth.view))];
-        let layout = |i| self.pipeline.get_bind_group_layout(i);
-        let group = bind_group(gpu, "lines/strokes/id_image", &self.shader, layout, &resources);
-        let descriptor = wgpu::RenderPassDescriptor {
-            label: Some("lines/strokes/id_image"),
-            color_attachments: &[drawn.ids.cleared()],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &drawn.depth.view,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        };
-        recorder.render("lines/strokes/id_image", &descriptor, |pass| {
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            pass.draw_indirect(lists.edge_draw.buffer(), 0);
-        });
-    }
+/// Draws as many edges as were counted.
+pub fn run(cx: &mut Cx<'_>, lists: &Lists, inputs: &Inputs<'_>) {
+    let resources = [
+        ("view", inputs.view.clone()),
+        lists.strokes(),
+        ("edges", lists.edges.binding()),
+        ("depth", inputs.depth.into()),
+    ];
+    let drawing = cx.drawing(&DRAW, &resources);
+    let on = Attachments { colors: &[inputs.ids], depth: Some(inputs.edge_depth), is_cleared: true };
+    cx.render(DRAW.name, &[&drawing], on, |pass| {
+        drawing.set(pass);
+        pass.draw_indirect(&lists.edge_draw.raw, 0);
+    });
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::samples::SampleCounts;
-use super::{StrokeCounts, StrokePasses};
+use super::{COUNTS, DrawnStrokes, StrokeCounts};
 use crate::gpu::later::Later;
 use crate::gpu::{Gpu, GpuError, readback};
 
@@ -48,15 +48,16 @@ impl LeftOut {
     }
 }
 
-impl StrokePasses {
+impl DrawnStrokes<'_> {
     /// What found no room in the last frame: edges, pieces of edges, and the strokes that the budget left out. Waits for
     /// the GPU.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn left_out(&self, gpu: &Gpu) -> Result<LeftOut, GpuError> {
-        let counts: Vec<StrokeCounts> = readback::read_buffer(gpu, self.lists.counts.buffer(), 1)?;
-        let samples: Vec<SampleCounts> = readback::read_buffer(gpu, &self.samples.now().counts, 1)?;
+        let Some(counts) = self.buffer(&COUNTS) else { return Ok(LeftOut::default()) };
+        let counts: Vec<StrokeCounts> = readback::read_buffer(gpu, &counts.raw, 1)?;
+        let samples: Vec<SampleCounts> = readback::read_buffer(gpu, &self.samples().counts.raw, 1)?;
         Ok(LeftOut::of(&counts.first().copied().unwrap_or_default(), &samples.first().copied().unwrap_or_default()))
     }
 }
@@ -85,15 +86,15 @@ impl Default for NumbersLater {
 }
 
 impl NumbersLater {
-    /// Asks for the numbers of the frame that was just drawn; without passes of strokes there are none.
-    pub fn ask(&mut self, gpu: &Gpu, passes: Option<&StrokePasses>) {
-        let Some(passes) = passes else {
+    /// Asks for the numbers of the frame that was just drawn; without strokes there are none.
+    pub fn ask(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
+        let Some((strokes, counts)) = strokes.and_then(|strokes| Some((strokes, strokes.buffer(&COUNTS)?))) else {
             self.later.forget();
             self.last = None;
             return;
         };
-        let counts = (passes.lists.counts.buffer(), size_of::<StrokeCounts>() as u64);
-        let samples = (&passes.samples.now().counts, size_of::<SampleCounts>() as u64);
+        let counts = (&counts.raw, size_of::<StrokeCounts>() as u64);
+        let samples = (&strokes.samples().counts.raw, size_of::<SampleCounts>() as u64);
         self.later.ask(gpu, &[counts, samples]);
     }
 

@@ -27,59 +27,27 @@ pub mod stroke;
 pub mod texture;
 pub mod twin;
 
+use std::convert::Infallible;
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 
+use self::history::History;
 pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
 pub use self::records::{Chain, ChainRules, Piece, Place, StrokeCounts, UNITS_PER_PX};
 pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
-use self::samples::CarryUniform;
+use self::samples::{CarryUniform, SampleList, SampleWork};
 use self::stroke::Which;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::Named;
-use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
+use self::texture::StrokeTexture;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pools::Pools;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, Targets};
 use crate::gpu::{Gpu, GpuError};
 use crate::style;
-use crate::surface::mesh_vertices::MeshVerticesPass;
+use crate::surface::mesh_vertices::SeenMeshes;
 use crate::surface::view::View;
-
-/// The passes in the order in which they first run.
-pub const PASSES: &[&str] = &[
-    "lines/strokes/contour_edges",
-    "lines/strokes/scan_begin",
-    "lines/strokes/scan",
-    "lines/strokes/mesh_sides",
-    "lines/strokes/mesh_edges",
-    "lines/strokes/id_image",
-    "lines/strokes/extract",
-    "lines/strokes/chain_begin",
-    "lines/strokes/chain_clear",
-    "lines/strokes/chain_bin",
-    "lines/strokes/chain_choose",
-    "lines/strokes/chain_link",
-    "lines/strokes/chain_rank_begin",
-    "lines/strokes/chain_rank",
-    "lines/strokes/chain_heads",
-    "lines/strokes/chain_order",
-    "lines/strokes/arguments",
-    "lines/strokes/points",
-    "lines/strokes/lengths",
-    "lines/strokes/budget",
-    "lines/strokes/budget_choose",
-    "lines/strokes/sizes",
-    "lines/strokes/samples",
-    "lines/strokes/vote",
-    "lines/strokes/carry",
-    "lines/strokes/stroke",
-    "lines/strokes/fading",
-    "lines/strokes/keep",
-    "lines/strokes/advance",
-];
-
-/// Of these, so many find edges.
-pub const FINDING: usize = 5;
-/// Of those, so many find them on the land, the others on the meshes of a scene that has some.
-pub const FINDING_ON_LAND: usize = 3;
 
 /// Edges in a frame, at most.
 pub const MOST_EDGES: u32 = 1 << 20;
@@ -134,147 +102,107 @@ pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
     size_px.map(|side| ((side as f32 * resolution).ceil() as u32).max(1))
 }
 
-/// The lists that the passes hand to each other.
+/// [`StrokeCounts`].
+pub const COUNTS: BufferKind = BufferKind::storage("stroke counts");
+/// An indirect draw of the edges as lines.
+pub const EDGE_DRAW: BufferKind = BufferKind::indirect("edge draw");
+/// [`Edge`]s.
+pub const EDGES: BufferKind = BufferKind::storage("edges");
+/// [`Piece`]s.
+pub const PIECES: BufferKind = BufferKind::storage("pieces");
+
+/// The lists that the passes of a frame hand to each other.
 pub struct Lists {
     /// `Strokes` in `shaders/shared/stroke_edges.wgsl`.
-    pub uniform: GrowingBuffer,
-    /// [`StrokeCounts`].
-    pub counts: GrowingBuffer,
-    /// An indirect draw of the edges as lines.
-    pub edge_draw: GrowingBuffer,
-    /// [`Edge`]s.
-    pub edges: GrowingBuffer,
-    /// [`Piece`]s.
-    pub pieces: GrowingBuffer,
+    uniform: Resource,
+    /// [`COUNTS`].
+    pub counts: Buffer,
+    /// [`EDGE_DRAW`].
+    pub edge_draw: Buffer,
+    /// [`EDGES`].
+    pub edges: Buffer,
+    /// [`PIECES`].
+    pub pieces: Buffer,
 }
 
 impl Lists {
-    /// Empty.
-    pub fn new(gpu: &Gpu) -> Self {
-        use wgpu::BufferUsages as Usage;
-        let read = Usage::STORAGE | Usage::COPY_SRC;
+    /// For a style's strokes on a picture of `size_px`.
+    pub fn of(cx: &mut Cx<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
+        Self::new(cx, &StrokesUniform::new(strokes, size_px, haze_m))
+    }
+
+    fn new(cx: &mut Cx<'_>, uniform: &StrokesUniform) -> Self {
         Self {
-            uniform: GrowingBuffer::new(gpu, "strokes", Usage::UNIFORM | Usage::COPY_SRC),
-            counts: GrowingBuffer::new(gpu, "stroke counts", read),
-            edge_draw: GrowingBuffer::new(gpu, "edge draw", read | Usage::INDIRECT),
-            edges: GrowingBuffer::new(gpu, "edges", read),
-            pieces: GrowingBuffer::new(gpu, "pieces", read),
+            uniform: cx.uniform("strokes", uniform),
+            counts: cx.buffer(&COUNTS, size_of::<StrokeCounts>() as u64),
+            edge_draw: cx.buffer(&EDGE_DRAW, size_of_val(&NO_EDGES) as u64),
+            edges: cx.buffer(&EDGES, u64::from(MOST_EDGES) * size_of::<Edge>() as u64),
+            pieces: cx.buffer(&PIECES, u64::from(uniform.piece_capacity) * size_of::<Piece>() as u64),
         }
     }
 
-    fn strokes(&self) -> Named<'_> {
-        ("strokes", self.uniform.binding())
+    /// Counts from zero.
+    pub fn clear(&self, cx: &mut Cx<'_>) {
+        cx.write(&self.counts, &[StrokeCounts::default()]);
+        cx.write(&self.edge_draw, &NO_EDGES);
     }
 
-    fn counts(&self) -> Named<'_> {
+    fn strokes(&self) -> Named {
+        ("strokes", self.uniform.clone())
+    }
+
+    fn counts(&self) -> Named {
         ("counts", self.counts.binding())
     }
+}
 
-    /// Makes room for a picture, and counts from zero.
-    pub fn begin(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
-        self.fit(gpu, strokes, size_px, haze_m);
-        self.counts.write(gpu, &[StrokeCounts::default()]);
-        self.edge_draw.write(gpu, &NO_EDGES);
-    }
-
-    /// Makes room for a picture whose strokes are those of the last one, with their counts.
-    fn fit(&mut self, gpu: &Gpu, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) {
+impl StrokesUniform {
+    /// Of a style, for a picture of `size_px`.
+    pub(crate) fn new(strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         let image_px = image_px(size_px, strokes.resolution);
-        let piece_capacity = (image_px[0].saturating_mul(image_px[1])).min(MOST_PIECES);
-        self.uniform.write(
-            gpu,
-            &[StrokesUniform {
-                crease_cosine: strokes.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
-                borders: u32::from(strokes.borders),
-                resolution: strokes.resolution,
-                edge_capacity: MOST_EDGES,
-                image_px,
-                piece_capacity,
-                half_width_px: strokes.width_px * 0.5,
-                taper_px: strokes.taper_px,
-                haze_m: haze_m as f32 * strokes.reach,
-                faintest: strokes.faintest,
-                depth_width: strokes.depth_width,
-                shortest_px: strokes.shortest_px,
-                curve_width: strokes.curve_width,
-                wobble_px: strokes.wobble_px,
-                padding: 0.0,
-            }],
-        );
-        self.edges.reserve_exactly(gpu, u64::from(MOST_EDGES) * size_of::<Edge>() as u64);
-        self.pieces.reserve_exactly(gpu, u64::from(piece_capacity) * size_of::<Piece>() as u64);
+        Self {
+            crease_cosine: strokes.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
+            borders: u32::from(strokes.borders),
+            resolution: strokes.resolution,
+            edge_capacity: MOST_EDGES,
+            image_px,
+            piece_capacity: (image_px[0].saturating_mul(image_px[1])).min(MOST_PIECES),
+            half_width_px: strokes.width_px * 0.5,
+            taper_px: strokes.taper_px,
+            haze_m: haze_m as f32 * strokes.reach,
+            faintest: strokes.faintest,
+            depth_width: strokes.depth_width,
+            shortest_px: strokes.shortest_px,
+            curve_width: strokes.curve_width,
+            wobble_px: strokes.wobble_px,
+            padding: 0.0,
+        }
     }
 }
 
-/// The passes from edges to ink.
-pub struct StrokePasses {
-    lists: Lists,
-    contour_edges: contour_edges::ContourEdgesPass,
-    mesh_edges: Option<mesh_edges::MeshEdgesPass>,
-    id_image: id_image::IdImagePass,
-    extract: extract::ExtractPass,
-    chain: chain::ChainPass,
-    points: points::PointsPass,
-    samples: samples::SamplesPass,
-    carry: carry::CarryPass,
-    stroke: stroke::StrokePass,
-    scan: scan::ScanPass,
-    history: history::History,
-    plan: history::Plan,
+/// What an eye remembers of its strokes from frame to frame.
+pub struct StrokeMemory {
+    history: History,
+    lists: [SampleList; 2],
+    current: usize,
+    uniform: StrokesUniform,
+    texture: Option<Arc<StrokeTexture>>,
 }
 
-impl StrokePasses {
-    /// Builds the pipelines.
+impl StrokeMemory {
+    /// Of no frame.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the lists are larger than the device can bind.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self {
-            lists: Lists::new(gpu),
-            contour_edges: contour_edges::ContourEdgesPass::new(gpu),
-            mesh_edges: None,
-            id_image: id_image::IdImagePass::new(gpu),
-            extract: extract::ExtractPass::new(gpu),
-            chain: chain::ChainPass::new(gpu, MOST_PIECES, ChainRules::default())?,
-            points: points::PointsPass::new(gpu),
-            samples: samples::SamplesPass::new(gpu),
-            carry: carry::CarryPass::new(gpu),
-            stroke: stroke::StrokePass::new(gpu),
-            scan: scan::ScanPass::new(gpu),
-            history: history::History::default(),
-            plan: history::Plan {
-                is_update: true,
-                takes_over: false,
-                step_m: glam::DVec3::ZERO,
-                rests: false,
-                frame: 0,
-            },
-        })
-    }
-
-    /// The lists of the last frame, for measurements.
-    pub fn lists(&self) -> &Lists {
-        &self.lists
-    }
-
-    /// The points of the last frame, for measurements.
-    pub fn points(&self) -> &points::PointsPass {
-        &self.points
-    }
-
-    /// The chains of the last frame, for measurements.
-    pub fn chains(&self) -> &chain::ChainPass {
-        &self.chain
-    }
-
-    /// The stroke texture of the last frame, for measurements.
-    pub fn texture(&self) -> Option<&texture::StrokeTexture> {
-        self.stroke.texture()
+        chain::check(gpu, MOST_PIECES)?;
+        let lists = [SampleList::new(gpu), SampleList::new(gpu)];
+        Ok(Self { history: History::default(), lists, current: 0, uniform: StrokesUniform::zeroed(), texture: None })
     }
 
     /// The samples of the last frame.
-    pub fn samples(&self) -> &samples::SampleList {
-        self.samples.now()
+    pub fn samples(&self) -> &SampleList {
+        &self.lists[self.current]
     }
 
     /// Whether strokes are still coming or going.
@@ -286,117 +214,157 @@ impl StrokePasses {
     pub fn forget(&mut self) {
         self.history.forget();
     }
+}
 
-    /// Begins a frame, a step after the last one: makes room for a picture. Says whether strokes are made
-    /// anew: then edges are to be found and counted from zero, and [`StrokePasses::update`] draws; else
-    /// [`StrokePasses::advance`] does.
+/// What the last frame of an eye left of its strokes, for files and measurements.
+#[derive(Clone, Copy)]
+pub struct DrawnStrokes<'a> {
+    memory: &'a StrokeMemory,
+    pools: &'a Pools,
+}
+
+impl<'a> DrawnStrokes<'a> {
+    /// Of an eye.
+    pub fn new(memory: &'a StrokeMemory, pools: &'a Pools) -> Self {
+        Self { memory, pools }
+    }
+
+    /// Its samples.
+    pub fn samples(&self) -> &'a SampleList {
+        self.memory.samples()
+    }
+
+    /// A buffer of the eye that was drawn last: [`COUNTS`], [`EDGES`], [`PIECES`] and those of the rooms beside. None if
+    /// nothing has asked for it lately.
+    pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
+        self.pools.buffers.get(kind)
+    }
+
+    /// The stroke texture that it drew with, if the style has one.
+    pub fn texture(&self) -> Option<&'a StrokeTexture> {
+        self.memory.texture.as_deref()
+    }
+}
+
+/// The strokes of a frame, a step after the last one: either made anew, then edges are found before they are drawn, or
+/// moved along.
+pub struct FrameStrokes {
+    plan: history::Plan,
+    lists: Lists,
+    rules: ChainRules,
+    work: SampleWork,
+    texture: Option<Arc<StrokeTexture>>,
+}
+
+/// What strokes are drawn with.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Of the surface.
+    pub depth: &'a Target,
+    /// The pictures of an eye, for the reference image and the ink.
+    pub targets: &'a mut Targets,
+    /// Pixels of the reference image per pixel of the picture.
+    pub resolution: f32,
+}
+
+impl FrameStrokes {
+    /// Begins a frame of an eye whose view is `view`.
     pub fn begin(
-        &mut self,
-        gpu: &Gpu,
+        cx: &mut Cx<'_>,
+        memory: &mut StrokeMemory,
         strokes: &style::Strokes,
         view: &View,
         haze_m: f64,
         step: history::Step,
-    ) -> bool {
-        self.plan = self.history.plan(strokes, view, step);
-        let history::Plan { is_update, takes_over, step_m, rests, frame } = self.plan;
-        let camera_m = view.pose.position_m;
-        // By how much of the whole strokes come or go in this frame.
-        let progress = step.step_s / f64::from(strokes.fade_s.max(1e-6));
-        self.samples.begin(
-            gpu,
-            CarryUniform {
-                step_m: step_m.as_vec3().to_array(),
-                has_history: u32::from(takes_over || !is_update),
-                pressure_step: progress.min(1.0) as f32,
-                growth_px: (progress * samples::GROWTH_PX).min(8.0) as f32,
-                hold: strokes.hold,
-                capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
-                // A picture that stands for itself is always the same.
-                seed: if takes_over { frame } else { 0 },
-                rests: u32::from(rests),
-                camera_blocks: (camera_m / BLOCK_M).floor().as_ivec3().to_array(),
-                camera_rest_m: (camera_m - (camera_m / BLOCK_M).floor() * BLOCK_M).as_vec3().to_array(),
-                ..CarryUniform::default()
-            },
-        );
-        self.stroke.set_texture(gpu, strokes.texture.as_ref());
-        if !is_update {
-            self.lists.fit(gpu, strokes, view.part.size_px, haze_m);
-            return false;
+    ) -> Self {
+        let plan = memory.history.plan(strokes, view, step);
+        memory.current = 1 - memory.current;
+        memory.uniform = StrokesUniform::new(strokes, view.part.size_px, haze_m);
+        let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
+        let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));
+        let texture = strokes.texture.as_ref().map(|recipe| {
+            let made = cx.kept(
+                |texture: &StrokeTexture| texture.is_of(recipe),
+                |gpu| Ok::<_, Infallible>(StrokeTexture::new(gpu, recipe)),
+            );
+            let Ok(texture) = made;
+            texture
+        });
+        memory.texture.clone_from(&texture);
+        let lists = Lists::new(cx, &memory.uniform);
+        if plan.is_update {
+            lists.clear(cx);
         }
-        self.lists.begin(gpu, strokes, view.part.size_px, haze_m);
-        self.chain.set_rules(gpu, ChainRules::new(strokes.join_px, strokes.join_deg.to_radians()));
-        self.points.reserve(gpu, MOST_PIECES);
-        true
+        let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
+        Self { plan, lists, rules, work, texture }
+    }
+
+    /// Whether strokes are made anew: then edges are to be found.
+    pub fn finds_edges(&self) -> bool {
+        self.plan.is_update
     }
 
     /// Finds the edges of a batch of patches.
-    pub fn find(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, inputs: &contour_edges::Inputs<'_>) {
-        self.contour_edges.run(gpu, recorder, inputs, &self.lists, &self.scan);
-    }
-
-    /// Makes what finds edges on meshes, or drops it.
-    pub fn set_meshes(&mut self, gpu: &Gpu, has_meshes: bool) {
-        if has_meshes != self.mesh_edges.is_some() {
-            self.mesh_edges = has_meshes.then(|| mesh_edges::MeshEdgesPass::new(gpu));
-        }
+    pub fn find(&self, cx: &mut Cx<'_>, inputs: &contour_edges::Inputs<'_>) {
+        contour_edges::run(cx, &self.lists, inputs);
     }
 
     /// Finds the edges of the meshes.
-    pub fn find_on_meshes(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        meshes: &MeshVerticesPass,
-    ) {
-        if let Some(pass) = &mut self.mesh_edges {
-            pass.run(gpu, recorder, view, meshes, &self.lists, &self.scan);
-        }
+    pub fn find_on_meshes(&self, cx: &mut Cx<'_>, view: &Resource, meshes: &SeenMeshes) {
+        mesh_edges::run(cx, &self.lists, view, meshes);
     }
 
-    /// Draws the reference image, makes the list of visible pieces, chains them, lets them take over from the frame
-    /// before, and draws the strokes.
-    pub fn update(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        depth: &Target,
-        drawn: &StrokeTargets,
-    ) {
-        self.id_image.run(gpu, recorder, view.clone(), depth, &drawn.id_image, &self.lists);
-        self.extract.run(gpu, recorder, view.clone(), &drawn.id_image.ids, &self.lists, &self.scan);
-        self.chain.run(gpu, recorder, self.lists.pieces.buffer(), self.lists.counts.buffer());
-        let (lists, chain, points, samples) = (&self.lists, &self.chain, &self.points, &self.samples);
-        points.run(gpu, recorder, lists, chain, &self.scan);
-        samples.run(gpu, recorder, view.clone(), lists, chain, points, &self.scan, &drawn.ink.ids);
-        self.carry.take_over(gpu, recorder, view.clone(), lists, chain, points, samples);
-        self.stroke.run(gpu, recorder, view.clone(), lists, samples, &drawn.ink, Which::Fresh);
-        if self.plan.takes_over {
-            self.carry.keep(gpu, recorder, view.clone(), samples, &self.scan, &drawn.ink.ids, depth);
-            self.stroke.run(gpu, recorder, view, lists, samples, &drawn.ink, Which::Fading);
+    /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible pieces,
+    /// chains them and lets them take over from the frame before; else the strokes of the frame before move with the
+    /// world.
+    pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
+        let Inputs { view, depth, targets, resolution } = inputs;
+        let Self { plan, lists, work, .. } = self;
+        let gpu = cx.gpu();
+        let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
+        let drawn = stroke::Inputs { view, lists, work, texture: self.texture.as_deref(), ink: &ink, ids: &ids };
+        if !plan.is_update {
+            carry::advance(cx, view, work);
+            stroke::run(cx, Which::Fresh, &drawn);
+            return ink;
         }
-    }
-
-    /// Moves the strokes of the frame before with the world, and draws them.
-    pub fn advance(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        drawn: &StrokeTargets,
-    ) {
-        self.carry.advance(gpu, recorder, view.clone(), &self.samples);
-        self.stroke.run(gpu, recorder, view, &self.lists, &self.samples, &drawn.ink, Which::Fresh);
+        let image_px = image_px(targets.size_px(), resolution);
+        let edge_ids = targets.sized(gpu, &id_image::EDGE_IDS, image_px);
+        let edge_depth = targets.sized(gpu, &id_image::EDGE_DEPTH, image_px);
+        id_image::run(cx, lists, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
+        extract::run(cx, lists, view, &edge_ids);
+        let (pieces, counts) = (&lists.pieces, &lists.counts);
+        let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_PIECES, pieces, counts });
+        let points = &points::run(cx, lists, chains);
+        samples::run(cx, &samples::Inputs { view, lists, chains, points, ids: &ids, work });
+        carry::take_over(cx, view, lists, chains, points, work);
+        stroke::run(cx, Which::Fresh, &drawn);
+        if plan.takes_over {
+            carry::keep(cx, view, work, &ids, depth);
+            stroke::run(cx, Which::Fading, &drawn);
+        }
+        ink
     }
 }
 
-/// The pictures of strokes.
-pub struct StrokeTargets {
-    /// Edges, by number.
-    pub id_image: id_image::IdTargets,
-    /// What is drawn.
-    pub ink: stroke::InkTargets,
+fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::Step) -> CarryUniform {
+    let history::Plan { is_update, takes_over, step_m, rests, frame } = *plan;
+    let origin_m = step.origin_m;
+    // By how much of the whole strokes come or go in this frame.
+    let progress = step.step_s / f64::from(strokes.fade_s.max(1e-6));
+    CarryUniform {
+        step_m: step_m.as_vec3().to_array(),
+        has_history: u32::from(takes_over || !is_update),
+        pressure_step: progress.min(1.0) as f32,
+        growth_px: (progress * samples::GROWTH_PX).min(8.0) as f32,
+        hold: strokes.hold,
+        capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
+        // A picture that stands for itself is always the same.
+        seed: if takes_over { frame } else { 0 },
+        rests: u32::from(rests),
+        camera_blocks: (origin_m / BLOCK_M).floor().as_ivec3().to_array(),
+        camera_rest_m: (origin_m - (origin_m / BLOCK_M).floor() * BLOCK_M).as_vec3().to_array(),
+        ..CarryUniform::default()
+    }
 }

@@ -6,8 +6,7 @@
 //! yet.
 
 use super::samples::Sample;
-use super::{StrokePasses, StrokesUniform};
-use crate::gpu::readback::read_buffer;
+use super::{DrawnStrokes, StrokesUniform};
 use crate::gpu::{Gpu, GpuError};
 
 /// What a stroke follows.
@@ -60,17 +59,15 @@ pub struct PolylinePoint {
     pub ink: f32,
 }
 
-impl StrokePasses {
+impl DrawnStrokes<'_> {
     /// Reads the strokes of the last frame, as many as were drawn, without those that only fade. Waits for the GPU.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
-        let uniform: Vec<StrokesUniform> = read_buffer(gpu, self.lists.uniform.buffer(), 1)?;
-        let Some(uniform) = uniform.first() else { return Ok(Vec::new()) };
         let (_, samples) = self.samples().read(gpu)?;
         self.left_out(gpu)?.tell();
-        let pen = Pen::new(uniform);
+        let pen = Pen::new(&self.memory.uniform);
         let strokes = samples.split_inclusive(|sample| sample.flags & Sample::LAST != 0);
         let shown = strokes.flat_map(|stroke| stroke.split(|sample| !is_shown(sample)));
         Ok(shown.filter(|run| run.len() > 1).map(|run| polyline(run, &pen)).collect())

@@ -6,15 +6,14 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::chain::ChainPass;
-use super::points::PointsPass;
-use super::scan::{ScanPass, ScanSize, buffer};
-use super::{Lists, MOST_PIECES};
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named, texture};
+use super::chain::Chains;
+use super::points::Points;
+use super::{Lists, MOST_PIECES, scan};
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::recorder::Cx;
 use crate::gpu::shared::describe;
 use crate::gpu::target::Target;
-use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError, readback};
 
 /// Samples of a frame, at most: half a million pixels of line.
@@ -141,20 +140,34 @@ describe!(CarryUniform as "Carry" in "lines/strokes/samples":
     step_m, has_history, pressure_step, hold, growth_px, capacity, seed, rests, padding_a, padding_b, camera_blocks,
     padding_c, camera_rest_m, padding_d);
 
+/// [`Sample`]s.
+const SAMPLES: BufferKind = BufferKind::storage("stroke samples");
+/// [`SampleCounts`].
+const COUNTS: BufferKind = BufferKind::storage("sample counts");
+/// How many strokes of each length there are.
+const CLASSES_OF: BufferKind = BufferKind::storage("stroke classes");
+/// Where each chain's samples begin.
+const STARTS: BufferKind = BufferKind::storage("stroke starts");
+/// What each sample found in the frame before.
+const MATCHES: BufferKind = BufferKind::storage("stroke matches");
+/// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
+const DRAWS: BufferKind = BufferKind::indirect("stroke draws");
+
 /// The samples of a frame.
+#[derive(Clone, Debug)]
 pub struct SampleList {
     /// [`Sample`]s.
-    pub samples: wgpu::Buffer,
+    pub samples: Buffer,
     /// [`SampleCounts`].
-    pub counts: wgpu::Buffer,
+    pub counts: Buffer,
 }
 
 impl SampleList {
-    fn new(gpu: &Gpu) -> Self {
-        let bytes = u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64;
+    /// An empty one.
+    pub fn new(gpu: &Gpu) -> Self {
         Self {
-            samples: buffer(gpu, "stroke samples", bytes, wgpu::BufferUsages::STORAGE),
-            counts: buffer(gpu, "sample counts", size_of::<SampleCounts>() as u64, wgpu::BufferUsages::STORAGE),
+            samples: Buffer::new(gpu, &SAMPLES, u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64),
+            counts: Buffer::new(gpu, &COUNTS, size_of::<SampleCounts>() as u64),
         }
     }
 
@@ -163,144 +176,121 @@ impl SampleList {
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<(SampleCounts, Vec<Sample>), GpuError> {
-        let counts: Vec<SampleCounts> = readback::read_buffer(gpu, &self.counts, 1)?;
+        let counts: Vec<SampleCounts> = readback::read_buffer(gpu, &self.counts.raw, 1)?;
         let counts = counts.first().copied().unwrap_or_default();
-        let samples = readback::read_buffer(gpu, &self.samples, counts.samples.min(MOST_SAMPLES) as usize)?;
+        let samples = readback::read_buffer(gpu, &self.samples.raw, counts.samples.min(MOST_SAMPLES) as usize)?;
         Ok((counts, samples))
     }
 }
 
-/// The passes, the lists, and what they hand to [`CarryPass`](super::carry::CarryPass).
-pub struct SamplesPass {
-    budget: ComputePass,
-    choose: ComputePass,
-    sizes: ComputePass,
-    samples: ComputePass,
-    size: ScanSize,
-    classes: wgpu::Buffer,
-    starts: wgpu::Buffer,
-    matches: wgpu::Buffer,
-    uniform: GrowingBuffer,
-    draws: wgpu::Buffer,
-    lists: [SampleList; 2],
-    current: usize,
+/// The samples of this frame and of the one before, and what the passes hand to each other.
+pub struct SampleWork {
+    /// Of this frame.
+    pub now: SampleList,
+    /// Of the frame before.
+    pub before: SampleList,
+    /// [`DRAWS`].
+    pub draws: Buffer,
+    carry: Resource,
+    starts: Buffer,
+    matches: Buffer,
 }
 
-impl SamplesPass {
-    /// Builds the pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
-        let storage = |label, bytes| buffer(gpu, label, bytes, wgpu::BufferUsages::STORAGE);
+impl SampleWork {
+    /// For a frame.
+    pub(super) fn new(cx: &mut Cx<'_>, [now, before]: [&SampleList; 2], uniform: CarryUniform) -> Self {
+        let uniform = CarryUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform };
         Self {
-            budget: ComputePass::new(gpu, "lines/strokes/budget"),
-            choose: ComputePass::new(gpu, "lines/strokes/budget_choose"),
-            sizes: ComputePass::new(gpu, "lines/strokes/sizes"),
-            samples: ComputePass::new(gpu, "lines/strokes/samples"),
-            size: ScanSize::new(gpu, CHAINS_INDEX, MOST_PIECES),
-            classes: storage("stroke classes", 4 * CLASSES),
-            starts: storage("stroke starts", 4 * (u64::from(MOST_PIECES) + 1)),
-            matches: storage("stroke matches", u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
-            uniform: GrowingBuffer::new(gpu, "stroke carry", wgpu::BufferUsages::UNIFORM),
-            draws: buffer(gpu, "stroke draws", 32, wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::INDIRECT),
-            lists: [SampleList::new(gpu), SampleList::new(gpu)],
-            current: 0,
+            now: now.clone(),
+            before: before.clone(),
+            draws: cx.buffer(&DRAWS, 32),
+            carry: cx.uniform("stroke carry", &uniform),
+            starts: cx.buffer(&STARTS, 4 * (u64::from(MOST_PIECES) + 1)),
+            matches: cx.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
         }
     }
 
-    /// Begins a frame: the list of the last one becomes the list before.
-    pub(super) fn begin(&mut self, gpu: &Gpu, uniform: CarryUniform) {
-        self.current = 1 - self.current;
-        self.uniform.write(gpu, &[CarryUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform }]);
+    pub(super) fn named_draws(&self) -> Named {
+        ("draws", self.draws.binding())
     }
 
-    /// The samples of this frame.
-    pub fn now(&self) -> &SampleList {
-        &self.lists[self.current]
-    }
-
-    /// The samples of the frame before.
-    pub fn before(&self) -> &SampleList {
-        &self.lists[1 - self.current]
-    }
-
-    /// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
-    pub(super) fn draw_arguments(&self) -> &wgpu::Buffer {
-        &self.draws
-    }
-
-    pub(super) fn draws(&self) -> Named<'_> {
-        ("draws", self.draws.as_entire_binding())
-    }
-
-    pub(super) fn starts(&self) -> Named<'_> {
-        ("starts", self.starts.as_entire_binding())
+    pub(super) fn starts(&self) -> Named {
+        ("starts", self.starts.binding())
     }
 
     /// How many samples this frame has.
-    pub(super) fn list(&self) -> Named<'_> {
-        ("list", self.now().counts.as_entire_binding())
+    pub(super) fn list(&self) -> Named {
+        ("list", self.now.counts.binding())
     }
 
-    pub(super) fn samples(&self) -> Named<'_> {
-        ("samples", self.now().samples.as_entire_binding())
+    pub(super) fn samples(&self) -> Named {
+        ("samples", self.now.samples.binding())
     }
 
     /// How many samples the frame before had.
-    pub(super) fn old_list(&self) -> Named<'_> {
-        ("old_list", self.before().counts.as_entire_binding())
+    pub(super) fn old_list(&self) -> Named {
+        ("old_list", self.before.counts.binding())
     }
 
-    pub(super) fn old_samples(&self) -> Named<'_> {
-        ("old_samples", self.before().samples.as_entire_binding())
+    pub(super) fn old_samples(&self) -> Named {
+        ("old_samples", self.before.samples.binding())
     }
 
-    pub(super) fn matches(&self) -> Named<'_> {
-        ("matches", self.matches.as_entire_binding())
+    pub(super) fn matches(&self) -> Named {
+        ("matches", self.matches.binding())
     }
 
-    pub(super) fn carry(&self) -> Named<'_> {
-        ("carry", self.uniform.binding())
+    pub(super) fn carry(&self) -> Named {
+        ("carry", self.carry.clone())
     }
+}
 
-    /// Reads chains and points; writes the list of this frame and what each sample found in `ids` and the list of the
-    /// frame before.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        lists: &Lists,
-        chain: &ChainPass,
-        points: &PointsPass,
-        scan: &ScanPass,
-        ids: &Target,
-    ) {
-        let along = || ("along_units", points.along().binding());
-        let classes = || ("classes", self.classes.as_entire_binding());
-        let (arguments, offset) = points.per_piece();
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// For the numbers of pieces and chains.
+    pub lists: &'a Lists,
+    /// Of this frame.
+    pub chains: &'a Chains,
+    /// Of this frame.
+    pub points: &'a Points,
+    /// Of the frame before: whose ink it was.
+    pub ids: &'a Target,
+    /// In: the frame before. Out: this frame, and what each sample found.
+    pub work: &'a SampleWork,
+}
 
-        let resources = [lists.strokes(), lists.counts(), chain.named_chains(), along(), classes()];
-        self.budget.run_indirect(gpu, recorder, arguments, offset, &resources);
-        self.choose.run_groups(gpu, recorder, [1, 1], &[self.carry(), classes(), self.list(), self.draws()]);
-        let sizes = ("sizes", self.starts.as_entire_binding());
-        let resources = [lists.strokes(), lists.counts(), chain.named_chains(), along(), self.list(), sizes];
-        self.sizes.run_indirect(gpu, recorder, arguments, offset, &resources);
-        scan.run(gpu, recorder, &self.size, lists.counts.buffer(), &self.starts);
-        let resources = [
-            ("view", view),
-            lists.strokes(),
-            self.carry(),
-            lists.counts(),
-            chain.named_chains(),
-            ("points", points.list().binding()),
-            along(),
-            self.starts(),
-            self.list(),
-            self.samples(),
-            self.old_samples(),
-            ("ids", texture(&ids.view)),
-            self.matches(),
-        ];
-        self.samples.run_groups(gpu, recorder, [MOST_SAMPLES.div_ceil(64), 1], &resources);
-    }
+/// Makes the list of this frame, and finds for each sample what was there in the frame before.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let Inputs { view, lists, chains, points, ids, work } = *inputs;
+    let along = || ("along_units", points.along.binding());
+    let classes = cx.buffer(&CLASSES_OF, 4 * CLASSES);
+    let classes = || ("classes", classes.binding());
+    let (arguments, offset) = points.per_piece();
+
+    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), classes()];
+    cx.indirect("lines/strokes/budget", arguments, offset, &resources);
+    cx.groups("lines/strokes/budget_choose", [1, 1], &[work.carry(), classes(), work.list(), work.named_draws()]);
+    let sizes = ("sizes", work.starts.binding());
+    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), work.list(), sizes];
+    cx.indirect("lines/strokes/sizes", arguments, offset, &resources);
+    let numbers = &lists.counts;
+    scan::run(cx, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_PIECES, values: &work.starts });
+    let resources = [
+        ("view", view.clone()),
+        lists.strokes(),
+        work.carry(),
+        lists.counts(),
+        chains.named(),
+        ("points", points.list.binding()),
+        along(),
+        work.starts(),
+        work.list(),
+        work.samples(),
+        work.old_samples(),
+        ("ids", ids.into()),
+        work.matches(),
+    ];
+    cx.groups("lines/strokes/samples", [MOST_SAMPLES.div_ceil(64), 1], &resources);
 }

@@ -1,11 +1,14 @@
 //! Exclusive prefix sum of whole numbers, in place. See `shaders/lines/strokes/scan.wgsl`.
 
+use std::convert::Infallible;
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 
-use crate::gpu::Gpu;
-use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::pass::{ComputePass, Named};
-use crate::gpu::timer::Recorder;
+use crate::gpu::bind::Named;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
 
 /// The most values of a scan: one workgroup has the sums of all blocks.
 pub const MAX_VALUES: u32 = 1 << 21;
@@ -21,151 +24,105 @@ pub(crate) struct ScanSource {
 
 crate::gpu::shared::describe!(ScanSource as "ScanSource" in "lines/strokes/scan_begin": index, capacity);
 
-/// The pass: how much there is, blocks, their sums, places.
-pub struct ScanPass {
-    begin: ComputePass,
-    scan: ComputePass,
-    stages: Vec<GrowingBuffer>,
-    size: wgpu::Buffer,
-    arguments: wgpu::Buffer,
-    sums: wgpu::Buffer,
+/// How many values there are.
+const SIZE: BufferKind = BufferKind::storage("scan size");
+/// Workgroups for them.
+const ARGUMENTS: BufferKind = BufferKind::indirect("scan arguments");
+/// Of blocks.
+const SUMS: BufferKind = BufferKind::storage("scan sums");
+
+/// What is summed.
+pub struct Inputs<'a> {
+    /// Numbers that the GPU wrote.
+    pub numbers: &'a Buffer,
+    /// Which of them says how many values there are.
+    pub index: u32,
+    /// At most so many, and [`MAX_VALUES`].
+    pub capacity: u32,
+    /// In and out.
+    pub values: &'a Buffer,
 }
 
-/// Where a scan finds how many values it has: a buffer of `u32` that the GPU wrote, and a place in it.
-pub struct ScanSize {
-    index: u32,
-    source: GrowingBuffer,
-}
-
-impl ScanSize {
-    /// The number at `index` of the buffer that [`ScanPass::run`] gets, at most `capacity` and [`MAX_VALUES`].
-    pub fn new(gpu: &Gpu, index: u32, capacity: u32) -> Self {
-        let mut source = GrowingBuffer::new(gpu, "scan source", wgpu::BufferUsages::UNIFORM);
-        source.write(gpu, &[ScanSource { index, capacity: capacity.min(MAX_VALUES) }]);
-        Self { index, source }
+/// Replaces each value by the sum of those before it, modulo 2³². The value after the last becomes the sum of all if the
+/// buffer has room for it.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let source = ScanSource { index: inputs.index, capacity: inputs.capacity.min(MAX_VALUES) };
+    let size = cx.buffer(&SIZE, 4);
+    let arguments = cx.buffer(&ARGUMENTS, 12);
+    let sums = cx.buffer(&SUMS, 4 * u64::from(MAX_VALUES) / BLOCK);
+    let resources = [
+        ("source", cx.uniform("scan source", &source)),
+        ("numbers", inputs.numbers.binding()),
+        ("size", size.binding()),
+        ("arguments", arguments.binding()),
+    ];
+    cx.groups("lines/strokes/scan_begin", [1, 1], &resources);
+    for stage in 0_u32..3 {
+        let resources = [
+            ("stage", cx.uniform("stage", &stage)),
+            ("size", size.binding()),
+            ("sums", sums.binding()),
+            ("values", inputs.values.binding()),
+        ];
+        if stage == 1 {
+            cx.groups("lines/strokes/scan", [1, 1], &resources);
+        } else {
+            cx.indirect("lines/strokes/scan", &arguments, 0, &resources);
+        }
     }
-
-    /// The place of the number, counted in numbers.
-    pub fn index(&self) -> u32 {
-        self.index
-    }
 }
 
-/// What a pass needs to write a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
+/// How many workgroups an ordered pass has.
+const GROUP_COUNT: BufferKind = BufferKind::storage("group count");
+/// Where each of them begins to write, and what it keeps from stage to stage.
+const GROUP_STARTS: BufferKind = BufferKind::storage("group starts");
+
+/// A pass that writes a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
 pub struct Ordered {
-    stages: Vec<GrowingBuffer>,
-    size: ScanSize,
-    group_count: wgpu::Buffer,
-    group_starts: GrowingBuffer,
+    /// Its shader.
+    pub shader: &'static str,
+    /// Two, or three: the third is a single workgroup.
+    pub stages: usize,
+    /// In x and y.
+    pub groups: [u32; 2],
+    /// Numbers that each workgroup may keep.
+    pub kept: u64,
 }
 
 impl Ordered {
-    /// For a pass of so many stages.
-    pub fn new(gpu: &Gpu, stages: u32) -> Self {
-        Self {
-            // No uniforms: a fourth uniform buffer makes lavapipe 22.3 write past its memory. See
-            // `docs/decisions/software-drivers.md`.
-            stages: numbers_in(gpu, stages, wgpu::BufferUsages::STORAGE),
-            size: ScanSize::new(gpu, 0, MAX_VALUES),
-            group_count: buffer(gpu, "group count", 4, wgpu::BufferUsages::STORAGE),
-            group_starts: GrowingBuffer::new(gpu, "group starts", wgpu::BufferUsages::STORAGE),
-        }
-    }
-
-    /// Runs all stages of `pass` over `groups` workgroups, that may keep `kept` numbers each; a third stage, if there is
-    /// one, is a single workgroup.
-    #[expect(clippy::too_many_arguments, reason = "a pass lists what it reads and writes")]
-    pub fn run(
-        &mut self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        pass: &ComputePass,
-        scan: &ScanPass,
-        groups: [u32; 2],
-        kept: u64,
-        resources: &[Named<'_>],
-    ) {
-        let count = u64::from(groups[0]) * u64::from(groups[1]);
-        self.group_starts.reserve_exactly(gpu, 4 * (count * (1 + kept) + 1));
-        for (stage, uniform) in self.stages.iter().enumerate() {
+    /// Runs all stages.
+    pub fn run(&self, cx: &mut Cx<'_>, resources: &[Named]) {
+        let numbers = stage_numbers(cx);
+        let count = u64::from(self.groups[0]) * u64::from(self.groups[1]);
+        let group_count = cx.buffer(&GROUP_COUNT, 4);
+        let group_starts = cx.buffer(&GROUP_STARTS, (4 * (count * (1 + self.kept) + 1)).next_power_of_two());
+        for (stage, number) in numbers.0[..self.stages].iter().enumerate() {
             let mut all = vec![
-                ("stage", uniform.binding()),
-                ("group_count", self.group_count.as_entire_binding()),
-                ("group_starts", self.group_starts.binding()),
+                ("stage", number.binding()),
+                ("group_count", group_count.binding()),
+                ("group_starts", group_starts.binding()),
             ];
             all.extend(resources.iter().cloned());
-            pass.run_groups(gpu, recorder, if stage < 2 { groups } else { [1, 1] }, &all);
+            cx.groups(Compute::from(self.shader), if stage < 2 { self.groups } else { [1, 1] }, &all);
             if stage == 0 {
-                scan.run(gpu, recorder, &self.size, &self.group_count, self.group_starts.buffer());
+                run(cx, &Inputs { numbers: &group_count, index: 0, capacity: MAX_VALUES, values: &group_starts });
             }
         }
     }
 }
 
-impl ScanPass {
-    /// Builds the pipelines.
-    pub fn new(gpu: &Gpu) -> Self {
-        let storage = wgpu::BufferUsages::STORAGE;
-        Self {
-            begin: ComputePass::new(gpu, "lines/strokes/scan_begin"),
-            scan: ComputePass::new(gpu, "lines/strokes/scan"),
-            stages: numbers(gpu, 3),
-            size: buffer(gpu, "scan size", 4, storage),
-            arguments: buffer(gpu, "scan arguments", 12, storage | wgpu::BufferUsages::INDIRECT),
-            sums: buffer(gpu, "scan sums", 4 * u64::from(MAX_VALUES) / BLOCK, storage),
-        }
-    }
+/// 0, 1 and 2 in storage buffers. No uniforms: a fourth uniform buffer makes lavapipe 22.3 write past its memory. See
+/// `docs/decisions/software-drivers.md`.
+struct StageNumbers([Buffer; 3]);
 
-    /// Reads the number of values, `size` in `numbers`; replaces each of `values` by the sum of those before it, modulo
-    /// 2³². The value after the last becomes the sum of all if the buffer has room for it. Both buffers have the usage
-    /// `STORAGE`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size: &ScanSize,
-        numbers: &wgpu::Buffer,
-        values: &wgpu::Buffer,
-    ) {
-        let resources = [
-            ("source", size.source.binding()),
-            ("numbers", numbers.as_entire_binding()),
-            ("size", self.size.as_entire_binding()),
-            ("arguments", self.arguments.as_entire_binding()),
-        ];
-        self.begin.run_groups(gpu, recorder, [1, 1], &resources);
-        for (stage, uniform) in self.stages.iter().enumerate() {
-            let resources = [
-                ("stage", uniform.binding()),
-                ("size", self.size.as_entire_binding()),
-                ("sums", self.sums.as_entire_binding()),
-                ("values", values.as_entire_binding()),
-            ];
-            if stage == 1 {
-                self.scan.run_groups(gpu, recorder, [1, 1], &resources);
-            } else {
-                self.scan.run_indirect(gpu, recorder, &self.arguments, 0, &resources);
-            }
-        }
-    }
-}
-
-/// Uniforms that hold 0, 1, 2 and so on: which stage or turn of a pass it is.
-pub(super) fn numbers(gpu: &Gpu, count: u32) -> Vec<GrowingBuffer> {
-    numbers_in(gpu, count, wgpu::BufferUsages::UNIFORM)
-}
-
-fn numbers_in(gpu: &Gpu, count: u32, usage: wgpu::BufferUsages) -> Vec<GrowingBuffer> {
-    let buffer = |number: u32| {
-        let mut buffer = GrowingBuffer::new(gpu, "number", usage);
-        buffer.write(gpu, &[number]);
-        buffer
-    };
-    (0..count).map(buffer).collect()
-}
-
-/// A buffer that only the GPU writes; `usage` gains `COPY_SRC`, for tests and files.
-pub(super) fn buffer(gpu: &Gpu, label: &'static str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    let usage = usage | wgpu::BufferUsages::COPY_SRC;
-    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+fn stage_numbers(cx: &mut Cx<'_>) -> Arc<StageNumbers> {
+    let made = cx.kept(
+        |_: &StageNumbers| true,
+        |gpu| {
+            let kind = BufferKind::storage("stage number");
+            Ok::<_, Infallible>(StageNumbers([0_u32, 1, 2].map(|number| Buffer::with(gpu, &kind, &[number]))))
+        },
+    );
+    let Ok(numbers) = made;
+    numbers
 }

@@ -4,11 +4,14 @@
 //! its part. Where a style has both, the darker one counts.
 
 use super::{DrawnFrame, read_stroke_pictures};
+use crate::composite::PICTURE;
 use crate::frame::Frame;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError, readback};
+use crate::lines::strokes::stroke::INK;
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
+use crate::surface::resolve::POSITION;
 use crate::surface::view::View;
 
 /// Reads what `frame` drew last: with `view` and `style`. Waits for the GPU.
@@ -16,19 +19,21 @@ use crate::surface::view::View;
 /// # Errors
 /// [`GpuError::Readback`].
 pub fn read_drawn(gpu: &Gpu, frame: &Frame, view: &View, style: &Style) -> Result<DrawnFrame, GpuError> {
-    let targets = frame.targets();
-    let size_px = targets.size_px();
-    let line = style.lines.as_ref().and_then(|lines| frame.line_target(lines));
+    let size_px = frame.size_px();
+    let (Some(picture), Some(position)) = (frame.target(&PICTURE), frame.target(&POSITION)) else {
+        return Err(GpuError::Readback("no frame was drawn".to_owned()));
+    };
+    let line = frame.line_target(style);
     let line: Option<Vec<f32>> = line.map(|line| readback::read_as(gpu, line, [0, 0], size_px)).transpose()?;
-    let drawn = targets.strokes.as_ref().filter(|_| style.strokes.is_some());
-    let ink = drawn.map(|drawn| halves::<1>(gpu, &drawn.ink.ink, size_px)).transpose()?;
+    let drawn = frame.target(&INK).filter(|_| style.strokes.is_some());
+    let ink = drawn.map(|drawn| halves::<1>(gpu, drawn, size_px)).transpose()?;
     let ink = ink.map(|ink| ink.into_iter().map(|[ink]| ink).collect::<Vec<f32>>());
-    let luma = halves::<4>(gpu, &targets.picture, size_px)?
+    let luma = halves::<4>(gpu, picture, size_px)?
         .into_iter()
         .map(|[red, green, blue, _]| srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
     Ok(DrawnFrame {
         view: *view,
-        position: readback::read_as(gpu, &targets.position, [0, 0], size_px)?,
+        position: readback::read_as(gpu, position, [0, 0], size_px)?,
         ink: match (line, ink) {
             (Some(line), Some(ink)) => Some(line.into_iter().zip(ink).map(|(line, ink)| line.max(ink)).collect()),
             (line, ink) => line.or(ink),

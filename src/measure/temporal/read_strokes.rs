@@ -9,6 +9,7 @@ use crate::gpu::readback::{self, read_buffer};
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::LeftOut;
 use crate::lines::strokes::samples::SampleCounts;
+use crate::lines::strokes::stroke::STROKE_IDS;
 use crate::style::Style;
 
 /// How many strokes the last frame drew, without those that only fade; none where the style has none.
@@ -17,7 +18,7 @@ use crate::style::Style;
 /// [`GpuError::Readback`].
 pub fn count_strokes(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<u64>, GpuError> {
     let (Some(_), Some(passes)) = (&style.strokes, frame.strokes()) else { return Ok(None) };
-    let counts: Vec<SampleCounts> = read_buffer(gpu, &passes.samples().counts, 1)?;
+    let counts: Vec<SampleCounts> = read_buffer(gpu, &passes.samples().counts.raw, 1)?;
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
 }
 
@@ -36,12 +37,11 @@ pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Optio
 /// # Errors
 /// [`GpuError::Readback`].
 pub fn read_stroke_pictures(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<StrokePictures>, GpuError> {
-    let targets = frame.targets();
-    let (Some(_), Some(passes), Some(drawn)) = (&style.strokes, frame.strokes(), &targets.strokes) else {
+    let (Some(_), Some(passes), Some(ids)) = (&style.strokes, frame.strokes(), frame.target(&STROKE_IDS)) else {
         return Ok(None);
     };
-    let size_px = targets.size_px();
-    let numbers: Vec<u32> = readback::read_as(gpu, &drawn.ink.ids, [0, 0], size_px)?;
+    let size_px = ids.size_px();
+    let numbers: Vec<u32> = readback::read_as(gpu, ids, [0, 0], size_px)?;
     let (_, samples) = passes.samples().read(gpu)?;
     let width = size_px[0] as usize;
     let (id, along_px) = numbers

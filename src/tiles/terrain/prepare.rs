@@ -96,8 +96,8 @@ impl Terrain {
     /// the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
-        let Fitted { rule, selection, mut tiles, jumped, detail } = self.fit(gpu, view, self.seen.is_some());
-        if let Some(seen) = &mut self.seen {
+        let Fitted { rule, selection, mut tiles, jumped, detail } = self.fit(gpu, view, self.is_seen_asked);
+        if let Some(seen) = self.seen.as_mut().filter(|_| self.is_seen_asked) {
             let streams = self.options.loading == Loading::Stream;
             let most = if streams { TILES_PER_FRAME } else { usize::MAX };
             let residency = &self.residency;

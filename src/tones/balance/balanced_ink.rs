@@ -1,35 +1,16 @@
 //! The ink of marks. See `shaders/tones/balance/balanced_ink.wgsl`.
 
-use super::BalanceTargets;
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::timer::Recorder;
+use super::Inputs;
+use crate::gpu::recorder::Cx;
 
-/// The pass.
-pub struct BalancedInkPass(ComputePass);
-
-impl BalancedInkPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "tones/balance/balanced_ink"))
-    }
-
-    /// From `targets.cover` and `targets.more` into `targets.marks`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        size_px: [u32; 2],
-        view: wgpu::BindingResource<'_>,
-        targets: &BalanceTargets,
-    ) {
-        let resources = [
-            ("view", view),
-            ("balance", targets.uniform()),
-            ("cover", texture(&targets.cover.view)),
-            ("more", texture(&targets.more.view)),
-            ("marks", texture(&targets.marks.view)),
-        ];
-        self.0.run(gpu, recorder, size_px, &resources);
-    }
+/// From `cover` and `more` into `marks`.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs) {
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("balance", inputs.balance.clone()),
+        ("cover", (&inputs.cover).into()),
+        ("more", (&inputs.more).into()),
+        ("marks", (&inputs.marks).into()),
+    ];
+    cx.pixels("tones/balance/balanced_ink", inputs.marks.size_px(), &resources);
 }

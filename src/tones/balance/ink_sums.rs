@@ -1,37 +1,20 @@
 //! Ink that is wanting, in cells. See `shaders/tones/balance/ink_sums.wgsl`.
 
-use super::BalanceTargets;
-use crate::gpu::Gpu;
-use crate::gpu::pass::{ComputePass, texture};
-use crate::gpu::timer::Recorder;
+use super::Inputs;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
 
 /// Of a workgroup.
 const CELLS: u32 = 8;
 
-/// The pass.
-pub struct InkSumsPass(ComputePass);
-
-impl InkSumsPass {
-    /// Builds the pipeline.
-    pub fn new(gpu: &Gpu) -> Self {
-        Self(ComputePass::new(gpu, "tones/balance/ink_sums"))
-    }
-
-    /// From `targets.cover` into `targets.sums`.
-    pub fn run(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder<'_>,
-        view: wgpu::BindingResource<'_>,
-        targets: &BalanceTargets,
-    ) {
-        let [columns, rows] = [targets.sums.texture.width(), targets.sums.texture.height()];
-        let resources = [
-            ("view", view),
-            ("balance", targets.uniform()),
-            ("cover", texture(&targets.cover.view)),
-            ("sums", texture(&targets.sums.view)),
-        ];
-        self.0.run_groups(gpu, recorder, [columns.div_ceil(CELLS), rows], &resources);
-    }
+/// From `cover` into `sums`.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs, sums: &Target) {
+    let [columns, rows] = sums.size_px();
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("balance", inputs.balance.clone()),
+        ("cover", (&inputs.cover).into()),
+        ("sums", sums.into()),
+    ];
+    cx.groups("tones/balance/ink_sums", [columns.div_ceil(CELLS), rows], &resources);
 }

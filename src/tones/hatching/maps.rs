@@ -15,6 +15,7 @@
 //! **Quads.** A texel holds the four thresholds around a place and their steepness, a byte each: a look-up is one load.
 
 use crate::gpu::Gpu;
+use crate::gpu::bind::Resource;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::style::hatching::Hatching;
 use crate::style::marks::{Kind, Recipe};
@@ -76,7 +77,7 @@ impl Maps {
     }
 
     /// What the shader binds.
-    pub fn binding(&self) -> wgpu::BindingResource<'_> {
+    pub fn binding(&self) -> Resource {
         self.quads.binding()
     }
 }

@@ -6,9 +6,10 @@ mod strokes;
 
 use glam::DVec3;
 use hachure::file::svg::{Drawing, Layer, write_svg};
-use hachure::frame::{Frame, Light, Requirements};
+use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
+use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
 use hachure::style::{Color, Style};
 use hachure::surface::view::{Part, View};
 use hachure::vector::sheet::Sheet;
@@ -36,13 +37,12 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu, Requirements::of(&style), SIZE_PX).unwrap();
-    frame.render(gpu, &mut world.terrain, &view, &style, &light);
-    let targets = &frame.targets().strokes.as_ref().unwrap().ink;
+    let mut frame = Frame::new(gpu).unwrap();
+    frame.render(gpu, &mut world.terrain, &view, &style, &light).unwrap();
     let (_, samples) = frame.strokes().unwrap().samples().read(gpu).unwrap();
-    let pieces: Vec<u32> = read_as(gpu, &targets.ids, [0, 0], SIZE_PX).unwrap();
+    let pieces: Vec<u32> = read_as(gpu, frame.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
     let stroke = |piece: u32| if piece == 0 { 0 } else { samples[piece as usize - 1].stroke };
-    let ink: Vec<u16> = read_as(gpu, &targets.ink, [0, 0], SIZE_PX).unwrap();
+    let ink: Vec<u16> = read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     Drawn {
         polylines: frame.strokes().unwrap().read_polylines(gpu).unwrap(),
         ink: ink.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect(),

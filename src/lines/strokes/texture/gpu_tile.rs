@@ -2,6 +2,7 @@
 
 use super::{Brush, grow};
 use crate::gpu::Gpu;
+use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::style::texture::Recipe;
 
@@ -68,11 +69,11 @@ impl StrokeTexture {
     }
 
     /// What the shader binds.
-    pub fn resources(&self) -> [(&'static str, wgpu::BindingResource<'_>); 3] {
+    pub fn resources(&self) -> [Named; 3] {
         [
             ("brush", self.brush.binding()),
-            ("brush_tile", wgpu::BindingResource::TextureView(&self.view)),
-            ("brush_sampler", wgpu::BindingResource::Sampler(&self.sampler)),
+            ("brush_tile", Resource::Texture("stroke texture", self.view.clone())),
+            ("brush_sampler", Resource::Sampler(self.sampler.clone())),
         ]
     }
 

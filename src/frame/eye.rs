@@ -1,0 +1,47 @@
+//! What an eye keeps from frame to frame: its pictures and its strokes.
+
+use crate::gpu::pools::KEEP_FRAMES;
+use crate::gpu::target::Targets;
+use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::StrokeMemory;
+use crate::style::{Strokes, Style};
+use crate::surface::view::View;
+
+/// The memory of an eye.
+#[derive(Default)]
+pub struct EyeMemory {
+    /// All of one size.
+    pub targets: Targets,
+    /// Of a style with strokes.
+    pub strokes: Option<StrokeMemory>,
+    /// What the last frame drew.
+    drawn: Option<Strokes>,
+    frames_without_strokes: u64,
+}
+
+impl EyeMemory {
+    /// Begins a frame. Whether pictures of another size went.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`].
+    pub(super) fn begin_frame(&mut self, gpu: &Gpu, view: &View, style: &Style) -> Result<bool, GpuError> {
+        let stays = self.targets.begin_frame(gpu, view.part.size_px)?;
+        match (&style.strokes, &mut self.strokes) {
+            (Some(_), None) => self.strokes = Some(StrokeMemory::new(gpu)?),
+            // Strokes of another style, or of long ago, are not those that these take over from.
+            (Some(_), Some(strokes)) if !stays || style.strokes != self.drawn => strokes.forget(),
+            (None, Some(_)) if self.frames_without_strokes > KEEP_FRAMES => self.strokes = None,
+            _ => {}
+        }
+        self.frames_without_strokes = if style.strokes.is_some() { 0 } else { self.frames_without_strokes + 1 };
+        if style.strokes != self.drawn {
+            self.drawn.clone_from(&style.strokes);
+        }
+        Ok(!stays)
+    }
+
+    /// The strokes of the last frame, if its style has any.
+    pub(super) fn drawn_strokes(&self) -> Option<&StrokeMemory> {
+        self.strokes.as_ref().filter(|_| self.drawn.is_some())
+    }
+}

@@ -1,0 +1,94 @@
+//! Uniforms of a frame: each use gets a fresh slice.
+//!
+//! `Queue::write_buffer` takes effect before all that is submitted after it, so a uniform that is written twice while a
+//! frame is recorded holds the second numbers for both uses. Slices of an arena are written once. They are bound with a
+//! dynamic offset, so a slice that moves from frame to frame needs no new bind group.
+
+use super::Gpu;
+use super::bind::Resource;
+use super::buffer::Buffer;
+
+/// Bytes of a chunk: some 200 uniforms.
+const CHUNK_BYTES: u64 = 64 << 10;
+
+/// The arena.
+pub struct Arena {
+    alignment: u64,
+    chunks: Vec<Chunk>,
+    /// The chunk that is being filled.
+    current: usize,
+}
+
+struct Chunk {
+    buffer: wgpu::Buffer,
+    content: Vec<u8>,
+    /// Bytes of `content` that the GPU has been told.
+    told: usize,
+}
+
+impl Arena {
+    /// An empty one.
+    pub fn new(gpu: &Gpu) -> Self {
+        let limits = gpu.device.limits();
+        let alignment = u64::from(limits.min_uniform_buffer_offset_alignment.max(16));
+        Self { alignment, chunks: Vec::new(), current: 0 }
+    }
+
+    /// A slice with `value`, as long as the frame lasts.
+    pub fn push<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, name: &'static str, values: &[T]) -> Buffer {
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        debug_assert!(bytes.len() as u64 <= CHUNK_BYTES, "{name} is no uniform");
+        let fits = |chunk: &Chunk| {
+            (chunk.content.len() as u64).next_multiple_of(self.alignment) + bytes.len() as u64 <= CHUNK_BYTES
+        };
+        while self.chunks.get(self.current).is_some_and(|chunk| !fits(chunk)) {
+            self.current += 1;
+        }
+        if self.current == self.chunks.len() {
+            self.chunks.push(Chunk::new(gpu));
+        }
+        let chunk = &mut self.chunks[self.current];
+        let offset = (chunk.content.len() as u64).next_multiple_of(self.alignment);
+        chunk.content.resize(offset as usize, 0);
+        chunk.content.extend_from_slice(bytes);
+        Buffer { name, raw: chunk.buffer.clone(), offset: 0, size: None }.slice(offset, bytes.len() as u64)
+    }
+
+    /// As [`Arena::push`], for bindings.
+    pub fn uniform<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, name: &'static str, value: &T) -> Resource {
+        Resource::Buffer(self.push(gpu, name, std::slice::from_ref(value)))
+    }
+
+    /// Tells the GPU what was pushed since the last time: before each submit.
+    pub fn flush(&mut self, gpu: &Gpu) {
+        for chunk in &mut self.chunks {
+            if chunk.told < chunk.content.len() {
+                gpu.queue.write_buffer(&chunk.buffer, chunk.told as u64, &chunk.content[chunk.told..]);
+                chunk.told = chunk.content.len();
+            }
+        }
+    }
+
+    /// Begins a frame: all slices may be used again. What was submitted has the old numbers.
+    pub fn begin_frame(&mut self) {
+        for chunk in &mut self.chunks {
+            chunk.content.clear();
+            chunk.told = 0;
+        }
+        self.current = 0;
+    }
+}
+
+impl Chunk {
+    fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        gpu.count_object();
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("uniforms"),
+            size: CHUNK_BYTES,
+            usage: Usage::UNIFORM | Usage::COPY_SRC | Usage::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { buffer, content: Vec::new(), told: 0 }
+    }
+}

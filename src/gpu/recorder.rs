@@ -1,0 +1,293 @@
+//! Records a frame: passes, with what they bind, their times and their trace.
+//!
+//! Everything that varies is handed in. A pass is a function of a [`Cx`] and its inputs; it owns nothing, so the same
+//! pass can be recorded for many eyes and styles in one submit.
+//!
+//! On a GPU a frame is one submit. On a software driver each pass is submitted by itself, so that it can be timed
+//! ([`timer`](super::timer)); [`Submits`] says otherwise where a test or a measurement wants what a GPU does.
+
+use std::sync::Arc;
+
+use super::Gpu;
+use super::bind::{Bound, Named, Resource};
+use super::buffer::{Buffer, BufferKind};
+use super::pipelines::{Compute, Draw, Ready};
+use super::pools::Pools;
+use super::reflection::Variable;
+use super::target::Target;
+use super::timer::Timer;
+
+/// Side of a workgroup of a picture pass, in pixels; the shaders say `@workgroup_size(8, 8)`.
+pub const WORKGROUP_PX: u32 = 8;
+
+/// How a frame is submitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Submits {
+    /// All at once on a GPU, each pass by itself on a software driver.
+    #[default]
+    AsTimed,
+    /// All at once on every driver; a software driver then measures no pass.
+    Whole,
+}
+
+/// A pass as it was recorded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PassTrace {
+    /// Of its shader.
+    pub name: &'static str,
+    /// What it reads, in the order of its bindings.
+    pub reads: Vec<Traced>,
+    /// What it writes.
+    pub writes: Vec<Traced>,
+}
+
+/// A resource of a pass.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Traced {
+    /// Of the picture, the buffer or the uniform.
+    pub name: &'static str,
+    /// Of a picture's texels; none of a buffer.
+    pub format: Option<wgpu::TextureFormat>,
+    /// What it takes on the GPU.
+    pub bytes: u64,
+}
+
+/// A frame that is being recorded.
+pub struct Cx<'a> {
+    gpu: &'a Gpu,
+    pools: &'a mut Pools,
+    timer: &'a mut Timer,
+    encoder: wgpu::CommandEncoder,
+    submits: Submits,
+    trace: Option<Vec<PassTrace>>,
+}
+
+/// A render pipeline that is ready to draw with, and what it reads.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    pipeline: wgpu::RenderPipeline,
+    bound: Bound,
+    uses: Option<(Vec<Traced>, Vec<Traced>)>,
+}
+
+impl Drawing {
+    /// Makes it the one that draws.
+    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bound.group, &self.bound.offsets);
+    }
+}
+
+/// What a render pass draws on.
+#[derive(Clone, Copy, Debug)]
+pub struct Attachments<'a> {
+    /// Pictures, and whether they are cleared.
+    pub colors: &'a [&'a Target],
+    /// Of the same size; nearer is greater.
+    pub depth: Option<&'a Target>,
+    /// Begins with zeros, rather than with what is there.
+    pub is_cleared: bool,
+}
+
+impl<'a> Cx<'a> {
+    /// Begins a frame.
+    pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
+        Self { gpu, pools, timer, encoder: encoder(gpu), submits, trace: traces.then(Vec::new) }
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &'a Gpu {
+        self.gpu
+    }
+
+    /// A uniform with `value`, for as many passes of this frame as want it.
+    pub fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Resource {
+        self.pools.arena.uniform(self.gpu, name, value)
+    }
+
+    /// The buffer of a kind, which only the GPU writes: of at least `bytes`. Passes and eyes that use it follow each
+    /// other.
+    pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {
+        self.pools.buffers.scratch(self.gpu, kind, bytes)
+    }
+
+    /// A buffer with `content`, for as many passes of this frame as want it.
+    pub fn upload<T: bytemuck::NoUninit>(&mut self, kind: &BufferKind, content: &[T]) -> Buffer {
+        self.pools.buffers.upload(self.gpu, kind, content)
+    }
+
+    /// Writes the first bytes of a buffer between the passes recorded so far and those to come.
+    pub fn write<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer, content: &[T]) {
+        let from = self.pools.arena.push(self.gpu, buffer.name, content);
+        let bytes = size_of_val(content) as u64;
+        self.encoder.copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
+    }
+
+    /// What `find` knows among the values of a type that frames keep, or a new one; it goes when nobody has asked for a
+    /// while.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn kept<T: Send + Sync + 'static, E>(
+        &mut self,
+        find: impl Fn(&T) -> bool,
+        make: impl FnOnce(&Gpu) -> Result<T, E>,
+    ) -> Result<Arc<T>, E> {
+        self.pools.kept.get(find, || make(self.gpu))
+    }
+
+    /// Runs a shader once for each pixel of a `size_px` picture.
+    pub fn pixels(&mut self, shader: impl Into<Compute>, size_px: [u32; 2], resources: &[Named]) {
+        self.groups(shader, size_px.map(|side| side.div_ceil(WORKGROUP_PX)), resources);
+    }
+
+    /// Runs a number of workgroups in x and y.
+    pub fn groups(&mut self, shader: impl Into<Compute>, groups: [u32; 2], resources: &[Named]) {
+        self.dispatch(shader.into(), resources, |pass| pass.dispatch_workgroups(groups[0], groups[1], 1));
+    }
+
+    /// Runs as many workgroups as three numbers in `arguments` say, from byte `offset` on; the buffer is not one of the
+    /// resources.
+    pub fn indirect(&mut self, shader: impl Into<Compute>, arguments: &Buffer, offset: u64, resources: &[Named]) {
+        let offset = arguments.offset + offset;
+        self.dispatch(shader.into(), resources, |pass| pass.dispatch_workgroups_indirect(&arguments.raw, offset));
+    }
+
+    fn dispatch(&mut self, key: Compute, resources: &[Named], run: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        let Pools { pipelines, groups, .. } = &mut *self.pools;
+        let (Ready { pipeline, bound }, variables) = pipelines.compute(self.gpu, groups, key, resources);
+        if let Some(trace) = &mut self.trace {
+            let (reads, writes) = uses(variables, resources);
+            trace.push(PassTrace { name: key.name, reads, writes });
+        }
+        let query = self.timer.begin(key.name, &mut self.encoder);
+        {
+            let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
+            let descriptor = wgpu::ComputePassDescriptor { label: Some(key.name), timestamp_writes };
+            let mut pass = self.encoder.begin_compute_pass(&descriptor);
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &bound.group, &bound.offsets);
+            run(&mut pass);
+        }
+        self.end(key.name, query);
+    }
+
+    /// Makes a render pipeline ready for [`Cx::render`].
+    pub fn drawing(&mut self, key: &Draw, resources: &[Named]) -> Drawing {
+        let Pools { pipelines, groups, .. } = &mut *self.pools;
+        let (Ready { pipeline, bound }, variables) = pipelines.draw(self.gpu, groups, key, resources);
+        let uses = self.trace.is_some().then(|| uses(variables, resources));
+        Drawing { pipeline, bound, uses }
+    }
+
+    /// Records a render pass.
+    pub fn render(
+        &mut self,
+        name: &'static str,
+        drawings: &[&Drawing],
+        on: Attachments<'_>,
+        record: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        if let Some(trace) = &mut self.trace {
+            let mut reads = Vec::new();
+            let mut writes: Vec<_> = on.colors.iter().copied().chain(on.depth).map(Traced::of).collect();
+            for (read, written) in drawings.iter().filter_map(|drawing| drawing.uses.as_ref()) {
+                reads.extend(read.iter().cloned());
+                writes.extend(written.iter().cloned());
+            }
+            reads.dedup();
+            trace.push(PassTrace { name, reads, writes });
+        }
+        let query = self.timer.begin(name, &mut self.encoder);
+        {
+            let store = wgpu::StoreOp::Store;
+            let load = if on.is_cleared { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+            let mut colors = Vec::with_capacity(on.colors.len());
+            for target in on.colors {
+                let ops = wgpu::Operations { load, store };
+                colors.push(Some(wgpu::RenderPassColorAttachment {
+                    view: &target.view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops,
+                }));
+            }
+            let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(name),
+                color_attachments: &colors,
+                depth_stencil_attachment: on.depth.map(|depth| wgpu::RenderPassDepthStencilAttachment {
+                    view: &depth.view,
+                    depth_ops: Some(wgpu::Operations {
+                        load: if on.is_cleared { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                        store: wgpu::StoreOp::Store,
+                    }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: query.as_ref().and_then(|query| query.render_pass_timestamp_writes()),
+                ..Default::default()
+            });
+            record(&mut pass);
+        }
+        self.end(name, query);
+    }
+
+    /// Submits the frame. Its passes, if they were traced.
+    pub fn submit(mut self) -> Option<Vec<PassTrace>> {
+        self.timer.resolve(&mut self.encoder);
+        self.pools.arena.flush(self.gpu);
+        self.gpu.queue.submit([self.encoder.finish()]);
+        self.timer.end_frame();
+        self.pools.end_frame();
+        self.trace
+    }
+
+    fn end(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
+        if let Some(query) = query {
+            self.timer.end(&mut self.encoder, query);
+        } else if self.timer.waits(self.submits) {
+            self.pools.arena.flush(self.gpu);
+            let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+            self.timer.time(self.gpu, name, recorded);
+        }
+    }
+}
+
+impl Traced {
+    fn of(target: &Target) -> Self {
+        Self { name: target.name, format: Some(target.texture.format()), bytes: target.bytes() }
+    }
+}
+
+fn encoder(gpu: &Gpu) -> wgpu::CommandEncoder {
+    gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") })
+}
+
+/// What a pass reads and what it writes.
+fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>, Vec<Traced>) {
+    let (mut reads, mut writes) = (Vec::new(), Vec::new());
+    for variable in variables {
+        let bound = resources.iter().find(|(name, _)| *name == variable.name);
+        let traced = match bound {
+            Some((_, Resource::Target(target))) => Traced::of(target),
+            Some((_, Resource::Buffer(buffer))) => {
+                let bytes = buffer.size.map_or(buffer.raw.size() - buffer.offset, u64::from);
+                Traced { name: buffer.name, format: None, bytes }
+            }
+            Some((_, Resource::Texture(name, view))) => {
+                let texture = view.texture();
+                let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(4));
+                let [width, height, layers] =
+                    [texture.width(), texture.height(), texture.depth_or_array_layers()].map(u64::from);
+                Traced { name, format: Some(texture.format()), bytes: texel * width * height * layers }
+            }
+            Some((_, Resource::Sampler(_))) | None => continue,
+        };
+        if variable.is_written {
+            writes.push(traced.clone());
+        }
+        if variable.is_read {
+            reads.push(traced);
+        }
+    }
+    (reads, writes)
+}

@@ -1,0 +1,202 @@
+//! What a shader binds, read from its module: layouts are not written twice.
+//!
+//! wgpu would derive a layout as well, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena) need,
+//! and it does not say what a pass reads and writes.
+
+use wgpu::naga;
+use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+
+use super::shader::ShaderError;
+
+/// A resource variable of a shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Variable {
+    /// As the text has it.
+    pub name: String,
+    /// As it stands in a layout.
+    pub entry: wgpu::BindGroupLayoutEntry,
+    /// Whether the shader changes what is bound.
+    pub is_written: bool,
+    /// Whether what was there before can be read.
+    pub is_read: bool,
+}
+
+impl Variable {
+    /// Whether it is bound with a dynamic offset.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self.entry.ty, wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, .. })
+    }
+}
+
+/// The variables of each entry point.
+pub struct Reflection {
+    name: String,
+    entry_points: Vec<(String, Vec<Variable>)>,
+}
+
+impl Reflection {
+    /// Reads a module.
+    ///
+    /// # Errors
+    /// [`ShaderError`] when it does not validate, or binds what no layout of ours has.
+    pub fn new(name: &str, module: &naga::Module) -> Result<Self, ShaderError> {
+        let error = |cause: String| ShaderError { name: name.to_owned(), cause };
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+            .validate(module)
+            .map_err(|cause| error(cause.emit_to_string("")))?;
+        let mut entry_points = Vec::new();
+        for (i, entry_point) in module.entry_points.iter().enumerate() {
+            let function = info.get_entry_point(i);
+            let mut variables = Vec::new();
+            for (handle, variable) in module.global_variables.iter() {
+                let (Some(binding), false) = (&variable.binding, function[handle].is_empty()) else { continue };
+                let is_sampled = function.sampling_set.iter().any(|pair| pair.image == handle);
+                let ty = binding_type(module, variable, is_sampled)
+                    .ok_or_else(|| error(format!("{:?} has a type that no layout has", variable.name)))?;
+                // naga_oil decorates the names of imported variables: `nameX_naga_oil_mod_X…X`.
+                let decorated = variable.name.as_deref().unwrap_or_default();
+                let (is_read, is_written) = access(&ty);
+                variables.push(Variable {
+                    name: decorated.split("X_naga_oil_mod_").next().unwrap_or(decorated).to_owned(),
+                    entry: wgpu::BindGroupLayoutEntry {
+                        binding: binding.binding,
+                        visibility: visibility(entry_point.stage),
+                        ty,
+                        count: None,
+                    },
+                    is_written,
+                    is_read,
+                });
+            }
+            entry_points.push((entry_point.name.clone(), variables));
+        }
+        Ok(Self { name: name.to_owned(), entry_points })
+    }
+
+    /// The variables of some entry points together, sorted by binding.
+    ///
+    /// # Errors
+    /// [`ShaderError`] when the shader lacks one of them.
+    pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
+        let mut all: Vec<Variable> = Vec::new();
+        for wanted in entry_points {
+            let Some((_, variables)) = self.entry_points.iter().find(|(name, _)| name == wanted) else {
+                return Err(ShaderError { name: self.name.clone(), cause: format!("has no entry point {wanted}") });
+            };
+            for variable in variables {
+                match all.iter_mut().find(|known| known.name == variable.name) {
+                    Some(known) => {
+                        known.entry.visibility |= variable.entry.visibility;
+                        // A texture that is sampled in one of the stages has to be filterable in both.
+                        if is_filterable(&variable.entry.ty) {
+                            known.entry.ty = variable.entry.ty;
+                        }
+                    }
+                    None => all.push(variable.clone()),
+                }
+            }
+        }
+        all.sort_by_key(|variable| variable.entry.binding);
+        Ok(all)
+    }
+}
+
+fn is_filterable(ty: &wgpu::BindingType) -> bool {
+    let filterable = wgpu::TextureSampleType::Float { filterable: true };
+    matches!(ty, wgpu::BindingType::Texture { sample_type, .. } if *sample_type == filterable)
+}
+
+fn visibility(stage: naga::ShaderStage) -> wgpu::ShaderStages {
+    match stage {
+        naga::ShaderStage::Vertex => wgpu::ShaderStages::VERTEX,
+        naga::ShaderStage::Fragment => wgpu::ShaderStages::FRAGMENT,
+        _ => wgpu::ShaderStages::COMPUTE,
+    }
+}
+
+/// (reads, writes).
+fn access(ty: &wgpu::BindingType) -> (bool, bool) {
+    match ty {
+        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. } => (true, true),
+        wgpu::BindingType::StorageTexture { access, .. } => match access {
+            wgpu::StorageTextureAccess::WriteOnly => (false, true),
+            wgpu::StorageTextureAccess::ReadOnly => (true, false),
+            _ => (true, true),
+        },
+        _ => (true, false),
+    }
+}
+
+fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, is_sampled: bool) -> Option<wgpu::BindingType> {
+    let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None };
+    match variable.space {
+        naga::AddressSpace::Uniform => return Some(buffer(wgpu::BufferBindingType::Uniform, true)),
+        naga::AddressSpace::Storage { access } => {
+            let read_only = !access.contains(naga::StorageAccess::STORE);
+            return Some(buffer(wgpu::BufferBindingType::Storage { read_only }, false));
+        }
+        _ => {}
+    }
+    match module.types[variable.ty].inner {
+        naga::TypeInner::Sampler { comparison } => Some(wgpu::BindingType::Sampler(if comparison {
+            wgpu::SamplerBindingType::Comparison
+        } else {
+            wgpu::SamplerBindingType::Filtering
+        })),
+        naga::TypeInner::Image { dim, arrayed, class } => {
+            let view_dimension = match (dim, arrayed) {
+                (naga::ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
+                (naga::ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
+                _ => return None,
+            };
+            match class {
+                naga::ImageClass::Sampled { kind, multi } => {
+                    let sample_type = match kind {
+                        naga::ScalarKind::Float => wgpu::TextureSampleType::Float { filterable: is_sampled },
+                        naga::ScalarKind::Sint => wgpu::TextureSampleType::Sint,
+                        naga::ScalarKind::Uint => wgpu::TextureSampleType::Uint,
+                        _ => return None,
+                    };
+                    Some(wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: multi })
+                }
+                naga::ImageClass::Depth { multi } => Some(wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Depth,
+                    view_dimension,
+                    multisampled: multi,
+                }),
+                naga::ImageClass::Storage { format, access } => {
+                    let reads = access.contains(naga::StorageAccess::LOAD);
+                    let writes = access.contains(naga::StorageAccess::STORE);
+                    let access = match (reads, writes) {
+                        (true, true) => wgpu::StorageTextureAccess::ReadWrite,
+                        (true, false) => wgpu::StorageTextureAccess::ReadOnly,
+                        _ => wgpu::StorageTextureAccess::WriteOnly,
+                    };
+                    let format = storage_format(format)?;
+                    Some(wgpu::BindingType::StorageTexture { access, format, view_dimension })
+                }
+                naga::ImageClass::External => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+/// Those that WebGPU has for storage without features.
+fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
+    use naga::StorageFormat as Naga;
+    use wgpu::TextureFormat as Wgpu;
+    Some(match format {
+        Naga::R32Uint => Wgpu::R32Uint,
+        Naga::R32Sint => Wgpu::R32Sint,
+        Naga::R32Float => Wgpu::R32Float,
+        Naga::Rg32Uint => Wgpu::Rg32Uint,
+        Naga::Rg32Sint => Wgpu::Rg32Sint,
+        Naga::Rg32Float => Wgpu::Rg32Float,
+        Naga::Rgba8Unorm => Wgpu::Rgba8Unorm,
+        Naga::Rgba16Float => Wgpu::Rgba16Float,
+        Naga::Rgba32Uint => Wgpu::Rgba32Uint,
+        Naga::Rgba32Float => Wgpu::Rgba32Float,
+        _ => return None,
+    })
+}

@@ -1,0 +1,98 @@
+//! Two eyes in one submit are the two rendered alone; a submit for each pass and one for all are the same.
+
+use hachure::frame::Frame;
+use hachure::gpu::recorder::Submits;
+use hachure::style::{self, Style};
+use hachure::surface::view::Rig;
+
+use crate::{START, beside, differing, draw, hill, seen, view};
+
+/// A short flight of two eyes, half a metre to either side of its path.
+fn rigs(world: &crate::World) -> Vec<Rig> {
+    let start = world.pose(START);
+    let mut previous = start;
+    let mut step = |i: u32| {
+        let mut pose = start;
+        pose.position_m += start.forward * (0.8 * f64::from(i)) + start.right * (0.1 * f64::from(i));
+        let before = std::mem::replace(&mut previous, pose);
+        let eyes = [-0.5, 0.5].map(|side_m| view(beside(before, side_m), beside(pose, side_m)));
+        Rig { origin_m: pose.position_m, eyes: eyes.to_vec() }
+    };
+    (0..3).map(&mut step).collect()
+}
+
+#[test]
+fn two_eyes_at_once_are_the_two_alone() {
+    let Some(mut world) = hill() else { return };
+    for name in style::names() {
+        let style = Style::load(name).unwrap();
+        let rigs = rigs(&world);
+        // The second way of each pair submits the frame at once, as a GPU does.
+        for submits in [Submits::AsTimed, Submits::Whole] {
+            let mut both = Frame::new(&world.gpu).unwrap();
+            both.set_submits(submits);
+            let mut alone = [0, 1].map(|_| Frame::new(&world.gpu).unwrap());
+            for rig in &rigs {
+                draw(&mut world, &mut both, &style, rig);
+                let pair = [0, 1].map(|eye| seen(&world, &both, eye));
+                for (eye, (frame, together)) in alone.iter_mut().zip(&pair).enumerate() {
+                    // Its own rig has the same origin, and the same tiles.
+                    let own = Rig { origin_m: rig.origin_m, eyes: vec![rig.eyes[eye]] };
+                    draw(&mut world, frame, &style, &own);
+                    let differing = differing(together, &seen(&world, frame, 0));
+                    assert_eq!(differing, 0, "{name}, {submits:?}: eye {eye} sees something else in a pair");
+                }
+                // Planted: the eyes are not the same.
+                assert!(differing(&pair[0], &pair[1]) > 1000, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn one_submit_draws_what_many_draw() {
+    let Some(mut world) = hill() else { return };
+    for name in style::names() {
+        let style = Style::load(name).unwrap();
+        let drawn = [Submits::AsTimed, Submits::Whole].map(|submits| {
+            let mut frame = Frame::new(&world.gpu).unwrap();
+            frame.set_submits(submits);
+            let mut pictures = Vec::new();
+            for rig in rigs(&world) {
+                draw(&mut world, &mut frame, &style, &rig);
+                pictures.push([0, 1].map(|eye| seen(&world, &frame, eye)));
+            }
+            pictures
+        });
+        let [passes, whole] = drawn;
+        for (passes, whole) in passes.iter().flatten().zip(whole.iter().flatten()) {
+            assert_eq!(differing(passes, whole), 0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
+    let Some(mut world) = hill() else { return };
+    let pose = world.pose(START);
+    for name in ["plain", "ink", "pen", "hachures", "wash"] {
+        let style = Style::load(name).unwrap();
+        let mut drawn = |origin_m: glam::DVec3, shown: glam::DVec3| {
+            let mut frame = Frame::new(&world.gpu).unwrap();
+            let mut shown_pose = pose;
+            shown_pose.position_m = shown;
+            let rig = Rig { origin_m, eyes: vec![view(shown_pose, shown_pose)] };
+            draw(&mut world, &mut frame, &style, &rig);
+            crate::luma(&world, &frame)
+        };
+        let here = pose.position_m;
+        let away = here - pose.right * 3.0 + pose.up * 2.0;
+        let (at, beside) = (drawn(here, here), drawn(away, here));
+        // Positions count from elsewhere, so the level of detail and the rounding are other ones.
+        let differs = crate::differs(&at, &beside);
+        // Planted: an eye that is where the origin is.
+        let elsewhere = crate::differs(&at, &drawn(away, away));
+        println!("{name}: {differs:.4} of the pixels differ, {elsewhere:.4} from elsewhere");
+        assert!(differs < 0.03 && elsewhere > 3.0 * differs, "{name}: {differs} {elsewhere}");
+    }
+}

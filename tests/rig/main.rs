@@ -1,0 +1,78 @@
+//! Frames of one eye and of two: passes hold nothing that belongs to a frame, whatever the driver submits at once.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod eyes;
+mod steady;
+mod switches;
+
+use glam::DVec3;
+use hachure::composite::PICTURE;
+use hachure::frame::{self, Frame, Light};
+use hachure::gpu::readback::read;
+use hachure::gpu::target::TargetKind;
+use hachure::style::Style;
+use hachure::surface::resolve::{NORMAL, POSITION};
+use hachure::surface::terrain::SURFACE_ID;
+use hachure::surface::view::{Part, Pose, Rig, View};
+
+use crate::common::World;
+use crate::common::hill::Hill;
+
+const SIZE_PX: [u32; 2] = [160, 90];
+const START: &str = "900,-900,+20,315,3,60";
+
+fn hill() -> Option<World> {
+    World::new(Hill::square(321, 10.0).1, 1.0)
+}
+
+fn light() -> Light {
+    Light { to_sun: DVec3::new(-0.5, 0.5, 0.4).normalize(), haze_m: 30_000.0, haze_srgb: None }
+}
+
+fn view(previous: Pose, pose: Pose) -> View {
+    View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) }
+}
+
+/// The pose beside another one, to its right.
+fn beside(pose: Pose, right_m: f64) -> Pose {
+    Pose { position_m: pose.position_m + pose.right * right_m, ..pose }
+}
+
+/// Draws all eyes of a rig.
+fn draw(world: &mut World, frame: &mut Frame, style: &Style, rig: &Rig) {
+    let light = light();
+    let prepared = frame::prepare(&world.gpu, &mut world.terrain, rig, style, &light);
+    frame.render_rig(&world.gpu, &world.terrain, &prepared, rig, style, &light).unwrap();
+    world.gpu.check().unwrap();
+}
+
+fn bytes(world: &World, frame: &Frame, eye: usize, kind: &TargetKind) -> Vec<u8> {
+    read(&world.gpu, frame.eye_target(eye, kind).unwrap(), [0, 0], SIZE_PX).unwrap()
+}
+
+/// What an eye sees, to the bit: the surface and the drawing.
+fn seen(world: &World, frame: &Frame, eye: usize) -> [Vec<u8>; 4] {
+    [&POSITION, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, frame, eye, kind))
+}
+
+/// How many bytes differ, of those that are there.
+fn differing(a: &[Vec<u8>; 4], b: &[Vec<u8>; 4]) -> usize {
+    a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b)).filter(|(a, b)| a != b).count()
+}
+
+/// Brightness of the drawing, 0 to 1.
+fn luma(world: &World, frame: &Frame) -> Vec<f32> {
+    let halves = |texel: &[u8]| {
+        let half = |i: usize| half::f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f32();
+        0.2126 * half(0) + 0.7152 * half(1) + 0.0722 * half(2)
+    };
+    bytes(world, frame, 0, &PICTURE).chunks_exact(8).map(halves).collect()
+}
+
+/// The part of the pixels that are not as bright.
+fn differs(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 0.1).count() as f64 / a.len() as f64
+}

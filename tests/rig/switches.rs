@@ -1,0 +1,42 @@
+//! Styles in turns: each draws as if it were alone, and nothing piles up.
+
+use hachure::frame::Frame;
+use hachure::style::{self, Style};
+use hachure::surface::view::Rig;
+
+use crate::{START, differing, draw, hill, seen, view};
+
+/// `HACHURE_SWITCHES=200` for the whole walk.
+#[test]
+fn styles_in_turns_draw_as_if_alone() {
+    let Some(mut world) = hill() else { return };
+    let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(40, |turns| turns.parse().unwrap());
+    let pose = world.pose(START);
+    let rig = Rig::mono(view(pose, pose));
+    let styles: Vec<Style> = style::names().into_iter().map(|name| Style::load(name).unwrap()).collect();
+    let alone: Vec<_> = styles
+        .iter()
+        .map(|style| {
+            let mut frame = Frame::new(&world.gpu).unwrap();
+            draw(&mut world, &mut frame, style, &rig);
+            seen(&world, &frame, 0)
+        })
+        .collect();
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut memory_bytes = Vec::new();
+    for turn in 0..turns {
+        // Every style follows on every other one in some turn.
+        let next = (turn * (1 + turn / styles.len())) % styles.len();
+        draw(&mut world, &mut frame, &styles[next], &rig);
+        let name = &styles[next].name;
+        assert_eq!(differing(&alone[next], &seen(&world, &frame, 0)), 0, "turn {turn}: {name} is another picture");
+        world.gpu.wait();
+        memory_bytes.push(world.gpu.memory_bytes());
+    }
+    // When all have been there, nothing comes any more.
+    let (first, last) = (memory_bytes[2 * styles.len()], memory_bytes[turns - 1]);
+    println!("{} MiB after two rounds, {} MiB after {turns} turns", first >> 20, last >> 20);
+    assert!(last <= first, "{first} bytes became {last}");
+    // Planted: styles differ.
+    assert!(differing(&alone[0], &alone[1]) > 1000);
+}
