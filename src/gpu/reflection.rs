@@ -50,8 +50,16 @@ impl Reflection {
             let mut variables = Vec::new();
             for (handle, variable) in module.global_variables.iter() {
                 let (Some(binding), false) = (&variable.binding, function[handle].is_empty()) else { continue };
-                let is_sampled = function.sampling_set.iter().any(|pair| pair.image == handle);
-                let ty = binding_type(module, variable, is_sampled)
+                // Of a texture: whether it is read through a sampler. Of a sampler: whether all that it reads can be
+                // filtered.
+                let mut pairs = function.sampling_set.iter();
+                let filters = match module.types[variable.ty].inner {
+                    naga::TypeInner::Sampler { .. } => {
+                        pairs.all(|pair| pair.sampler != handle || is_float(module, pair.image))
+                    }
+                    _ => pairs.any(|pair| pair.image == handle),
+                };
+                let ty = binding_type(module, variable, filters)
                     .ok_or_else(|| error(format!("{:?} has a type that no layout has", variable.name)))?;
                 // naga_oil decorates the names of imported variables: `nameX_naga_oil_mod_X…X`.
                 let decorated = variable.name.as_deref().unwrap_or_default();
@@ -127,7 +135,7 @@ fn access(ty: &wgpu::BindingType) -> (bool, bool) {
     }
 }
 
-fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, is_sampled: bool) -> Option<wgpu::BindingType> {
+fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, filters: bool) -> Option<wgpu::BindingType> {
     let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None };
     match variable.space {
         naga::AddressSpace::Uniform => return Some(buffer(wgpu::BufferBindingType::Uniform, true)),
@@ -138,10 +146,10 @@ fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, is_sampl
         _ => {}
     }
     match module.types[variable.ty].inner {
-        naga::TypeInner::Sampler { comparison } => Some(wgpu::BindingType::Sampler(if comparison {
-            wgpu::SamplerBindingType::Comparison
-        } else {
-            wgpu::SamplerBindingType::Filtering
+        naga::TypeInner::Sampler { comparison } => Some(wgpu::BindingType::Sampler(match (comparison, filters) {
+            (true, _) => wgpu::SamplerBindingType::Comparison,
+            (false, true) => wgpu::SamplerBindingType::Filtering,
+            (false, false) => wgpu::SamplerBindingType::NonFiltering,
         })),
         naga::TypeInner::Image { dim, arrayed, class } => {
             let view_dimension = match (dim, arrayed) {
@@ -152,7 +160,7 @@ fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, is_sampl
             match class {
                 naga::ImageClass::Sampled { kind, multi } => {
                     let sample_type = match kind {
-                        naga::ScalarKind::Float => wgpu::TextureSampleType::Float { filterable: is_sampled },
+                        naga::ScalarKind::Float => wgpu::TextureSampleType::Float { filterable: filters },
                         naga::ScalarKind::Sint => wgpu::TextureSampleType::Sint,
                         naga::ScalarKind::Uint => wgpu::TextureSampleType::Uint,
                         _ => return None,
@@ -180,6 +188,14 @@ fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, is_sampl
         }
         _ => None,
     }
+}
+
+fn is_float(module: &naga::Module, image: naga::Handle<naga::GlobalVariable>) -> bool {
+    let float = naga::ScalarKind::Float;
+    matches!(
+        module.types[module.global_variables[image].ty].inner,
+        naga::TypeInner::Image { class: naga::ImageClass::Sampled { kind, .. }, .. } if kind == float
+    )
 }
 
 /// Those that WebGPU has for storage without features.
