@@ -33,12 +33,12 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
     vec![
         crate::surface::view::ViewUniform::shared(),
         crate::tiles::terrain_buffers::TerrainUniform::shared(),
-        crate::tiles::tables::LevelInfo::shared(),
-        crate::tiles::tables::TileRow::shared(),
-        crate::tiles::tables::TileRecord::shared(),
+        crate::tiles::page_table::LevelInfo::shared(),
+        crate::tiles::page_table::TileRow::shared(),
+        crate::tiles::page_table::TileRecord::shared(),
         crate::tiles::selection::PatchInstance::shared(),
         crate::surface::horizons::HorizonsUniform::shared(),
-        crate::tiles::seen::SeenJob::shared(),
+        crate::tiles::horizon_maps::HorizonJob::shared(),
         crate::surface::mesh_vertices::MeshInstance::shared(),
         crate::surface::mesh_vertices::MeshTriangle::shared(),
         crate::lines::lsa::LsaUniform::shared(),
@@ -137,7 +137,7 @@ impl Frame {
     pub fn render(&mut self, gpu: &Gpu, terrain: &mut Terrain, view: &View, style: &Style, light: &Light) -> Prepared {
         let size_px = view.part.size_px;
         let terrain_view = terrain_view(view);
-        terrain.see(gpu, Requirements::of(style).seen.then_some(light.to_sun));
+        terrain.map_horizons(gpu, Requirements::of(style).seen.then_some(light.to_sun));
         let prepared = terrain.prepare(gpu, &terrain_view);
         let world = terrain.resources();
         self.view.write(gpu, &[view.uniform()]);
@@ -184,7 +184,7 @@ impl Frame {
         if let (Some(vertices), Some(draw), Some(placed)) =
             (&mut passes.mesh_vertices, &passes.meshes, terrain.meshes())
         {
-            vertices.upload(gpu, placed, view, &terrain.bending(camera_m.z));
+            vertices.upload(gpu, placed, view, &terrain.earth_curvature(camera_m.z));
             vertices.run(gpu, recorder, terrain.uniform());
             let inputs = meshes::Inputs { view: view_resource(), meshes: vertices, depth, surface_id };
             draw.run(gpu, recorder, &inputs);
@@ -214,7 +214,7 @@ impl Frame {
         }
 
         // What the land sees of the sun and of the sky, where that is not known yet.
-        if let (Some(pass), Some(seen)) = (&mut passes.horizons, terrain.seen()) {
+        if let (Some(pass), Some(seen)) = (&mut passes.horizons, terrain.horizon_maps()) {
             pass.run(gpu, recorder, &world, seen);
         }
 
@@ -259,7 +259,7 @@ impl Frame {
                 let inputs = toon::Inputs {
                     view: view_resource(),
                     terrain: terrain.uniform(),
-                    seen: terrain.seen_resources(),
+                    seen: terrain.horizon_map_resources(),
                     position,
                     normal,
                     tone,

@@ -80,7 +80,7 @@ fn format(constant: &str) -> String {
 fn target_formats() -> BTreeMap<String, String> {
     let made = [
         ("heights", tiles::atlas::HEIGHTS_FORMAT),
-        ("seen_tiles", tiles::seen::SEEN_FORMAT),
+        ("seen_tiles", tiles::horizon_maps::HORIZON_MAP_FORMAT),
         ("ramp", tones::TONE_FORMAT),
         ("brush_tile", lines::strokes::texture::TILE_FORMAT),
     ];

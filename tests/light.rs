@@ -16,7 +16,7 @@ use hachure::scene::Sun;
 use hachure::style::Style;
 use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::Terrain;
-use hachure::tiles::seen::{SEEN_BYTES, TILES_PER_FRAME};
+use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, TILES_PER_FRAME};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 
 const SIZE_PX: [u32; 2] = [240, 160];
@@ -77,7 +77,7 @@ fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose
         place_m,
         normal,
         passes: times.into_iter().map(|time| time.name).collect(),
-        jobs: world.terrain.seen().map_or(0, |seen| seen.jobs().len()),
+        jobs: world.terrain.horizon_maps().map_or(0, |seen| seen.jobs().len()),
         late: prepared.tiles.late,
         toon_ms,
     }
@@ -325,7 +325,7 @@ fn only_who_asks_pays() {
     let mut frame = Frame::new(&world.gpu, without, SIZE_PX).unwrap();
     let first = draw(&mut world, &mut frame, &plain, &light, pose);
     let (bytes, targets) = (world.terrain.gpu_bytes(), frame.targets().bytes());
-    assert!(world.terrain.seen().is_none() && first.passes.iter().all(|pass| pass != "surface/horizons"));
+    assert!(world.terrain.horizon_maps().is_none() && first.passes.iter().all(|pass| pass != "surface/horizons"));
 
     frame.adapt(&world.gpu, Requirements::of(&lit), SIZE_PX).unwrap();
     let (mut quickest, mut quickest_lit) = (first.toon_ms, f64::INFINITY);
@@ -333,8 +333,8 @@ fn only_who_asks_pays() {
         quickest_lit = quickest_lit.min(draw(&mut world, &mut frame, &lit, &light, pose).toon_ms);
     }
     let more = world.terrain.gpu_bytes() - bytes;
-    let tiles = world.terrain.seen().unwrap().bytes();
-    println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / SEEN_BYTES);
+    let tiles = world.terrain.horizon_maps().unwrap().bytes();
+    println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / HORIZON_MAP_BYTES);
     // The tables may grow by what lies beside the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");
     assert_eq!(frame.targets().bytes(), targets);
@@ -345,6 +345,6 @@ fn only_who_asks_pays() {
         assert_eq!(again.tone, first.tone);
         quickest = quickest.min(again.toon_ms);
     }
-    assert!(world.terrain.seen().is_none() && world.terrain.gpu_bytes() < bytes + (1 << 16));
+    assert!(world.terrain.horizon_maps().is_none() && world.terrain.gpu_bytes() < bytes + (1 << 16));
     println!("toon {quickest:.3} ms, with shadows {quickest_lit:.3} ms: {:.2} times", quickest_lit / quickest);
 }

@@ -6,7 +6,7 @@ use crate::gpu::Gpu;
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pass::{ComputePass, Named, WORKGROUP_PX, texture};
 use crate::gpu::timer::Recorder;
-use crate::tiles::seen::{SEEN_SIDE, SeenTiles};
+use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -36,7 +36,7 @@ impl HorizonsPass {
     }
 
     /// Makes the tiles that `seen` has planned for this frame; none most of the time. Reads `terrain`.
-    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, terrain: &[Named<'_>], seen: &SeenTiles) {
+    pub fn run(&mut self, gpu: &Gpu, recorder: &mut Recorder<'_>, terrain: &[Named<'_>], seen: &HorizonMaps) {
         let jobs = seen.jobs();
         if jobs.is_empty() {
             return;
@@ -50,7 +50,7 @@ impl HorizonsPass {
         ];
         resources.extend(terrain.iter().cloned());
         // Tiles stand below each other.
-        let side = SEEN_SIDE.div_ceil(WORKGROUP_PX);
+        let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
         self.pass.run_groups(gpu, recorder, [side, side * jobs.len() as u32], &resources);
     }
 }

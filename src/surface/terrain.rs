@@ -6,7 +6,7 @@ use crate::gpu::pass::{Named, bind_group};
 use crate::gpu::shader::Shader;
 use crate::gpu::target::Target;
 use crate::gpu::timer::Recorder;
-use crate::pyramid::PATCH_QUADS;
+use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::vertices::VerticesPass;
 
 /// Reversed depth: near / distance along the view axis; 0 is the sky.

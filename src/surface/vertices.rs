@@ -7,7 +7,7 @@ use crate::gpu::pass::{ComputePass, Named};
 use crate::gpu::readback;
 use crate::gpu::timer::Recorder;
 use crate::gpu::{Gpu, GpuError};
-use crate::pyramid::PATCH_QUADS;
+use crate::pyramid::tile::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
 /// Vertices of a patch.

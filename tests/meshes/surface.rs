@@ -190,7 +190,7 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
     let requirements = hachure::frame::Requirements::of(&style).over(&terrain);
     let mut frame = hachure::frame::Frame::new(&gpu, requirements, SIZE_PX).unwrap();
     let light = hachure::frame::Light { to_sun: DVec3::Z, haze_m: 3e5, haze_srgb: None };
-    let bending = terrain.bending(pose.position_m.z);
+    let earth_curvature = terrain.earth_curvature(pose.position_m.z);
     frame.render(&gpu, &mut terrain, &view, &style, &light);
     gpu.wait();
     let drawn = frame.drawn_mesh_vertices(&gpu).unwrap().unwrap();
@@ -199,7 +199,7 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         let corner = terrain.meshes().unwrap().meshes[0].vertices_m[i].map(f64::from);
         let flat_m = foot_m + DVec3::from_array(corner) * 400.0 - pose.position_m;
         let at_m = DVec3::new(x.into(), y.into(), z.into());
-        assert!(at_m.distance(bending.bend(flat_m)) < 0.02, "{at_m} {}", bending.bend(flat_m));
+        assert!(at_m.distance(earth_curvature.bend(flat_m)) < 0.02, "{at_m} {}", earth_curvature.bend(flat_m));
         sunk_m = sunk_m.max(at_m.distance(flat_m));
     }
     assert!(sunk_m > 200.0, "the earth bends by {sunk_m} m");

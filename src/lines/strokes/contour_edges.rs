@@ -5,7 +5,7 @@ use super::scan::{Ordered, ScanPass};
 use crate::gpu::Gpu;
 use crate::gpu::pass::{ComputePass, Named};
 use crate::gpu::timer::Recorder;
-use crate::pyramid::PATCH_QUADS;
+use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::vertices::VerticesPass;
 
 /// The pass.
