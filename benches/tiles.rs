@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use hachure::pyramid::derive::derive;
-use hachure::pyramid::{ContinentStore, TileAddress, TileStore};
+use hachure::pyramid::store::{ContinentStore, derive};
+use hachure::pyramid::{TileAddress, TileStore};
 use hachure::source::Silent;
 
 fn tiles(criterion: &mut Criterion) {

@@ -52,7 +52,7 @@ pub fn terrain_view_of(rig: &Rig) -> TerrainView {
 
 /// Tiles and patches of a rig's next frame, with the horizons that the style's shadows ask for.
 pub fn prepare(gpu: &Gpu, terrain: &mut Terrain, rig: &Rig, style: &Style, light: &Light) -> Prepared {
-    terrain.see(gpu, style.asks_for_horizons().then_some(light.to_sun));
+    terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig))
 }
 
@@ -228,7 +228,8 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
     }
     // What stands on the land: the same once more.
     let meshes = placed.map(|placed| {
-        let meshes = SeenMeshes::upload(cx, placed, view_of_eye, rig.origin_m, &terrain.bending(rig.origin_m.z));
+        let meshes =
+            SeenMeshes::upload(cx, placed, view_of_eye, rig.origin_m, &terrain.earth_curvature(rig.origin_m.z));
         meshes.place(cx, terrain.uniform());
         meshes::run(cx, &meshes::Inputs { view, meshes: &meshes, depth, surface_id });
         if let Some(edges) = edges {
@@ -247,7 +248,7 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
     }
 
     // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
-    let horizon_tiles = terrain.seen().filter(|_| style.asks_for_horizons());
+    let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     if let (0, Some(tiles)) = (eye, horizon_tiles) {
         horizons::run(cx, world, tiles);
     }
@@ -288,7 +289,7 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
             let inputs = toon::Inputs {
                 view,
                 terrain: terrain.uniform(),
-                seen: horizon_tiles.and_then(|_| terrain.seen_resources()),
+                seen: horizon_tiles.and_then(|_| terrain.horizon_map_resources()),
                 toon: steps,
                 light: LightUniform::new(style, light),
                 land: toon::Land { camera_z_m, range_m },
@@ -360,7 +361,9 @@ impl Frame {
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let Some(positions) = self.buffer(&vertices::POSITIONS) else { return Ok(None) };
+        let Some(positions) = self.buffer(&vertices::POSITIONS) else {
+            return Ok(None);
+        };
         vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 

@@ -11,7 +11,8 @@ use crate::frame::Light;
 use crate::gpu::Gpu;
 use crate::mesh::placed::{Placed, Stance};
 use crate::mesh::{Mesh, MeshError, obj};
-use crate::pyramid::{self, ContinentStore, Exaggerated, MosaicStore, PyramidError, TileStore};
+use crate::pyramid::store::{ContinentStore, Exaggerated, MosaicStore};
+use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
@@ -131,12 +132,12 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
         World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
         World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
         World::Url(name) if scene.heights.no_data.is_some() => return Err(WorldError::NoData { name: name.clone() }),
-        World::Url(url) => pyramid::open_remote(url)?,
+        World::Url(url) => pyramid::store::open_remote(url)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
             let seed = *seed;
             let grow = move |progress: &dyn Progress| source::procedural::generate(seed, progress);
-            pyramid::open_or_grow_store(&key, &format!("procedural-{seed}"), grow, None, progress)?
+            pyramid::store::open_or_grow_store(&key, &format!("procedural-{seed}"), grow, None, progress)?
         }
         World::Continent { seed, size_samples, spacing_m } => {
             Arc::new(ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?)
@@ -171,11 +172,11 @@ fn several(
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
 fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
-    let is_own = pyramid::sidecar_path(path).exists() || !path.is_file();
-    let as_it_is = if is_own || options.no_data.is_some() { None } else { pyramid::open_local_cog(path)? };
+    let is_own = pyramid::format::sidecar_path(path).exists() || !path.is_file();
+    let as_it_is = if is_own || options.no_data.is_some() { None } else { pyramid::store::open_local_cog(path)? };
     match as_it_is {
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
-        Some(store) => match pyramid::open_or_bake_store(path, options, progress) {
+        Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
                 let name = path.display();
                 tracing::warn!("{}. {name} is read as it is, and its errors are estimates", error.told());
@@ -183,7 +184,7 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
             }
             opened => Ok(opened?),
         },
-        None => Ok(pyramid::open_or_bake_store(path, options, progress)?),
+        None => Ok(pyramid::store::open_or_bake_store(path, options, progress)?),
     }
 }
 

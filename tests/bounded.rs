@@ -19,9 +19,11 @@ use hachure::pyramid::TileStore;
 use hachure::source::{HeightGrid, HeightReader, OpenOptions, Window, WorldMapping, open_reader_with};
 use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::budget::most_patches;
+use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::patches::AllPatches;
-use hachure::tiles::selection::{Viewpoint, select, select_within};
-use hachure::tiles::warp::Warp;
+use hachure::tiles::select::select;
+use hachure::tiles::select::select_within;
+use hachure::tiles::selection::Viewpoint;
 
 const SIZE_PX: [u32; 2] = [64, 36];
 /// Many times what any of the pictures here takes.
@@ -173,7 +175,7 @@ fn without_a_budget_steep_land_takes_more() {
     let store: Arc<dyn TileStore> = Arc::new(pyramid);
     let patches = AllPatches::read(&store).unwrap();
     let mapping = WorldMapping::new(store.georeference(), grid.width, grid.height).unwrap();
-    let warp = Warp::fit(&mapping, grid.width, grid.height);
+    let grid_projection = GridProjection::fit(&mapping, grid.width, grid.height);
     let camera: hachure::scene::camera::Camera = "0,-20,9000,0,-60,60".parse().unwrap();
     let view = view_of(common::pose_of(&camera));
     let mut viewpoint = Viewpoint {
@@ -181,19 +183,19 @@ fn without_a_budget_steep_land_takes_more() {
         frusta: vec![view.frustum()],
         focal_px: view.focal_px(),
         error_px: 1e-3,
-        bending: Default::default(),
+        earth_curvature: Default::default(),
         is_above_ground: true,
         nearest_m: 500.0,
     };
-    let anchor = warp.anchor(DVec2::ZERO);
+    let anchor = grid_projection.anchor(DVec2::ZERO);
     let most = 200;
-    assert!(select_within(&patches, &warp, anchor, &viewpoint, most).is_none());
-    let all = select(&patches, &warp, anchor, &viewpoint).leaves.len();
+    assert!(select_within(&patches, &grid_projection, anchor, &viewpoint, most).is_none());
+    let all = select(&patches, &grid_projection, anchor, &viewpoint).leaves.len();
     assert!(all > 4 * most, "{all}");
     // A larger error has room, and what has room is chosen as if there were no budget.
     viewpoint.error_px = 1e4;
-    let within = select_within(&patches, &warp, anchor, &viewpoint, most).unwrap();
-    assert_eq!(within.leaves, select(&patches, &warp, anchor, &viewpoint).leaves);
+    let within = select_within(&patches, &grid_projection, anchor, &viewpoint, most).unwrap();
+    assert_eq!(within.leaves, select(&patches, &grid_projection, anchor, &viewpoint).leaves);
 }
 
 /// A plain in an ASCII grid with 9 marks.

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-use hachure::pyramid::derive::derive;
-use hachure::pyramid::ground::{Ground, height_in_tile, tile_at};
-use hachure::pyramid::{BakeOptions, ContinentStore, Pyramid, TileAddress, TileStore, bake};
+use hachure::pyramid::store::{ContinentStore, Ground, derive};
+use hachure::pyramid::surface::tile_height::{height_in_tile, tile_at};
+use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;
 use hachure::scene::{Scene, World};
 use hachure::source::continent::{BASE_SAMPLES, Continent, Exemplar, SIZE_SAMPLES};

@@ -6,8 +6,9 @@ mod common;
 use std::sync::Arc;
 use std::time::Instant;
 
-use hachure::pyramid::derive::{coarse_patches, derive};
-use hachure::pyramid::{BakeOptions, LoadedTile, Pyramid, TileAddress, TileStore, Voids, bake};
+use hachure::pyramid::store::{coarse_patches, derive};
+use hachure::pyramid::surface::statistics::Voids;
+use hachure::pyramid::{BakeOptions, LoadedTile, Pyramid, TileAddress, TileStore, bake};
 use hachure::source::{HeightGrid, Silent, open, procedural};
 
 /// Of one land: estimate and measurement of every tile above level 0, and of every patch: (level, estimate, measurement).

@@ -177,12 +177,12 @@ fn relief_on_a_bent_earth_keeps_its_error() {
     for view in ["-20000,-60000,+500,10,-3,50", "3000,-2000,+40,200,-8,70", "0,-90000,60000,0,-35,60"] {
         let pose = world.pose(view);
         let shot = shoot(&mut world, &mut frame, pose, [240, 135]);
-        let bending = world.terrain.bending(pose.position_m.z);
+        let earth_curvature = world.terrain.earth_curvature(pose.position_m.z);
         let errors = |raised_m: f64| {
             let mut errors: Vec<f64> = (0..shot.depth_m.len())
                 .filter(|&pixel| !shot.is_sky(pixel))
                 .filter_map(|pixel| {
-                    let flat = bending.unbend(shot.position_m[pixel]) + pose.position_m;
+                    let flat = earth_curvature.unbend(shot.position_m[pixel]) + pose.position_m;
                     let true_m = world.terrain.height_m(flat.truncate())?;
                     Some((flat.z + raised_m - true_m).abs() * shot.focal_px() / shot.position_m[pixel].length())
                 })

@@ -44,7 +44,7 @@ fn hasty(cache: Option<&Path>) -> Settings {
 /// Opening may fail on a bad network; then one tries again.
 fn opened(url: &str, settings: &Settings) -> Arc<dyn TileStore> {
     for _ in 0..20 {
-        match pyramid::open_remote_with(url, settings.clone(), DECODED_BYTES) {
+        match pyramid::store::open_remote_with(url, settings.clone(), DECODED_BYTES) {
             Ok(store) => return store,
             Err(error) => println!("  opening: {error}"),
         }
@@ -123,7 +123,7 @@ fn the_cache_on_disk_is_right_in_the_end() {
         for seed in 1..7 {
             // It holds half of the file, so that much of it is asked for again.
             let settings = Settings { cache_bytes: 500_000, ..hasty(Some(&cache)) };
-            let open = || pyramid::open_remote_with(&server.url(name), settings.clone(), 1 << 20);
+            let open = || pyramid::store::open_remote_with(&server.url(name), settings.clone(), 1 << 20);
             let Some(store) = (0..20).find_map(|_| open().ok()) else { panic!("{name} cannot be opened") };
             let traffic = store.clone();
             let outcome = Flight { requests: 40, threads: 3, seed, tries: 12 }.fly(&(store as _), &truth);
@@ -252,7 +252,7 @@ fn buckets_are_read() {
     signed.s3.extend(keys.map(|(key, value)| (key.to_owned(), value.to_owned())));
     assert!(!opened("s3://bucket/land/deflate.tif", &signed).name().contains("hush"));
     server.set_faults(Faults::default());
-    let missing = pyramid::open_remote_with("s3://bucket/sea.tif", settings, 1 << 20).err().unwrap();
+    let missing = pyramid::store::open_remote_with("s3://bucket/sea.tif", settings, 1 << 20).err().unwrap();
     assert!(matches!(missing, PyramidError::Remote(RemoteError::NotFound { .. })), "{missing}");
 }
 
@@ -265,7 +265,7 @@ fn what_is_wrong_is_said_in_one_line() {
     server.put("text.tif", b"no picture".to_vec());
     server.put("empty.tif", Vec::new());
     let quick = Settings { tries: 2, ..hasty(None) };
-    let error = |url: &str| pyramid::open_remote_with(url, quick.clone(), 1 << 20).err().unwrap();
+    let error = |url: &str| pyramid::store::open_remote_with(url, quick.clone(), 1 << 20).err().unwrap();
     let secret = |path: &str| server.url(path).replace("http://", "http://me:hush@") + "?signature=hush";
     for path in ["nothing.tif", "text.tif", "empty.tif", "large.tif"] {
         let error = error(&secret(path)).to_string();
@@ -290,7 +290,7 @@ fn what_is_wrong_is_said_in_one_line() {
     // Nobody there.
     let url = server.url("deflate.tif");
     drop(server);
-    let gone = pyramid::open_remote_with(&url, quick, 1 << 20).err().unwrap();
+    let gone = pyramid::store::open_remote_with(&url, quick, 1 << 20).err().unwrap();
     assert!(matches!(gone, PyramidError::Remote(RemoteError::Failed { tries: 2, .. })), "{gone}");
 }
 
@@ -326,7 +326,7 @@ fn gdals_cogs_are_flown_over() {
             continue;
         }
         let grid = hachure::source::open(&out, &hachure::source::Silent).unwrap();
-        let store = pyramid::open_local_cog(&out).unwrap().unwrap();
+        let store = pyramid::store::open_local_cog(&out).unwrap().unwrap();
         let baked = folder.path().join(format!("baked{number}.tif"));
         pyramid::bake(&grid, &baked, &Default::default(), &hachure::source::Silent).unwrap();
         let baked: Arc<dyn TileStore> = Arc::new(pyramid::Pyramid::open(&baked).unwrap());
@@ -358,7 +358,7 @@ fn levels_that_are_missing_are_averaged() {
     let truth = world.truth("deflate.tif");
     // Only level 1 of 0, 1, 2 is stored; the file is small enough to be flown over without any, too.
     for name in ["step.tif", "bare.tif"] {
-        let store = pyramid::open_local_cog(&folder.path().join(name)).unwrap().unwrap();
+        let store = pyramid::store::open_local_cog(&folder.path().join(name)).unwrap().unwrap();
         assert!(!store.is_measured());
         for (address, expected) in &truth {
             let loaded = store.clone().load(*address).unwrap();
@@ -367,5 +367,5 @@ fn levels_that_are_missing_are_averaged() {
             }
         }
     }
-    assert!(pyramid::open_local_cog(&folder.path().join("large.tif")).unwrap().is_none());
+    assert!(pyramid::store::open_local_cog(&folder.path().join("large.tif")).unwrap().is_none());
 }

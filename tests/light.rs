@@ -17,7 +17,7 @@ use hachure::style::Style;
 use hachure::surface::resolve::{NORMAL, POSITION};
 use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::Terrain;
-use hachure::tiles::seen::{SEEN_BYTES, TILES_PER_FRAME};
+use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, TILES_PER_FRAME};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 use hachure::tones::TONE;
 
@@ -79,7 +79,7 @@ fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose
         place_m,
         normal,
         passes: times.into_iter().map(|time| time.name).collect(),
-        jobs: world.terrain.seen().map_or(0, |seen| seen.jobs().len()),
+        jobs: world.terrain.horizon_maps().map_or(0, |seen| seen.jobs().len()),
         late: prepared.tiles.late,
         toon_ms,
     }
@@ -128,7 +128,9 @@ fn agreement(hill: &Hill, drawn: &Drawn, to_sun: DVec3, texel_m: f64, half_m: DV
 #[test]
 fn shadows_are_where_rays_meet_the_land() {
     let (hill, grid) = Hill::square(641, 10.0);
-    let Some(mut world) = World::new(grid, 1.0) else { return };
+    let Some(mut world) = World::new(grid, 1.0) else {
+        return;
+    };
     let half_m = DVec2::splat(3200.0);
     for (azimuth_deg, elevation_deg) in [(250.0, 7.0), (80.0, 4.0), (0.0, 9.0)] {
         let light = sun(azimuth_deg, elevation_deg);
@@ -152,7 +154,9 @@ fn shadows_are_where_rays_meet_the_land() {
 
 #[test]
 fn exposure_makes_land_white() {
-    let Some(mut world) = World::new(grid_of(65, 65, 20.0, rough_height_m), 1.0) else { return };
+    let Some(mut world) = World::new(grid_of(65, 65, 20.0, rough_height_m), 1.0) else {
+        return;
+    };
     let light = sun(315.0, 40.0);
     let mut tone = |exposure: f32| {
         let mut style = style(0.0, 0.0, 0.0);
@@ -177,7 +181,9 @@ fn the_visible_sky_is_what_a_formula_says() {
         assert!(low.len() > 100);
         Some((low.iter().copied().fold(1.0, f64::min), low.iter().copied().fold(0.0, f64::max)))
     };
-    let Some(plane) = seen(&|_, _| 700.0) else { return };
+    let Some(plane) = seen(&|_, _| 700.0) else {
+        return;
+    };
     assert!(plane.0 > 0.999, "a plane sees {plane:?}");
     let exact = |angle_deg: f64| {
         let tangent = angle_deg.to_radians().tan();
@@ -203,7 +209,9 @@ fn largest_jump(drawn: &Drawn, apart_m: f64) -> f64 {
             if j % width == 0 || j >= drawn.tone.len() {
                 continue;
             }
-            let (Some(a), Some(b)) = (drawn.place_m[i], drawn.place_m[j]) else { continue };
+            let (Some(a), Some(b)) = (drawn.place_m[i], drawn.place_m[j]) else {
+                continue;
+            };
             if a.distance(b) < apart_m {
                 jump = jump.max((drawn.tone[i] - drawn.tone[j]).abs());
             }
@@ -215,7 +223,9 @@ fn largest_jump(drawn: &Drawn, apart_m: f64) -> f64 {
 #[test]
 fn there_are_no_seams_and_nothing_pops() {
     let (_, grid) = Hill::square(641, 10.0);
-    let Some(mut world) = World::new(grid, 1.0) else { return };
+    let Some(mut world) = World::new(grid, 1.0) else {
+        return;
+    };
     // All of the hill, with the corners of four tiles in it; and along it, over three levels of detail.
     for (camera, most) in [("0,0,6000,0,-90,50", 0.02), ("-1200,-1900,400,30,-12,60", 0.035)] {
         let drawn = shot(&mut world, &sky(), &sun(0.0, 30.0), camera);
@@ -323,15 +333,15 @@ fn only_who_asks_pays() {
     let mut frame = Frame::new(&world.gpu).unwrap();
     let first = draw(&mut world, &mut frame, &plain, &light, pose);
     let (bytes, targets) = (world.terrain.gpu_bytes(), frame.target_bytes());
-    assert!(world.terrain.seen().is_none() && first.passes.iter().all(|pass| pass != "surface/horizons"));
+    assert!(world.terrain.horizon_maps().is_none() && first.passes.iter().all(|pass| pass != "surface/horizons"));
 
     let (mut quickest, mut quickest_lit) = (first.toon_ms, f64::INFINITY);
     for _ in 0..3 {
         quickest_lit = quickest_lit.min(draw(&mut world, &mut frame, &lit, &light, pose).toon_ms);
     }
     let more = world.terrain.gpu_bytes() - bytes;
-    let tiles = world.terrain.seen().unwrap().bytes();
-    println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / SEEN_BYTES);
+    let tiles = world.terrain.horizon_maps().unwrap().bytes();
+    println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / HORIZON_MAP_BYTES);
     // The tables may grow by what lies beside the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");
     assert_eq!(frame.target_bytes(), targets);

@@ -18,17 +18,18 @@ use hachure::lines::strokes::samples::Sample;
 use hachure::lines::strokes::{COUNTS, EDGES, PIECES};
 use hachure::lines::strokes::{Edge, Piece, StrokeCounts};
 use hachure::picture::{self, PictureRequest};
-use hachure::pyramid::ground::Ground;
-use hachure::pyramid::{self, BakeOptions, MosaicStore, Pyramid, TileAddress, TileStatistics, TileStore};
+use hachure::pyramid::store::{Ground, MosaicStore};
+use hachure::pyramid::surface::statistics::TileStatistics;
+use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::source::{HeightGrid, Silent, WorldMapping};
 use hachure::style::{Style, names};
 use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::Terrain;
-use hachure::tiles::bending::Bending;
+use hachure::tiles::earth_curvature::EarthCurvature;
+use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::needed::{LevelRule, TilePlaces, needed};
 use hachure::tiles::terrain::TerrainOptions;
-use hachure::tiles::warp::Warp;
 
 const SIZE_PX: [u32; 2] = [96, 54];
 const ROOM: u64 = 64 << 20;
@@ -49,7 +50,7 @@ fn measured(folder: &Path) -> Land {
 fn lands(folder: &Path) -> [Land; 3] {
     let measured = measured(folder);
     std::fs::copy(folder.join("land.tif"), folder.join("bare.tif")).unwrap();
-    let estimated = pyramid::open_local_cog(&folder.join("bare.tif")).unwrap().unwrap();
+    let estimated = pyramid::store::open_local_cog(&folder.join("bare.tif")).unwrap().unwrap();
     let coarse = bake(&grid_of(520, 500, 40.0, rough_height_m), &folder.join("coarse.tif"));
     let fine = bake(&grid_of(700, 640, 10.0, rough_height_m), &folder.join("fine.tif"));
     let mosaic = Arc::new(MosaicStore::new(vec![fine, coarse]).unwrap());
@@ -201,16 +202,16 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
     let (_, store) = measured(folder.path());
     let size = store.levels()[0];
     let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
-    let warp = Warp::fit(&mapping, size.width, size.height);
+    let grid_projection = GridProjection::fit(&mapping, size.width, size.height);
     let pose = poses(&store, &FLIGHT[..1])[0];
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
-    let bending = Bending { inverse_radius: 0.0, camera_z_m: pose.position_m.z, lowest_m: 0.0 };
+    let earth_curvature = EarthCurvature { inverse_radius: 0.0, camera_z_m: pose.position_m.z, lowest_m: 0.0 };
     let rule = LevelRule {
         camera_m: pose.position_m,
         frusta: vec![view.frustum()],
         focal_px: view.focal_px(),
         error_px: 0.5,
-        bending,
+        earth_curvature,
     };
     let mut all: HashMap<TileAddress, TileStatistics> = HashMap::new();
     for (level, size) in (0..).zip(store.levels()) {
@@ -222,7 +223,12 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
     let find = |without: Option<TileAddress>| {
         let known = |tile| all.get(&tile).filter(|_| Some(tile) != without);
         let mut places = TilePlaces::default();
-        let found = needed(&hachure::tiles::needed::Land { store: &*store, warp: &warp }, &mut places, known, &rule);
+        let found = needed(
+            &hachure::tiles::needed::Land { store: &*store, grid_projection: &grid_projection },
+            &mut places,
+            known,
+            &rule,
+        );
         found.into_iter().map(|tile| tile.address).collect::<Vec<_>>()
     };
     let expected = find(None);

@@ -8,11 +8,10 @@ use std::sync::Arc;
 use common::field::Field;
 use common::shot::shoot;
 use common::{World, quantile};
-use hachure::pyramid::fill::is_void;
-use hachure::pyramid::store::Decode;
-use hachure::pyramid::{
-    BakeOptions, Cancel, LevelSize, MosaicStore, PatchStatistics, Pyramid, PyramidError, TileAddress, TileStore, bake,
-};
+use hachure::pyramid::store::{Cancel, Decode, MosaicStore};
+use hachure::pyramid::surface::statistics::PatchStatistics;
+use hachure::pyramid::tile::is_void;
+use hachure::pyramid::{BakeOptions, LevelSize, Pyramid, PyramidError, TileAddress, TileStore, bake};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::mosaic::MosaicReader;
 use hachure::source::{HeightGrid, HeightReader, Silent, SourceError, Window, WorldMapping, open};

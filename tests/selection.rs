@@ -9,14 +9,17 @@ use std::sync::{Arc, OnceLock};
 
 use common::{baked, grid_of, random, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::pyramid::lows::Lows;
-use hachure::pyramid::{LevelSize, LoadedTile, PATCH_QUADS, Pyramid, TileAddress, TileStatistics, TileStore};
+use hachure::pyramid::surface::occluder_minima::OccluderMinima;
+use hachure::pyramid::surface::statistics::TileStatistics;
+use hachure::pyramid::tile::PATCH_QUADS;
+use hachure::pyramid::{LevelSize, LoadedTile, Pyramid, TileAddress, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::source::{HeightGrid, WorldMapping};
 use hachure::surface::view::{Part, Pose, View};
+use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::patches::{AllPatches, Known, Patches};
-use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, Viewpoint, select, units_log2};
-use hachure::tiles::warp::Warp;
+use hachure::tiles::select::select;
+use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, Viewpoint, units_log2};
 use proptest::prelude::*;
 
 const SIZE_PX: [u32; 2] = [640, 360];
@@ -28,7 +31,7 @@ struct Land {
     grid: HeightGrid,
     pyramid: Arc<Pyramid>,
     patches: AllPatches,
-    warp: Warp,
+    grid_projection: GridProjection,
     _folder: tempfile::TempDir,
 }
 
@@ -38,17 +41,17 @@ fn land() -> &'static Land {
         let grid = grid_of(523, 401, SPACING_M, rough_height_m);
         let (folder, pyramid) = baked(&grid);
         let mapping = WorldMapping::new(&grid.georeference, grid.width, grid.height).unwrap();
-        let warp = Warp::fit(&mapping, grid.width, grid.height);
+        let grid_projection = GridProjection::fit(&mapping, grid.width, grid.height);
         let pyramid = Arc::new(pyramid);
         let store: Arc<dyn TileStore> = pyramid.clone();
         let patches = AllPatches::read(&store).unwrap();
-        Land { grid, pyramid, patches, warp, _folder: folder }
+        Land { grid, pyramid, patches, grid_projection, _folder: folder }
     })
 }
 
 impl Land {
     fn sample_m(&self, column: i64, row: i64) -> DVec3 {
-        let place = self.warp.world_from_grid(DVec2::new(column as f64, row as f64));
+        let place = self.grid_projection.world_from_grid(DVec2::new(column as f64, row as f64));
         place.extend(f64::from(self.grid.heights_m[row as usize * self.grid.width as usize + column as usize]))
     }
 
@@ -74,9 +77,9 @@ impl std::fmt::Debug for Chosen {
 
 fn choose(east: f64, north: f64, above_m: f64, yaw_deg: f64, pitch_deg: f64, fov_deg: f64, error_px: f64) -> Chosen {
     let land = land();
-    let half_m = land.warp.world_from_grid(DVec2::new(land.last()[0] as f64, 0.0));
+    let half_m = land.grid_projection.world_from_grid(DVec2::new(land.last()[0] as f64, 0.0));
     let place_m = DVec2::new(east * half_m.x, north * half_m.y);
-    let grid = land.warp.grid_from_world(place_m);
+    let grid = land.grid_projection.grid_from_world(place_m);
     let ground_m = land.pyramid.height_m(grid.x, grid.y);
     let camera = Camera {
         position_m: place_m.extend(ground_m.unwrap_or(f64::from(land.pyramid.max_m())) + above_m),
@@ -98,12 +101,12 @@ fn choose(east: f64, north: f64, above_m: f64, yaw_deg: f64, pitch_deg: f64, fov
         frusta: vec![view.frustum()],
         focal_px: view.focal_px(),
         error_px,
-        bending: Default::default(),
+        earth_curvature: Default::default(),
         is_above_ground: camera.position_m.z > ground_m.unwrap_or(f64::from(land.pyramid.max_m())),
         nearest_m: (0.5 * ground_m.map_or(0.0, |_| above_m)).max(0.02),
     };
-    let anchor = land.warp.anchor(place_m);
-    let selection = select(&land.patches, &land.warp, anchor, &viewpoint);
+    let anchor = land.grid_projection.anchor(place_m);
+    let selection = select(&land.patches, &land.grid_projection, anchor, &viewpoint);
     Chosen { view, viewpoint, anchor, selection }
 }
 
@@ -138,7 +141,7 @@ fn is_hidden(view: &View, place_m: DVec3) -> bool {
     let land = land();
     (1..400).any(|step| {
         let on_ray = view.pose.position_m.lerp(place_m, f64::from(step) / 400.0);
-        let grid = land.warp.grid_from_world(on_ray.truncate());
+        let grid = land.grid_projection.grid_from_world(on_ray.truncate());
         land.pyramid.height_m(grid.x, grid.y).is_some_and(|ground_m| ground_m > on_ray.z)
     })
 }
@@ -166,7 +169,7 @@ fn left_out(chosen: &Chosen) -> (usize, Vec<DVec2>) {
 
 /// The land's patches, planted: the land closes the view higher up than it stands.
 struct Raised {
-    lows: HashMap<TileAddress, Lows>,
+    occluder_minima: HashMap<TileAddress, OccluderMinima>,
 }
 
 impl Raised {
@@ -177,13 +180,16 @@ impl Raised {
             let columns = size.tiles_x();
             (0..columns * size.tiles_y()).map(move |i| TileAddress { level, x: i % columns, y: i / columns })
         });
-        let lows = tiles.map(|address| {
+        let occluder_minima = tiles.map(|address| {
             let store: Arc<dyn TileStore> = land.pyramid.clone();
             let LoadedTile { tile, statistics, .. } = store.load(address).unwrap();
             // A block is as low as its samples, less the error.
-            (address, Lows::of(&tile, &TileStatistics { error_m: statistics.error_m - raised_m, ..statistics }))
+            (
+                address,
+                OccluderMinima::of(&tile, &TileStatistics { error_m: statistics.error_m - raised_m, ..statistics }),
+            )
         });
-        Self { lows: lows.collect() }
+        Self { occluder_minima: occluder_minima.collect() }
     }
 }
 
@@ -200,8 +206,8 @@ impl Patches for Raised {
         land().patches.patch(j, x, y)
     }
 
-    fn lows(&self, tile: TileAddress) -> Option<&Lows> {
-        self.lows.get(&tile)
+    fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
+        self.occluder_minima.get(&tile)
     }
 
     fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}
@@ -381,7 +387,7 @@ fn a_skyline_that_is_too_high_is_noticed() {
         (0..32).map(view).fold((0, 0), |(all_hidden, all_gaps), (east, north, above_m, yaw_deg)| {
             let mut chosen = choose(east, north, above_m, yaw_deg, -4.0, 60.0, 1.0);
             if let Some(raised) = &raised {
-                chosen.selection = select(raised, &land().warp, chosen.anchor, &chosen.viewpoint);
+                chosen.selection = select(raised, &land().grid_projection, chosen.anchor, &chosen.viewpoint);
             }
             let (hidden, gaps) = left_out(&chosen);
             (all_hidden + hidden, all_gaps + gaps.len())

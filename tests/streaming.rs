@@ -12,7 +12,9 @@ use common::stores::{Accident, Bumpy, Fate};
 use common::{World, grid_of, random, rough_height_m};
 use glam::DVec3;
 use hachure::frame::Frame;
-use hachure::pyramid::{Exaggerated, LoadedTile, TILE_STRIDE, TileAddress, TileStore};
+use hachure::pyramid::store::Exaggerated;
+use hachure::pyramid::tile::TILE_STRIDE;
+use hachure::pyramid::{LoadedTile, TileAddress, TileStore};
 use hachure::surface::view::{Part, View};
 use hachure::tiles::Terrain;
 use hachure::tiles::cache::{TILE_BYTES, TileCache};
@@ -206,7 +208,8 @@ fn an_exaggerated_land_is_that_much_higher() {
 }
 
 fn tile(seed: u32) -> Arc<LoadedTile> {
-    use hachure::pyramid::{PatchPage, Tile, TileStatistics, Voids};
+    use hachure::pyramid::surface::statistics::{PatchPage, TileStatistics, Voids};
+    use hachure::pyramid::tile::Tile;
     let samples = vec![seed as f32; (TILE_STRIDE * TILE_STRIDE) as usize];
     let statistics =
         TileStatistics { min_m: 0.0, max_m: 1.0, error_m: 0.0, corner_errors_m: [0.0; 4], voids: Voids::None };
@@ -245,7 +248,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             known.insert(address, Arc::clone(&store).load(address).unwrap().statistics);
         }
     }
-    let land = Land { store: &*store, warp: world.terrain.warp() };
+    let land = Land { store: &*store, grid_projection: world.terrain.grid_projection() };
     let mut checked = 0;
     for i in 0..60 {
         let [u, v, w] = [0, 1, 2].map(|k| random(i, k));
@@ -264,7 +267,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             frusta: vec![view.frustum()],
             focal_px: view.focal_px(),
             error_px,
-            bending: Default::default(),
+            earth_curvature: Default::default(),
         };
         let list = |error_px| needed(&land, &mut TilePlaces::default(), |tile| known.get(&tile), &rule(error_px));
         let tiles = list(0.5);
@@ -275,7 +278,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             for j in 0..400 {
                 // A place of the land in view, and the finest tile there.
                 let (column, row) = (random(i, 3 * j + 10) * 1400.0, random(i, 3 * j + 11) * 1289.0);
-                let place = world.terrain.warp().world_from_grid(glam::DVec2::new(column, row));
+                let place = world.terrain.grid_projection().world_from_grid(glam::DVec2::new(column, row));
                 let Some(height_m) = world.terrain.height_m(place) else { continue };
                 let from_eye: DVec3 = place.extend(height_m) - pose.position_m;
                 let clip = [pose.right, pose.up, pose.forward].map(|axis| axis.dot(from_eye));
@@ -285,7 +288,9 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
                 if !seen {
                     continue;
                 }
-                let at = |level: u32| hachure::pyramid::ground::tile_at(store.levels(), level, column, row).unwrap();
+                let at = |level: u32| {
+                    hachure::pyramid::surface::tile_height::tile_at(store.levels(), level, column, row).unwrap()
+                };
                 let level = (0..store.levels().len() as u32).find(|level| chosen.contains(&at(*level))).unwrap();
                 let pixel_m = from_eye.length() / view.focal_px();
                 let error_px = f64::from(known[&at(level)].error_m) / pixel_m;

@@ -126,7 +126,7 @@ fn heights_of_a_projected_grid() {
 /// Length of the difference to the field's normal, where the pixel is finer than the samples: level 0 is drawn there.
 fn normal_errors(world: &World, shot: &Shot, turned: f64) -> Vec<f64> {
     let field = Field { grid: &world.grid, mapping: &world.mapping };
-    let (focal_px, spacing_m) = (shot.focal_px(), world.terrain.warp().spacing_m());
+    let (focal_px, spacing_m) = (shot.focal_px(), world.terrain.grid_projection().spacing_m());
     (0..shot.depth_m.len())
         .into_par_iter()
         .filter(|&pixel| !shot.is_sky(pixel) && shot.position_m[pixel].length() / focal_px < 0.9 * spacing_m)

@@ -18,7 +18,9 @@ use super::progress::Bar;
 use super::{arguments, tell, tell_json};
 use crate::file::guard::Inputs;
 use crate::file::message::named;
-use crate::pyramid::{self, BakeOptions, BakeWork, Baked, Pyramid, PyramidError, parts_path, sidecar_path};
+use crate::pyramid::bake::{BakeWork, Baked, parts_path};
+use crate::pyramid::format::sidecar_path;
+use crate::pyramid::{self, BakeOptions, Pyramid, PyramidError};
 use crate::source::mosaic::MosaicReader;
 use crate::source::{self, HeightReader, Kind, OpenOptions};
 
@@ -138,7 +140,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
         shard: args.shard,
         stop: &STOP,
     };
-    let baked = pyramid::bake_reader(&*reader, output, &BakeOptions { max_error_m: args.max_error }, &work, &bar);
+    let baked = pyramid::bake::bake_reader(&*reader, output, &BakeOptions { max_error_m: args.max_error }, &work, &bar);
     drop((reader, bar));
     let duration_s = start.elapsed().as_secs_f64();
     match baked {

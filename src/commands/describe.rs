@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use glam::DVec2;
 use serde::Serialize;
 
-use crate::pyramid::{LevelSize, LevelSummary, Pyramid, TILE_SAMPLES, sidecar_path};
+use crate::pyramid::format::{LevelSummary, sidecar_path};
+use crate::pyramid::tile::TILE_SAMPLES;
+use crate::pyramid::{LevelSize, Pyramid};
 use crate::source::georeference::Georeference;
 use crate::source::{GeoreferenceError, HeightReader, Statistics, WorldMapping};
 

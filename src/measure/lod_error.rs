@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError, readback};
-use crate::pyramid::TILE_SAMPLES;
+use crate::pyramid::tile::TILE_SAMPLES;
 use crate::surface::meshes::IS_MESH;
 use crate::surface::resolve::POSITION;
 use crate::surface::terrain::SURFACE_ID;
@@ -42,7 +42,7 @@ pub fn largest_px(
         .step_by(stride as usize)
         .flat_map(|y| (left..width).step_by(stride as usize).map(move |x| (y as usize, x as usize)));
     let camera_m = view.pose.position_m;
-    let bending = terrain.bending(camera_m.z);
+    let earth_curvature = terrain.earth_curvature(camera_m.z);
     let mut drawn: Vec<Drawn> = lattice
         .map(|(y, x)| y * width as usize + x)
         .filter(|pixel| ids[*pixel] & IS_MESH == 0)
@@ -50,7 +50,7 @@ pub fn largest_px(
         .filter(|texel| texel[3] > 0.0)
         .map(|[x, y, z, _]| {
             let from_eye_m = glam::Vec3::new(x, y, z).as_dvec3();
-            let place_m = camera_m + bending.unbend(from_eye_m);
+            let place_m = camera_m + earth_curvature.unbend(from_eye_m);
             let grid = terrain.mapping().grid_from_world(place_m.truncate());
             Drawn { grid, z_m: place_m.z, distance_m: from_eye_m.length() }
         })

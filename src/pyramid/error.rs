@@ -3,8 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::TileAddress;
 use crate::file::message::{chain, named, printable};
+use crate::pyramid::tile::TileAddress;
 use crate::remote::RemoteError;
 use crate::source::SourceError;
 
@@ -25,7 +25,7 @@ pub enum PyramidError {
         /// The file that was to be baked.
         path: PathBuf,
     },
-    /// The disk.
+    /// The system refused to read or write a file.
     #[error("{}: {what}: {source}", named(path))]
     Io {
         /// The file or folder.
@@ -38,7 +38,7 @@ pub enum PyramidError {
     /// A block could not be compressed or the container not written.
     #[error("{}: the GeoTIFF could not be written: {}", named(path), chain(source.as_ref()))]
     Encode {
-        /// The file.
+        /// The GeoTIFF.
         path: PathBuf,
         /// The encoder's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
@@ -46,7 +46,7 @@ pub enum PyramidError {
     /// The GeoTIFF is damaged, or not one of ours.
     #[error("{}: the GeoTIFF could not be read: {}", named(path), chain(source.as_ref()))]
     Decode {
-        /// The file.
+        /// The GeoTIFF.
         path: PathBuf,
         /// The decoder's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
@@ -54,16 +54,18 @@ pub enum PyramidError {
     /// The GeoTIFF does not have the levels that its sidecar describes, or what was read back is not what was written.
     #[error("{}: {cause}", named(path))]
     Mismatch {
-        /// The file.
+        /// The GeoTIFF.
         path: PathBuf,
-        /// What differs.
+        /// What differs, as a sentence's end.
         cause: String,
     },
     /// There is no file of tile statistics beside the GeoTIFF: bake it first.
-    #[error("{}: there are no tile statistics beside it ({})", named(path), named(super::sidecar_path(path)))]
+    #[error("{}: there are no tile statistics beside it ({})", named(path), named(sidecar))]
     NoSidecar {
         /// The GeoTIFF.
         path: PathBuf,
+        /// Where its statistics would be.
+        sidecar: PathBuf,
     },
     /// The tile statistics belong to another version of the GeoTIFF, or of hachure: bake again.
     #[error("{}: stale tile statistics: {cause}", named(path))]
@@ -84,7 +86,7 @@ pub enum PyramidError {
     /// There is no such tile.
     #[error("{}: there is no tile {} {} {} (level, x, y)", named(path), address.level, address.x, address.y)]
     NoSuchTile {
-        /// The pyramid.
+        /// The pyramid that was asked.
         path: PathBuf,
         /// The tile asked for.
         address: TileAddress,
@@ -95,7 +97,7 @@ pub enum PyramidError {
         named(folder), chain(source.as_ref())
     )]
     Cache {
-        /// The folder.
+        /// The folder of the cache.
         folder: PathBuf,
         /// The system's reason, or the encoder's.
         source: Box<dyn std::error::Error + Send + Sync>,
@@ -142,9 +144,9 @@ pub enum PyramidError {
     /// The work folder of a bake holds something else.
     #[error("{}: {cause}", named(path))]
     Parts {
-        /// The folder.
+        /// The work folder.
         path: PathBuf,
-        /// What it holds.
+        /// Why it cannot be used, as a sentence's end.
         cause: String,
     },
     /// The heights to bake could not be had: the loader's own words, which name the file.

@@ -44,7 +44,7 @@ use super::{Haze, MeshPlacement, Scene, Sun, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError};
-use crate::pyramid::continent_store::SMALLEST_SAMPLES;
+use crate::pyramid::store::continent_store::SMALLEST_SAMPLES;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
 /// Why a file is no scene. One line that names the file, the place in it, the key and the cause.

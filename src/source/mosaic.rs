@@ -137,7 +137,7 @@ fn resample(
 
 /// The height at a place between samples, or NaN.
 fn between(read_m: &[f32], part: Window, size: [u32; 2], [x, y]: [f64; 2]) -> f32 {
-    // Catmull-Rom, as `pyramid::bicubic` has it.
+    // Catmull-Rom, as `pyramid::surface::bicubic` has it.
     let weights = |t: f64| {
         [
             ((-0.5 * t + 1.0) * t - 0.5) * t,

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::{Cx, WORKGROUP_PX};
-use crate::tiles::seen::{SEEN_SIDE, SeenTiles};
+use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -21,7 +21,7 @@ crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/horizons
 const JOBS: BufferKind = BufferKind::storage("seen jobs");
 
 /// Makes the tiles that `seen` has planned for this frame; none most of the time. Reads `terrain`.
-pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &SeenTiles) {
+pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &HorizonMaps) {
     let jobs = seen.jobs();
     if jobs.is_empty() {
         return;
@@ -34,6 +34,6 @@ pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &SeenTiles) {
     ];
     resources.extend(terrain.iter().cloned());
     // Tiles stand below each other.
-    let side = SEEN_SIDE.div_ceil(WORKGROUP_PX);
+    let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
     cx.groups("surface/horizons", [side, side * jobs.len() as u32], &resources);
 }

@@ -17,7 +17,7 @@ use crate::gpu::recorder::Cx;
 use crate::mesh::placed::{Placed, Standing};
 use crate::mesh::{Across, Mesh};
 use crate::surface::view::View;
-use crate::tiles::bending::Bending;
+use crate::tiles::earth_curvature::EarthCurvature;
 use crate::tiles::frustum::Bounds;
 
 /// What is smaller than this across is not drawn.
@@ -78,14 +78,14 @@ pub struct Seen {
 }
 
 /// Those in view, in the order of [`Placed::standing`].
-pub fn seen(placed: &Placed, view: &View, bending: &Bending) -> Vec<Seen> {
+pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<Seen> {
     let (frustum, focal_px) = (view.frustum(), view.focal_px());
     let of = |(number, standing): (usize, &Standing)| {
         let mesh = placed.mesh(standing);
         let radius_m = mesh.radius_m * standing.scale;
         let middle_m = standing.middle_m - view.pose.position_m;
         let flat = Bounds { low_m: middle_m - DVec3::splat(radius_m), high_m: middle_m + DVec3::splat(radius_m) };
-        let bounds = bending.bend_bounds(&flat)?;
+        let bounds = earth_curvature.bend_bounds(&flat)?;
         let away_m = middle_m.length();
         if !frustum.may_see(&bounds) || 2.0 * radius_m * focal_px < SMALLEST_PX * away_m {
             return None;
@@ -147,7 +147,13 @@ pub struct SeenMeshes {
 
 impl SeenMeshes {
     /// Uploads what an eye sees of a world, and the meshes themselves if they are others than before.
-    pub fn upload(cx: &mut Cx<'_>, placed: &Arc<Placed>, view: &View, origin_m: DVec3, bending: &Bending) -> Self {
+    pub fn upload(
+        cx: &mut Cx<'_>,
+        placed: &Arc<Placed>,
+        view: &View,
+        origin_m: DVec3,
+        earth_curvature: &EarthCurvature,
+    ) -> Self {
         let meshes = cx.kept(
             |known: &MeshBuffers| Arc::ptr_eq(&known.placed, placed),
             |gpu| Ok::<_, Infallible>(MeshBuffers::new(gpu, placed)),
@@ -155,7 +161,7 @@ impl SeenMeshes {
         let Ok(meshes) = meshes;
         let mut instances = Vec::new();
         let (mut vertex_count, mut near_count) = (0, 0);
-        for Seen { standing, is_near } in seen(placed, view, bending) {
+        for Seen { standing, is_near } in seen(placed, view, earth_curvature) {
             let standing = &placed.standing[standing];
             let mesh = placed.mesh(standing);
             let [first_vertex, first_triangle] = meshes.firsts[standing.mesh];

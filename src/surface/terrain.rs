@@ -8,7 +8,7 @@ use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Cx};
 use crate::gpu::target::{Target, TargetKind};
-use crate::pyramid::PATCH_QUADS;
+use crate::pyramid::tile::PATCH_QUADS;
 
 /// Reversed depth: near / distance along the view axis; 0 is the sky.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;

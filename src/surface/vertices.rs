@@ -4,7 +4,7 @@ use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::{Gpu, GpuError, readback};
-use crate::pyramid::PATCH_QUADS;
+use crate::pyramid::tile::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
 /// Vertices of a patch.

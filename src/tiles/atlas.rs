@@ -7,8 +7,10 @@ use rustc_hash::FxHashMap;
 
 use crate::gpu::Gpu;
 use crate::gpu::upload_ring::UploadRing;
-use crate::pyramid::lows::Lows;
-use crate::pyramid::{LoadedTile, PatchPage, TILE_STRIDE, TileAddress, TileStatistics};
+use crate::pyramid::surface::occluder_minima::OccluderMinima;
+use crate::pyramid::surface::statistics::{PatchPage, TileStatistics};
+use crate::pyramid::tile::TILE_STRIDE;
+use crate::pyramid::{LoadedTile, TileAddress};
 
 /// Heights in metres; the lowest bit of a sample says whether it is void.
 pub const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
@@ -17,20 +19,20 @@ pub const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
 
 /// A tile on the GPU, and what is known of it.
 pub struct Resident {
-    /// Its layer.
+    /// The layer of the texture that holds its heights.
     pub slot: u32,
-    /// Of the tile.
+    /// Range, errors and voids of the tile.
     pub statistics: TileStatistics,
-    /// Of the patches that come with it.
+    /// Range, mesh error and voids of the mesh patches that come with it.
     pub patches: PatchPage,
-    /// How low it can be.
-    pub lows: Arc<Lows>,
+    /// How low its land can be, by blocks: what it surely hides.
+    pub occluder_minima: Arc<OccluderMinima>,
     /// When it came, in seconds of the terrain's clock.
     pub arrived_s: f64,
     last_wanted: Cell<u64>,
 }
 
-/// The slots.
+/// The tiles on the GPU: a texture array, and which tile is in which of its layers.
 pub struct Atlas {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
@@ -69,17 +71,17 @@ impl Atlas {
         Self { texture, view, ring, slots, used, free: (0..slots).rev().collect(), evicted: 0 }
     }
 
-    /// For bindings.
+    /// All heights: an array with a layer for each slot.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// How many tiles fit.
+    /// How many tiles fit; it never changes.
     pub fn slots(&self) -> u32 {
         self.slots
     }
 
-    /// A tile that is there.
+    /// A tile that is on the GPU; looking does not keep it there.
     pub fn get(&self, tile: TileAddress) -> Option<&Resident> {
         self.used.get(&tile)
     }
@@ -118,12 +120,12 @@ impl Atlas {
         placed
             .into_iter()
             .map(|(address, slot, tile)| {
-                let LoadedTile { statistics, patches, lows, .. } = tile;
+                let LoadedTile { statistics, patches, occluder_minima, .. } = tile;
                 let resident = Resident {
                     slot,
                     statistics: *statistics,
                     patches: patches.clone(),
-                    lows: Arc::clone(lows),
+                    occluder_minima: Arc::clone(occluder_minima),
                     arrived_s: now_s,
                     last_wanted: Cell::new(frame),
                 };
@@ -152,12 +154,12 @@ impl Atlas {
         Some(resident.slot)
     }
 
-    /// Tiles there.
+    /// How many tiles are on the GPU now.
     pub fn len(&self) -> usize {
         self.used.len()
     }
 
-    /// Whether there are none.
+    /// Whether no tile is on the GPU.
     pub fn is_empty(&self) -> bool {
         self.used.is_empty()
     }

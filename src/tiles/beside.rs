@@ -7,7 +7,8 @@
 use rustc_hash::FxHashSet;
 
 use super::needed::Needed;
-use crate::pyramid::{LevelSize, TILE_SAMPLES, TileAddress, TileStore};
+use crate::pyramid::tile::TILE_SAMPLES;
+use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
 /// How far a level is read, in its samples: sixteen, and more where the samples of a geographic grid are narrow.
 const REACH: i64 = 40;

@@ -44,13 +44,13 @@ pub fn most_patches(pixels: f64, samples: f64, error_px: f64, tile_memory_bytes:
 /// How the factor is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Search {
-    /// Within an octave of the least.
+    /// Any factor within an octave of the least that fits.
     Roughly,
-    /// The least.
+    /// The least factor that fits, to a 64th of an octave.
     Exactly,
     /// On from the frame before, so many seconds ago.
     GoOn {
-        /// Between the two frames.
+        /// Seconds between the two frames.
         step_s: f64,
     },
 }
@@ -58,7 +58,7 @@ pub enum Search {
 /// What a frame may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Of patches.
+    /// The most patches.
     most: usize,
     /// The factor is at least this.
     least: f64,

@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use crate::pyramid::{LoadedTile, TILE_STRIDE, TileAddress};
+use crate::pyramid::tile::TILE_STRIDE;
+use crate::pyramid::{LoadedTile, TileAddress};
 
 /// Bytes of a decoded tile: heights, what is known of its 256 patches, and how low its blocks are.
 pub const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 64 * 64 * 4 + 256;
 
-/// The tiles.
+/// Decoded tiles, up to a number of bytes.
 pub struct TileCache {
     most: usize,
     tiles: FxHashMap<TileAddress, Entry>,
@@ -34,7 +35,7 @@ impl TileCache {
         Some(&entry.tile)
     }
 
-    /// A tile that is there.
+    /// A tile that is in memory; looking does not keep it there.
     pub fn peek(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         self.tiles.get(&address).map(|entry| &entry.tile)
     }
@@ -53,22 +54,22 @@ impl TileCache {
         }
     }
 
-    /// Bytes held.
+    /// Bytes that the tiles take now.
     pub fn bytes(&self) -> u64 {
         self.tiles.len() as u64 * TILE_BYTES
     }
 
-    /// Tiles held.
+    /// How many tiles are in memory now.
     pub fn len(&self) -> usize {
         self.tiles.len()
     }
 
-    /// Whether there are none.
+    /// Whether no tile is in memory.
     pub fn is_empty(&self) -> bool {
         self.tiles.is_empty()
     }
 
-    /// How many fit.
+    /// How many tiles fit.
     pub fn most(&self) -> usize {
         self.most
     }

@@ -11,7 +11,7 @@ const JUMP_SAMPLES: f64 = 256.0;
 /// A pause so long in seconds ends a movement.
 const PAUSE_S: f64 = 1.0;
 
-/// The camera's way.
+/// The camera's way over the last frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Flight {
     before: Option<Step>,
@@ -21,12 +21,12 @@ pub(super) struct Flight {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     camera_m: DVec3,
-    /// Metres per second.
+    /// How fast the camera moves, in metres per second.
     pub velocity_m: DVec3,
     at_s: f64,
-    /// Since the frame before, in seconds.
+    /// Time since the frame before, in seconds.
     pub step_s: f64,
-    /// Of the last jump.
+    /// When the camera last jumped, in seconds of the terrain's clock.
     jumped_s: f64,
 }
 

@@ -5,9 +5,9 @@ use glam::DVec3;
 /// A box, relative to the camera, in metres.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Least corner.
+    /// The corner with the least coordinates.
     pub low_m: DVec3,
-    /// Greatest corner.
+    /// The corner with the greatest coordinates.
     pub high_m: DVec3,
 }
 
@@ -37,7 +37,7 @@ impl Frustum {
         Self { normals: [side(0), side(1), side(2), side(3)], forward: middle.normalize_or_zero() }
     }
 
-    /// Its axis, unit.
+    /// Its axis, away from the camera: of length 1.
     pub fn forward(&self) -> DVec3 {
         self.forward
     }

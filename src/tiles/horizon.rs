@@ -20,7 +20,7 @@ const MOST: usize = 8192;
 /// A part of a patch fills no direction from side to side unless it is wider than this many.
 const WIDE_ENOUGH: f64 = 2.5;
 
-/// The skyline.
+/// The skyline around the camera, as far as land was added to it.
 pub struct Horizon {
     slopes: Vec<f32>,
 }

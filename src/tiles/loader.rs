@@ -15,8 +15,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
-use crate::pyramid::store::Decode;
-use crate::pyramid::{Cancel, LoadedTile, PyramidError, TileAddress, TileStore};
+use crate::pyramid::store::{Cancel, Decode};
+use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 /// Of the loading threads, of 100: a little below that of drawing (a nice value of 4 on Linux). The lowest would
 /// starve them on machines that draw with the same processors.
@@ -30,7 +30,7 @@ const MOST_FINISHED: usize = 64;
 /// A tile that is there, or why not.
 pub type Finished = (TileAddress, Result<Arc<LoadedTile>, PyramidError>);
 
-/// The threads, and what they are told.
+/// The threads that fetch and decode; dropping it ends them.
 pub struct Loader {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
@@ -49,7 +49,7 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    /// Best last.
+    /// What is not begun yet, the best last.
     wanted: Vec<TileAddress>,
     fetched: VecDeque<(TileAddress, Decode)>,
     /// Being fetched, waiting for a decoder, or being decoded.
@@ -61,7 +61,7 @@ struct State {
 }
 
 impl Loader {
-    /// Starts the threads.
+    /// Starts the threads; nothing is wanted yet.
     pub fn new(store: Arc<dyn TileStore>) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let fetchers = store.parallel_fetches();

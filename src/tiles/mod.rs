@@ -1,24 +1,29 @@
 //! Pyramid → GPU: which tiles of heights are there, which patches are drawn, and the one surface that both describe.
+//!
+//! The modules are listed in order: each uses only those above it.
 
-pub mod atlas;
-pub mod bending;
-pub mod beside;
-pub mod blocked;
-pub mod budget;
-pub mod cache;
-mod flight;
 pub mod frustum;
-pub mod horizon;
+pub mod grid_projection;
+pub mod earth_curvature;
+pub mod atlas;
+pub mod cache;
 pub mod loader;
 pub mod needed;
-pub mod patches;
+pub mod beside;
+pub mod residency_floor;
+mod queues;
 pub mod residency;
-pub mod seen;
+pub mod patches;
+pub mod horizon;
 pub mod selection;
-pub mod tables;
-pub mod terrain;
-pub(crate) mod terrain_buffers;
+mod leaves;
 mod walk;
-pub mod warp;
+pub mod select;
+pub mod budget;
+mod flight;
+pub mod horizon_maps;
+pub mod page_table;
+pub(crate) mod terrain_buffers;
+pub mod terrain;
 
 pub use terrain::Terrain;

@@ -9,31 +9,33 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::bending::Bending;
+use super::earth_curvature::EarthCurvature;
 use super::frustum::{Bounds, Frustum};
-use super::warp::Warp;
-use crate::pyramid::bicubic::OVERSHOOT;
-use crate::pyramid::{LevelSize, TILE_SAMPLES, TileAddress, TileStatistics, TileStore, Voids};
+use super::grid_projection::GridProjection;
+use crate::pyramid::surface::bicubic::OVERSHOOT;
+use crate::pyramid::surface::statistics::{TileStatistics, Voids};
+use crate::pyramid::tile::TILE_SAMPLES;
+use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
 /// How the surface chooses its level; shared with the shader.
 #[derive(Clone, Debug)]
 pub struct LevelRule {
-    /// In the world.
+    /// The camera's place in the world, in metres.
     pub camera_m: DVec3,
     /// What is in view.
     pub frusta: Vec<Frustum>,
-    /// Pixels per radian.
+    /// Pixels per radian in the middle of the picture.
     pub focal_px: f64,
-    /// Height error that the level may add.
+    /// Height error that the choice of the level may add, in pixels.
     pub error_px: f64,
-    /// The earth.
-    pub bending: Bending,
+    /// The curvature of the earth around this camera.
+    pub earth_curvature: EarthCurvature,
 }
 
 /// A tile that a view needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
-    /// Which.
+    /// The tile.
     pub address: TileAddress,
     /// How many times the allowed error is seen, about, while its parent stands in; more in the middle of the view.
     /// Never more than its parent's.
@@ -50,7 +52,7 @@ pub struct TilePlaces {
 const MOST_PLACES: usize = 1 << 16;
 
 impl TilePlaces {
-    fn of(&mut self, levels: &[LevelSize], warp: &Warp, tile: TileAddress) -> (DVec2, DVec2) {
+    fn of(&mut self, levels: &[LevelSize], grid_projection: &GridProjection, tile: TileAddress) -> (DVec2, DVec2) {
         if self.places.len() > MOST_PLACES {
             self.places.clear();
         }
@@ -64,17 +66,17 @@ impl TilePlaces {
             let side = f64::from(TILE_SAMPLES);
             let first = DVec2::new(f64::from(tile.x), f64::from(tile.y)) * side * scale - 1.0;
             let end = (first + side * scale + 2.0).min(last);
-            warp.bounds(first.clamp(DVec2::ZERO, last), end)
+            grid_projection.bounds(first.clamp(DVec2::ZERO, last), end)
         })
     }
 }
 
-/// What the walk looks at.
+/// The land that a view is held against.
 pub struct Land<'a> {
-    /// The pyramid.
+    /// Where its tiles come from.
     pub store: &'a dyn TileStore,
-    /// Grid ↔ world.
-    pub warp: &'a Warp,
+    /// Where its samples lie in the world.
+    pub grid_projection: &'a GridProjection,
 }
 
 /// The tiles that `rule` needs, coarse levels first. `known` tells what is known of a tile that has come.
@@ -144,7 +146,7 @@ fn urgency_below(
     if tile.level == 0 {
         return None;
     }
-    let (low, high) = places.of(land.store.levels(), land.warp, tile);
+    let (low, high) = places.of(land.store.levels(), land.grid_projection, tile);
     let (low, high) = (low - rule.camera_m.truncate(), high - rule.camera_m.truncate());
     // The surface overshoots its samples.
     let slack_m = f64::from(OVERSHOOT * (range_m[1] - range_m[0])).max(0.0);
@@ -153,7 +155,7 @@ fn urgency_below(
         low_m: low.extend(at_height(range_m[0], -slack_m)),
         high_m: high.extend(at_height(range_m[1], slack_m)),
     };
-    let bounds = rule.bending.bend_bounds(&bounds)?;
+    let bounds = rule.earth_curvature.bend_bounds(&bounds)?;
     if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {
         return None;
     }
@@ -162,7 +164,7 @@ fn urgency_below(
     let [min_m, max_m] = land.store.range_m().map(f64::from);
     let dz_m = 0_f64.clamp(min_m - rule.camera_m.z, max_m - rule.camera_m.z);
     let pixel_m = flat.extend(dz_m).length() / rule.focal_px;
-    let wanted = (pixel_m / land.warp.spacing_m()).log2();
+    let wanted = (pixel_m / land.grid_projection.spacing_m()).log2();
     let seen = f64::from(error_m) / (rule.error_px * pixel_m);
     if wanted >= f64::from(tile.level) && seen <= 1.0 {
         return None;

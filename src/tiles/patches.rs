@@ -6,18 +6,17 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use super::atlas::Atlas;
-use super::blocked::FADE_S;
-use crate::pyramid::lows::Lows;
-use crate::pyramid::statistics::{PatchStatistics, Voids, patch_counts};
-use crate::pyramid::store::PAGE_PATCHES;
-use crate::pyramid::{LevelSize, LoadedTile, PatchPage, PyramidError, TileAddress, TileStore};
+use super::residency_floor::FADE_S;
+use crate::pyramid::surface::occluder_minima::OccluderMinima;
+use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchPage, PatchStatistics, Voids, patch_counts};
+use crate::pyramid::{LevelSize, LoadedTile, PyramidError, TileAddress, TileStore};
 
 /// What is known of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known {
-    /// All.
+    /// The patch is known.
     Patch {
-        /// Of the patch.
+        /// Its range, mesh error and voids.
         statistics: PatchStatistics,
         /// Levels, 0 to 1, that it has to stay above its own while it fades in.
         above: f64,
@@ -30,7 +29,7 @@ pub enum Known {
 
 /// The patches that a selection chooses from.
 pub trait Patches {
-    /// The finest level.
+    /// The size of the finest level.
     fn size(&self) -> LevelSize;
 
     /// Patches of stride 2^j exist for j below this.
@@ -39,8 +38,8 @@ pub trait Patches {
     /// The patch (`x`, `y`) of stride 2^`j`.
     fn patch(&self, j: u32, x: u32, y: u32) -> Known;
 
-    /// How low the land of a tile that is here can be.
-    fn lows(&self, tile: TileAddress) -> Option<&Lows>;
+    /// How low the land of a tile can be, by blocks; none if the tile is not here.
+    fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima>;
 
     /// Asks for the tile of a patch that is missing: its mesh error is `urgency` times the allowed one.
     fn ask(&self, j: u32, x: u32, y: u32, urgency: f64);
@@ -48,9 +47,9 @@ pub trait Patches {
 
 /// The patches of the tiles that are on the GPU.
 pub struct ResidentPatches<'a> {
-    /// The pyramid.
+    /// Where the tiles come from.
     pub store: &'a dyn TileStore,
-    /// The tiles.
+    /// The tiles on the GPU.
     pub atlas: &'a Atlas,
     /// Patches that are looked at keep their tiles.
     pub frame: u64,
@@ -112,8 +111,8 @@ impl Patches for ResidentPatches<'_> {
         Known::Nothing
     }
 
-    fn lows(&self, tile: TileAddress) -> Option<&Lows> {
-        self.atlas.get(tile).map(|resident| &*resident.lows)
+    fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
+        self.atlas.get(tile).map(|resident| &*resident.occluder_minima)
     }
 
     fn ask(&self, j: u32, x: u32, y: u32, urgency: f64) {
@@ -130,7 +129,7 @@ impl Patches for ResidentPatches<'_> {
 pub struct AllPatches {
     size: LevelSize,
     strides: u32,
-    pages: FxHashMap<TileAddress, (PatchPage, Arc<Lows>)>,
+    pages: FxHashMap<TileAddress, (PatchPage, Arc<OccluderMinima>)>,
     store: Arc<dyn TileStore>,
 }
 
@@ -144,8 +143,8 @@ impl AllPatches {
         for (level, size) in store.levels().iter().enumerate() {
             for (x, y) in (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| (x, y))) {
                 let address = TileAddress { level: level as u32, x, y };
-                let LoadedTile { patches, lows, .. } = Arc::clone(store).load(address)?;
-                pages.insert(address, (patches, lows));
+                let LoadedTile { patches, occluder_minima, .. } = Arc::clone(store).load(address)?;
+                pages.insert(address, (patches, occluder_minima));
             }
         }
         let strides = (store.levels().len() + store.coarse_patches().len()) as u32;
@@ -185,8 +184,8 @@ impl Patches for AllPatches {
         })
     }
 
-    fn lows(&self, tile: TileAddress) -> Option<&Lows> {
-        self.pages.get(&tile).map(|(_, lows)| &**lows)
+    fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
+        self.pages.get(&tile).map(|(_, occluder_minima)| &**occluder_minima)
     }
 
     fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}

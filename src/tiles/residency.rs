@@ -14,15 +14,16 @@ use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
-use super::bending::Bending;
 use super::beside::beside;
-use super::blocked::Blocked;
 use super::cache::TileCache;
+use super::earth_curvature::EarthCurvature;
+use super::grid_projection::GridProjection;
 use super::loader::Loader;
 use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
-use super::warp::Warp;
+use super::queues::{Queues, by_level, in_order, queues};
+use super::residency_floor::ResidencyFloor;
 use crate::gpu::Gpu;
-use crate::pyramid::ground::{height_in_tile, tile_at};
+use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 /// How far ahead tiles are asked for, in seconds: the second is for what shows only when the first has come.
@@ -54,19 +55,19 @@ pub struct Loaded {
     pub late: bool,
 }
 
-/// A camera on its way.
+/// What a frame asks of its tiles: a view, and where its camera is going.
 #[derive(Clone, Debug)]
 pub struct Movement {
     /// The rule of the view that is drawn.
     pub rule: LevelRule,
-    /// Metres per second.
+    /// How fast the camera moves, in metres per second.
     pub velocity_m: DVec3,
-    /// Since the last frame, in seconds.
+    /// Time since the last frame, in seconds.
     pub frame_s: f64,
     /// Tiles that the mesh wants, and how urgently.
     pub asked: FxHashMap<TileAddress, f64>,
-    /// Whether horizons are sought: they look at tiles beside the view.
-    pub sees: bool,
+    /// Whether horizon maps are made: they look at tiles beside the view.
+    pub maps_horizons: bool,
 }
 
 struct Failure {
@@ -74,7 +75,7 @@ struct Failure {
     next_s: f64,
 }
 
-/// The tiles.
+/// The tiles of a terrain, from their loading to their slots on the GPU.
 pub struct Residency {
     store: Arc<dyn TileStore>,
     loader: Loader,
@@ -83,10 +84,10 @@ pub struct Residency {
     failures: FxHashMap<TileAddress, Failure>,
     /// Why the first tile that counts as not readable does.
     failure: Option<Arc<PyramidError>>,
-    /// On the GPU.
+    /// The tiles that are on the GPU.
     pub atlas: Atlas,
-    /// Where the surface has to wait.
-    pub blocked: Blocked,
+    /// By how much the surface has to stay above the levels of tiles that are missing.
+    pub floor: ResidencyFloor,
     /// What the view of this frame needs, coarse levels first.
     pub needed: Vec<Needed>,
     /// What only its horizons look at.
@@ -106,7 +107,7 @@ impl Residency {
             failures: FxHashMap::default(),
             failure: None,
             atlas: Atlas::new(gpu, tiles, memory_bytes),
-            blocked: Blocked::default(),
+            floor: ResidencyFloor::default(),
             needed: Vec::new(),
             beside: Vec::new(),
             beside_of: Vec::new(),
@@ -169,7 +170,7 @@ impl Residency {
     pub fn update(
         &mut self,
         gpu: &Gpu,
-        warp: &Warp,
+        grid_projection: &GridProjection,
         movement: &Movement,
         frame: u64,
         now_s: f64,
@@ -177,7 +178,7 @@ impl Residency {
     ) -> Loaded {
         self.take_finished(frame, now_s, fade_step_s.is_some());
         let store = Arc::clone(&self.store);
-        let land = Land { store: &*store, warp };
+        let land = Land { store: &*store, grid_projection };
         let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
         let places = &mut self.places;
         self.needed = needed(&land, places, known, &movement.rule);
@@ -185,7 +186,7 @@ impl Residency {
         urgent.extend(
             movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
         );
-        self.look_beside(movement.sees);
+        self.look_beside(movement.maps_horizons);
         urgent.extend(self.beside.iter().map(|address| Needed { address: *address, urgency: BESIDE_URGENCY }));
         let mut soon = Vec::new();
         if fade_step_s.is_some() {
@@ -194,8 +195,8 @@ impl Residency {
             let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
             for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m != DVec3::ZERO) {
                 let camera_m = rule.camera_m + movement.velocity_m * ahead_s;
-                let bending = Bending { camera_z_m: camera_m.z, ..rule.bending };
-                let ahead = LevelRule { camera_m, bending, ..rule.clone() };
+                let earth_curvature = EarthCurvature { camera_z_m: camera_m.z, ..rule.earth_curvature };
+                let ahead = LevelRule { camera_m, earth_curvature, ..rule.clone() };
                 soon.extend(in_order(needed(&land, places, known, &ahead)));
             }
             soon.extend(in_order(needed(&land, places, known, &LevelRule { frusta: wider(), ..rule.clone() })));
@@ -215,17 +216,17 @@ impl Residency {
         let atlas = &self.atlas;
         let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
         let absent = self.absent_beside();
-        // A pyramid that is sparse is blocked for ever where it ends.
+        // A pyramid that is sparse is never free of the floor where it ends.
         let ends_in_view = !absent.is_empty();
-        self.blocked.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
+        self.floor.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
         let is_missing = loaded.pending + loaded.without_room + loaded.failed > 0;
         loaded.late = is_missing || !ends_in_view && !self.is_complete();
         loaded
     }
 
     /// Finds what the horizons of needed tiles look at, as far as there is room.
-    fn look_beside(&mut self, sees: bool) {
-        if !sees {
+    fn look_beside(&mut self, maps_horizons: bool) {
+        if !maps_horizons {
             self.beside.clear();
             self.beside_of.clear();
             return;
@@ -326,83 +327,7 @@ impl Residency {
 
     /// Whether nothing that can come is missing or fading in.
     fn is_complete(&self) -> bool {
-        let free = |tile: &Needed| self.blocked.at(tile.address) == [0.0; 4];
-        self.blocked.is_empty() || self.needed.iter().all(free)
-    }
-}
-
-/// What a frame asks for, each tile once.
-struct Queues {
-    /// The most urgent first.
-    urgent: Vec<Needed>,
-    /// In the order of its views.
-    soon: Vec<Needed>,
-    /// Urgent tiles for which there is no slot.
-    without_room: u64,
-}
-
-/// What is urgent, and then what is wanted soon, as far as the atlas has slots. A tile counts once, and before the cut:
-/// what is wanted soon begins with much of what is urgent, and would fill the slots that are left with it.
-fn queues(urgent: Vec<Needed>, mut soon: Vec<Needed>, slots: usize) -> Queues {
-    let mut urgent = in_order(urgent);
-    let mut met = FxHashSet::default();
-    urgent.retain(|tile| met.insert(tile.address));
-    let without_room = urgent.len().saturating_sub(slots) as u64;
-    urgent.truncate(slots);
-    soon.retain(|tile| met.insert(tile.address));
-    soon.truncate(slots - urgent.len());
-    Queues { urgent, soon, without_room }
-}
-
-/// The most urgent first; of equals the coarser, and then by place, so that runs are alike.
-fn in_order(mut tiles: Vec<Needed>) -> Vec<Needed> {
-    tiles.sort_by(|a, b| {
-        let level = |tile: &Needed| std::cmp::Reverse(tile.address.level);
-        b.urgency.total_cmp(&a.urgency).then(level(a).cmp(&level(b))).then(a.address.cmp(&b.address))
-    });
-    tiles
-}
-
-/// Two lists of tiles as one, coarser levels first.
-fn by_level(
-    tiles: impl Iterator<Item = (TileAddress, bool)>,
-    more: Vec<(TileAddress, bool)>,
-) -> impl Iterator<Item = (TileAddress, bool)> {
-    let mut all: Vec<_> = tiles.chain(more).collect();
-    all.sort_by_key(|(tile, _)| std::cmp::Reverse(tile.level));
-    all.into_iter()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn tiles(columns: impl IntoIterator<Item = u32>) -> Vec<Needed> {
-        let tile = |x| Needed { address: TileAddress { level: 0, x, y: 0 }, urgency: 100.0 - x as f32 };
-        columns.into_iter().map(tile).collect()
-    }
-
-    fn columns(tiles: &[Needed]) -> Vec<u32> {
-        tiles.iter().map(|tile| tile.address.x).collect()
-    }
-
-    #[test]
-    fn what_is_urgent_takes_no_slot_twice() {
-        // The view ahead sees what this view sees and a tile more, the wider view two more still.
-        let ahead = [tiles(0..5), tiles(0..7)].concat();
-        let found = queues(tiles([2, 0, 3, 1, 0]), ahead.clone(), 7);
-        assert_eq!((columns(&found.urgent), found.without_room), (vec![0, 1, 2, 3], 0));
-        assert_eq!(columns(&found.soon), [4, 5, 6], "what lies ahead has the slots that are left");
-        // The planted error: cut first, and nothing is left that would be new.
-        let mut cut_first = ahead;
-        cut_first.truncate(7 - found.urgent.len());
-        assert!(columns(&cut_first).iter().all(|column| columns(&found.urgent).contains(column)));
-    }
-
-    #[test]
-    fn without_room_the_most_urgent_stay() {
-        let found = queues(tiles([4, 1, 3, 0, 2, 1]), tiles(0..9), 3);
-        assert_eq!((columns(&found.urgent), found.without_room), (vec![0, 1, 2], 2));
-        assert!(found.soon.is_empty());
+        let free = |tile: &Needed| self.floor.at(tile.address) == [0.0; 4];
+        self.floor.is_empty() || self.needed.iter().all(free)
     }
 }

@@ -15,7 +15,11 @@
 //! Land may be so steep that its error is many times as long as its quads are wide: spikes, damaged samples, marks for no
 //! data that nobody declared. There a height is found again a little to the side: where quads are no wider than a quarter
 //! of the allowed error, a patch stays whole, whatever its error in height, and up to half of it some do. So what is
-//! promised is the allowed error in height, or half of it sideways. How many patches a frame may have altogether is in `budget`.
+//! promised is the allowed error in height, or half of it sideways. How many patches a frame may have altogether is in
+//! `budget`.
+//!
+//! Here are the patches, the viewpoint and the result; `walk` chooses, `leaves` knows how the chosen ones meet, and
+//! `select` is where it begins.
 //!
 //! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
 //! children begin in their parent's shape and fade in.
@@ -25,12 +29,10 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
-use super::bending::Bending;
+use super::earth_curvature::EarthCurvature;
 use super::frustum::Frustum;
-use super::patches::Patches;
-use super::walk::{Over, Walk};
-use super::warp::Warp;
-use crate::pyramid::{LevelSize, PATCH_QUADS};
+use crate::pyramid::LevelSize;
+use crate::pyramid::tile::PATCH_QUADS;
 
 /// Log2 of the grid units in a sample: positions of vertices are whole numbers of these. 4096 to a sample, or fewer in
 /// a world so wide that its patches would not fit into 31 bits.
@@ -46,7 +48,7 @@ pub struct PatchKey {
     pub level: i32,
     /// Column, in patches of this level.
     pub x: i64,
-    /// Row.
+    /// Row, in patches of this level.
     pub y: i64,
 }
 
@@ -79,7 +81,7 @@ pub struct PatchInstance {
     pub id: u32,
     /// Levels above the patch's own at its first column, last column, first row, last row.
     pub edge_levels: [f32; 4],
-    /// The same inside.
+    /// Levels above the patch's own inside of it.
     pub inner_level: f32,
     /// The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row. Where
     /// two patches meet, the edges between them are those of one.
@@ -89,19 +91,19 @@ pub struct PatchInstance {
 
 crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, sides, padding);
 
-/// What the selection is made for.
+/// The view that patches are chosen for.
 #[derive(Clone, Debug)]
 pub struct Viewpoint {
-    /// In the world.
+    /// The camera's place in the world, in metres.
     pub camera_m: DVec3,
     /// What is in view; several eyes or parts of a picture each have one.
     pub frusta: Vec<Frustum>,
-    /// Pixels per radian.
+    /// Pixels per radian in the middle of the picture.
     pub focal_px: f64,
-    /// Allowed mesh error.
+    /// The mesh error that is allowed, in pixels.
     pub error_px: f64,
-    /// The earth.
-    pub bending: Bending,
+    /// The curvature of the earth around this camera.
+    pub earth_curvature: EarthCurvature,
     /// Whether near land hides far land: the camera stands above the ground. From below one sees through.
     pub is_above_ground: bool,
     /// No part of the surface is nearer than this: half the camera's height above ground.
@@ -120,31 +122,10 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Triangles drawn.
+    /// How many triangles the patches have.
     pub fn triangles(&self) -> u64 {
         (self.solid.len() + self.with_holes.len()) as u64 * 2 * u64::from(PATCH_QUADS) * u64::from(PATCH_QUADS)
     }
-}
-
-/// Chooses the patches for a viewpoint, as many as it takes.
-pub fn select(patches: &dyn Patches, warp: &Warp, anchor: DVec2, viewpoint: &Viewpoint) -> Selection {
-    select_within(patches, warp, anchor, viewpoint, usize::MAX).unwrap_or_default()
-}
-
-/// Chooses the patches for a viewpoint; none if that takes more than `most_patches`, which is found without choosing
-/// many more.
-pub fn select_within(
-    patches: &dyn Patches,
-    warp: &Warp,
-    anchor: DVec2,
-    viewpoint: &Viewpoint,
-    most_patches: usize,
-) -> Option<Selection> {
-    let mut walk = Walk::new(patches, warp, viewpoint, most_patches);
-    let top = patches.strides() as i32 - 1;
-    walk.visit(PatchKey { level: top, x: 0, y: 0 }, Over::NONE);
-    walk.limit_steps();
-    (!walk.is_over()).then(|| walk.finish(anchor))
 }
 
 /// The patches of the same level beside the first column, last column, first row and last row.

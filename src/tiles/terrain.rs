@@ -9,16 +9,17 @@ use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
 pub use self::prepare::{Detail, Prepared, TerrainView};
-use super::bending::Bending;
+use super::earth_curvature::EarthCurvature;
 use super::flight::Flight;
+use super::grid_projection::GridProjection;
+use super::horizon_maps::HorizonMaps;
 use super::residency::Residency;
-use super::seen::SeenTiles;
 use super::terrain_buffers::TerrainBuffers;
-use super::warp::Warp;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::mesh::placed::Placed;
-use crate::pyramid::ground::{Ground, height_in_tile, tile_at};
+use crate::pyramid::store::Ground;
+use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{PyramidError, TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
 use crate::tiles::atlas::SLOT_BYTES;
@@ -52,8 +53,8 @@ impl Default for TerrainOptions {
     }
 }
 
-/// What the land sees is kept for so many frames in which nobody asks for it.
-const KEEP_SEEN_FRAMES: u64 = 3600;
+/// Horizon maps are kept for so many frames in which nobody asks for them.
+const KEEP_HORIZON_FRAMES: u64 = 3600;
 
 /// Samples along a side: what f32 still counts one by one.
 const MOST_SAMPLES: u32 = 1 << 24;
@@ -69,7 +70,7 @@ pub enum TerrainError {
     TooWide {
         /// Samples per row.
         width: u32,
-        /// Rows.
+        /// Rows of samples.
         height: u32,
     },
 }
@@ -77,24 +78,24 @@ pub enum TerrainError {
 /// The tiles of a terrain in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileCounts {
-    /// On the GPU now.
+    /// Tiles that are on the GPU now.
     pub on_gpu: u64,
-    /// Made room for others, since the start.
+    /// Tiles that made room for others, since the start.
     pub evicted: u64,
-    /// Given up before they were there, since the start.
+    /// Tiles that were given up before they were there, since the start.
     pub cancelled: u64,
-    /// Bytes of those on the GPU.
+    /// Bytes that the tiles on the GPU take.
     pub gpu_bytes: u64,
-    /// Bytes of those in memory.
+    /// Bytes that decoded tiles take in memory.
     pub cache_bytes: u64,
 }
 
-/// The terrain.
+/// The terrain of a world: its tiles on the GPU and what the shaders read to find them, from frame to frame.
 pub struct Terrain {
     store: Arc<dyn TileStore>,
     ground: Ground,
     mapping: WorldMapping,
-    warp: Warp,
+    grid_projection: GridProjection,
     options: TerrainOptions,
     residency: Residency,
     /// What the mesh of the last frame missed.
@@ -108,10 +109,10 @@ pub struct Terrain {
     frame: u64,
     buffers: TerrainBuffers,
     /// Of a style with shadows or occlusion.
-    seen: Option<SeenTiles>,
-    /// Whether the next frame asks for it, and the last frame that did.
-    is_seen_asked: bool,
-    seen_asked_in: u64,
+    horizon_maps: Option<HorizonMaps>,
+    /// Whether the next frame asks for them, and the last frame that did.
+    asks_for_horizons: bool,
+    horizons_asked_in: u64,
     meshes: Option<Arc<Placed>>,
 }
 
@@ -126,13 +127,13 @@ impl Terrain {
             return Err(TerrainError::TooWide { width: size.width, height: size.height });
         }
         let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
-        let warp = Warp::fit(&mapping, size.width, size.height);
+        let grid_projection = GridProjection::fit(&mapping, size.width, size.height);
         Ok(Self {
             ground: Ground::new(Arc::clone(&store)),
             residency: Residency::new(gpu, Arc::clone(&store), options.tile_memory_bytes),
             store,
             mapping,
-            warp,
+            grid_projection,
             options,
             asked: FxHashMap::default(),
             coarser: 1.0,
@@ -141,9 +142,9 @@ impl Terrain {
             start: Instant::now(),
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
-            seen: None,
-            is_seen_asked: false,
-            seen_asked_in: 0,
+            horizon_maps: None,
+            asks_for_horizons: false,
+            horizons_asked_in: 0,
             meshes: None,
         })
     }
@@ -168,7 +169,7 @@ impl Terrain {
         let size = self.store.levels()[0];
         let (right, bottom) = (f64::from(size.width - 1), f64::from(size.height - 1));
         let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
-        let places = corners.map(|(x, y)| self.warp.world_from_grid(DVec2::new(x, y)));
+        let places = corners.map(|(x, y)| self.grid_projection.world_from_grid(DVec2::new(x, y)));
         let low = places.into_iter().reduce(DVec2::min).unwrap_or_default();
         let high = places.into_iter().reduce(DVec2::max).unwrap_or_default();
         (high - low).to_array()
@@ -184,12 +185,12 @@ impl Terrain {
         self.store.range_m()
     }
 
-    /// Grid ↔ world.
-    pub fn warp(&self) -> &Warp {
-        &self.warp
+    /// Grid ↔ world as the GPU follows it, by polynomials.
+    pub fn grid_projection(&self) -> &GridProjection {
+        &self.grid_projection
     }
 
-    /// As it was made, or last changed.
+    /// Accuracy and memory, as they were given or last changed.
     pub fn options(&self) -> &TerrainOptions {
         &self.options
     }
@@ -202,7 +203,7 @@ impl Terrain {
     /// Height of the finest surface in metres at a place in the world; none outside and in holes. It may read a file:
     /// not for frames that must not wait.
     pub fn height_m(&self, world_m: DVec2) -> Option<f64> {
-        let grid = self.warp.grid_from_world(world_m);
+        let grid = self.grid_projection.grid_from_world(world_m);
         self.ground.height_m(grid.x, grid.y)
     }
 
@@ -218,7 +219,7 @@ impl Terrain {
 
     /// The same from the finest tile in memory. None also while there is none.
     pub fn height_at_hand_m(&self, world_m: DVec2) -> Option<f64> {
-        let grid = self.warp.grid_from_world(world_m);
+        let grid = self.grid_projection.grid_from_world(world_m);
         let levels = self.store.levels();
         (0..levels.len() as u32).find_map(|level| {
             let address = tile_at(levels, level, grid.x, grid.y)?;
@@ -241,39 +242,39 @@ impl Terrain {
 
     /// Bytes that the terrain holds on the GPU.
     pub fn gpu_bytes(&self) -> u64 {
-        let seen = self.seen.as_ref().map_or(0, SeenTiles::bytes);
-        self.residency.atlas.bytes() + self.buffers.bytes() + seen
+        let horizon_maps = self.horizon_maps.as_ref().map_or(0, HorizonMaps::bytes);
+        self.residency.atlas.bytes() + self.buffers.bytes() + horizon_maps
     }
 
-    /// In the next frame it is known what the land sees of the sky and of a sun in that direction. None asks for nothing:
-    /// what is known stays for a while, for it takes long to find.
-    pub fn see(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
-        self.is_seen_asked = to_sun.is_some();
+    /// In the next frame horizon maps toward a sun in that direction are there. None asks for nothing: what is known
+    /// stays for a while, for it takes long to find.
+    pub fn map_horizons(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
+        self.asks_for_horizons = to_sun.is_some();
         match to_sun {
             Some(to_sun) => {
-                let seen = self.seen.get_or_insert_with(|| SeenTiles::new(gpu, &self.residency.atlas));
-                seen.set_sun(to_sun.truncate());
-                self.seen_asked_in = self.frame;
+                let maps = self.horizon_maps.get_or_insert_with(|| HorizonMaps::new(gpu, &self.residency.atlas));
+                maps.set_sun(to_sun.truncate());
+                self.horizons_asked_in = self.frame;
             }
-            None if self.frame > self.seen_asked_in + KEEP_SEEN_FRAMES => self.seen = None,
+            None if self.frame > self.horizons_asked_in + KEEP_HORIZON_FRAMES => self.horizon_maps = None,
             None => {}
         }
     }
 
-    /// What the land sees, where a frame has asked for it.
-    pub fn seen(&self) -> Option<&SeenTiles> {
-        self.seen.as_ref()
+    /// The horizon maps; none while nobody asks for them.
+    pub fn horizon_maps(&self) -> Option<&HorizonMaps> {
+        self.horizon_maps.as_ref()
     }
 
     /// The earth as a camera at a height sees it.
-    pub fn bending(&self, camera_z_m: f64) -> Bending {
+    pub fn earth_curvature(&self, camera_z_m: f64) -> EarthCurvature {
         let lowest_m = f64::from(self.store.range_m()[0]);
-        Bending { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
+        EarthCurvature { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
     }
 
     /// No part of the surface is nearer to a camera than this: half its height above the ground of the last view.
     pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
-        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
+        let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
         let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
         (0.5 * clearance_m).max(0.02)
     }
@@ -288,16 +289,16 @@ impl Terrain {
         self.buffers.resources(&self.residency.atlas)
     }
 
-    /// What `shaders/shared/seen.wgsl` needs beside the uniform; none if nobody has asked for what the land sees.
-    pub fn seen_resources(&self) -> Option<[Named; 5]> {
-        let seen = self.seen.as_ref()?;
+    /// What `shaders/shared/seen.wgsl` needs beside the uniform; none if nobody has asked for horizon maps.
+    pub fn horizon_map_resources(&self) -> Option<[Named; 5]> {
+        let maps = self.horizon_maps.as_ref()?;
         let [_, levels, rows, tiles, _] = self.resources();
         Some([
             levels,
             rows,
             tiles,
-            ("seen_tiles", Resource::Texture("seen tiles", seen.view().clone())),
-            ("seen_sampler", Resource::Sampler(seen.sampler().clone())),
+            ("seen_tiles", Resource::Texture("seen tiles", maps.view().clone())),
+            ("seen_sampler", Resource::Sampler(maps.sampler().clone())),
         ])
     }
 }

@@ -1,13 +1,13 @@
-//! What `shaders/shared/terrain.wgsl` declares, as it lies on the GPU: the terrain's uniform and its tables.
+//! What `shaders/shared/terrain.wgsl` declares, as it lies on the GPU: the terrain's uniform and the page table.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
 use super::atlas::Atlas;
+use super::grid_projection::{GridProjection, MAX_TERMS};
 use super::needed::LevelRule;
+use super::page_table::PageTable;
 use super::selection::units_log2;
-use super::tables::Tables;
-use super::warp::{MAX_TERMS, Warp};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
@@ -39,9 +39,14 @@ crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": 
 
 impl TerrainUniform {
     /// For a view. `anchor` is the sample that grid coordinates count from.
-    pub(super) fn new(store: &dyn TileStore, warp: &Warp, anchor: DVec2, rule: &LevelRule) -> Self {
+    pub(super) fn new(
+        store: &dyn TileStore,
+        grid_projection: &GridProjection,
+        anchor: DVec2,
+        rule: &LevelRule,
+    ) -> Self {
         let camera_m = rule.camera_m;
-        let local = warp.around(anchor, camera_m.truncate());
+        let local = grid_projection.around(anchor, camera_m.truncate());
         let size = store.levels()[0];
         let units = f64::from(units_log2(size)).exp2();
         let [min_m, max_m] = store.range_m();
@@ -60,21 +65,21 @@ impl TerrainUniform {
             camera_z_fine_m: (camera_m.z - coarse_m) as f32,
             min_z_m: (f64::from(min_m) - camera_m.z) as f32,
             max_z_m: (f64::from(max_m) - camera_m.z) as f32,
-            spacing_m: warp.spacing_m() as f32,
+            spacing_m: grid_projection.spacing_m() as f32,
             level_error_px: rule.error_px as f32,
             world_origin_m: local.world_origin_m,
             focal_px: rule.focal_px as f32,
             units_per_sample: units as f32,
-            inverse_radius: rule.bending.inverse_radius as f32,
+            inverse_radius: rule.earth_curvature.inverse_radius as f32,
             pad: 0.0,
         }
     }
 }
 
-/// The buffers.
+/// The uniform and the page table on the GPU; they grow with what is written.
 pub(super) struct TerrainBuffers {
-    /// What the tables' buffers hold: a still view writes them once.
-    tables: Tables,
+    /// What the buffers of the page table hold: a still view writes them once.
+    page_table: PageTable,
     uniform: GrowingBuffer,
     levels: GrowingBuffer,
     rows: GrowingBuffer,
@@ -82,11 +87,11 @@ pub(super) struct TerrainBuffers {
 }
 
 impl TerrainBuffers {
-    /// With nothing in them.
+    /// Small buffers with nothing in them.
     pub fn new(gpu: &Gpu) -> Self {
         use wgpu::BufferUsages as Usage;
         Self {
-            tables: Tables::default(),
+            page_table: PageTable::default(),
             uniform: GrowingBuffer::new(gpu, "terrain", Usage::UNIFORM),
             levels: GrowingBuffer::new(gpu, "levels", Usage::STORAGE),
             rows: GrowingBuffer::new(gpu, "tile rows", Usage::STORAGE),
@@ -94,13 +99,13 @@ impl TerrainBuffers {
         }
     }
 
-    /// Writes the uniform, and the tables where they have changed.
-    pub fn write(&mut self, gpu: &Gpu, tables: Tables, uniform: TerrainUniform) {
-        if tables != self.tables {
-            self.levels.write(gpu, &tables.levels);
-            self.rows.write(gpu, &tables.rows);
-            self.tiles.write(gpu, &tables.tiles);
-            self.tables = tables;
+    /// Writes the uniform, and the page table where it has changed.
+    pub fn write(&mut self, gpu: &Gpu, page_table: PageTable, uniform: TerrainUniform) {
+        if page_table != self.page_table {
+            self.levels.write(gpu, &page_table.levels);
+            self.rows.write(gpu, &page_table.rows);
+            self.tiles.write(gpu, &page_table.tiles);
+            self.page_table = page_table;
         }
         self.uniform.write(gpu, &[uniform]);
     }

@@ -1,21 +1,21 @@
-//! The walk through the quadtree of patches that [`super::selection`] makes: from near to far, splitting where the error
+//! The walk through the quadtree of patches that makes a [`Selection`]: from near to far, splitting where the error
 //! would be seen, leaving out what is hidden behind nearer land.
 
 use glam::DVec2;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashSet;
 
 use super::frustum::Bounds;
+use super::grid_projection::GridProjection;
 use super::horizon::Horizon;
+use super::leaves::{Leaf, Leaves, MAX_LEVEL_STEP};
 use super::patches::{Known, Patches};
-use super::selection::{PatchInstance, PatchKey, Selection, Viewpoint, neighbours, patch_id, units_log2};
-use super::warp::Warp;
-use crate::pyramid::bicubic::OVERSHOOT;
-use crate::pyramid::lows::{BLOCK_SAMPLES, TILE_BLOCKS};
-use crate::pyramid::statistics::{PatchStatistics, Voids};
-use crate::pyramid::{PATCH_QUADS, TileAddress};
+use super::selection::{PatchKey, Selection, Viewpoint, neighbours, units_log2};
+use crate::pyramid::TileAddress;
+use crate::pyramid::surface::bicubic::OVERSHOOT;
+use crate::pyramid::surface::occluder_minima::{BLOCK_SAMPLES, TILE_BLOCKS};
+use crate::pyramid::surface::statistics::{PatchStatistics, Voids};
+use crate::pyramid::tile::PATCH_QUADS;
 
-/// A neighbour may be this many levels coarser: 2^3 < 16 quads.
-const MAX_LEVEL_STEP: i32 = 3;
 /// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
 const LEVEL_STEPS: f64 = 4096.0;
 /// Where quads are no wider than this part of the allowed error in height, finer ones are not worth it: land is drawn to
@@ -26,22 +26,14 @@ const LARGEST_ERROR_M: f64 = 1e38;
 /// For each patch that may be chosen, so many may be looked at.
 const VISITS_PER_PATCH: usize = 16;
 
-#[derive(Clone, Copy)]
-struct Leaf {
-    distance_m: f64,
-    /// Continuous, absolute.
-    level: f64,
-    holes: bool,
-}
-
-/// The walk.
+/// A walk under way: what it looks at, and what it has chosen and hidden so far.
 pub(super) struct Walk<'a> {
     patches: &'a dyn Patches,
-    warp: &'a Warp,
+    grid_projection: &'a GridProjection,
     viewpoint: &'a Viewpoint,
     /// These have a vertex at every grid unit.
     finest_level: i32,
-    leaves: FxHashMap<PatchKey, Leaf>,
+    leaves: Leaves,
     /// Leaves that may not be split: their children are not known, or they are coarse for the sake of such a one.
     pinned: FxHashSet<PatchKey>,
     /// What the patches that were chosen so far hide.
@@ -61,7 +53,7 @@ pub(super) struct Over {
 }
 
 impl Over {
-    /// Of a patch that begins in its own shape.
+    /// For a patch that begins in its own shape.
     pub const NONE: Self = Self { allowed_m: f64::INFINITY, error_m: 0.0 };
 }
 
@@ -76,16 +68,21 @@ struct Seen {
 
 impl<'a> Walk<'a> {
     /// Nothing is chosen yet. The walk ends early when it would choose more than `most_patches`.
-    pub fn new(patches: &'a dyn Patches, warp: &'a Warp, viewpoint: &'a Viewpoint, most_patches: usize) -> Self {
+    pub fn new(
+        patches: &'a dyn Patches,
+        grid_projection: &'a GridProjection,
+        viewpoint: &'a Viewpoint,
+        most_patches: usize,
+    ) -> Self {
         Self {
             patches,
-            warp,
+            grid_projection,
             viewpoint,
             finest_level: -units_log2(patches.size()),
-            leaves: FxHashMap::default(),
+            leaves: Leaves::new(patches.strides() as i32 - 1),
             pinned: FxHashSet::default(),
             horizon: Horizon::new(viewpoint.focal_px),
-            spacing_m: warp.spacing_m(),
+            spacing_m: grid_projection.spacing_m(),
             most_patches,
             visits: 0,
         }
@@ -136,7 +133,7 @@ impl<'a> Walk<'a> {
         let parts = self.horizon.parts(&seen.bounds);
         let place = |x: usize, y: usize| {
             let grid = (first + DVec2::new(x as f64, y as f64) * (side / parts as f64)).min(last);
-            self.warp.world_from_grid(grid) - self.viewpoint.camera_m.truncate()
+            self.grid_projection.world_from_grid(grid) - self.viewpoint.camera_m.truncate()
         };
         let places: [[DVec2; 5]; 5] =
             std::array::from_fn(|y| std::array::from_fn(|x| place(x.min(parts), y.min(parts))));
@@ -148,7 +145,7 @@ impl<'a> Walk<'a> {
             let z_m = land_m - slack_m - self.viewpoint.camera_m.z;
             let low_m = corners.into_iter().fold(DVec2::INFINITY, DVec2::min).extend(z_m);
             let high_m = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).extend(z_m);
-            if let Some(bent) = self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m }) {
+            if let Some(bent) = self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m }) {
                 self.horizon.add(&bent, corners, bent.low_m.z);
             }
         }
@@ -168,18 +165,18 @@ impl<'a> Walk<'a> {
         let ((left, right), (top, bottom)) = (span(key.x, x), span(key.y, y));
         let tile = |block: i64| u32::try_from(block / i64::from(TILE_BLOCKS)).ok();
         let address = TileAddress { level: level as u32, x: tile(left)?, y: tile(top)? };
-        let lows = self.patches.lows(address)?;
+        let occluder_minima = self.patches.occluder_minima(address)?;
         let inside = |block: i64| (block % i64::from(TILE_BLOCKS)) as u32;
         let mut low_m = f32::INFINITY;
         for (x, y) in (top..=bottom).flat_map(|y| (left..=right).map(move |x| (x, y))) {
-            low_m = low_m.min(lows.get(inside(x), inside(y)));
+            low_m = low_m.min(occluder_minima.get(inside(x), inside(y)));
         }
         Some(low_m.into())
     }
 
     /// Near patches hide far ones.
     fn nearest_first(&self, mut patches: [PatchKey; 4]) -> [PatchKey; 4] {
-        let camera = self.warp.grid_from_world(self.viewpoint.camera_m.truncate());
+        let camera = self.grid_projection.grid_from_world(self.viewpoint.camera_m.truncate());
         patches.sort_by(|a, b| {
             let distance = |key: &PatchKey| {
                 let (first, side) = key.area();
@@ -228,7 +225,7 @@ impl<'a> Walk<'a> {
         let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
         // A quad is flat and the earth is not: the sagitta of its diagonal.
         let quad_m = self.quad_m(key);
-        (error_m + 0.25 * quad_m * quad_m * self.viewpoint.bending.inverse_radius).min(LARGEST_ERROR_M)
+        (error_m + 0.25 * quad_m * quad_m * self.viewpoint.earth_curvature.inverse_radius).min(LARGEST_ERROR_M)
     }
 
     fn quad_m(&self, key: PatchKey) -> f64 {
@@ -255,13 +252,13 @@ impl<'a> Walk<'a> {
             return None;
         }
         let end = (first + side).min(last);
-        let (low, high) = self.warp.bounds(first, end);
+        let (low, high) = self.grid_projection.bounds(first, end);
         // The surface overshoots its samples.
         let relief_m = f64::from(statistics.max_m - statistics.min_m);
         let camera_m = self.viewpoint.camera_m;
         let low_m = low.extend(f64::from(statistics.min_m) - f64::from(OVERSHOOT) * relief_m) - camera_m;
         let high_m = high.extend(f64::from(statistics.max_m) + f64::from(OVERSHOOT) * relief_m) - camera_m;
-        self.viewpoint.bending.bend_bounds(&Bounds { low_m, high_m })
+        self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m })
     }
 
     fn add_leaf(&mut self, seen: &Seen, parent: Over) {
@@ -286,9 +283,9 @@ impl<'a> Walk<'a> {
             let too_far_apart: Vec<_> = self
                 .leaves
                 .keys()
-                .flat_map(|key| neighbours(*key).map(move |neighbour| (*key, neighbour)))
+                .flat_map(|key| neighbours(key).map(move |neighbour| (key, neighbour)))
                 .filter_map(|(key, neighbour)| {
-                    let (coarse, _) = self.leaf_over(neighbour)?;
+                    let (coarse, _) = self.leaves.over(neighbour)?;
                     (coarse.level > key.level + MAX_LEVEL_STEP).then_some((key, coarse))
                 })
                 .collect();
@@ -297,7 +294,7 @@ impl<'a> Walk<'a> {
             }
             for (fine, coarse) in too_far_apart {
                 // The same leaf may stand in the list twice.
-                if !self.leaves.contains_key(&coarse) || !self.leaves.contains_key(&fine) {
+                if !self.leaves.contains(coarse) || !self.leaves.contains(fine) {
                     continue;
                 }
                 if self.pinned.contains(&coarse) || !self.children_are_known(coarse, 1.0) {
@@ -305,7 +302,7 @@ impl<'a> Walk<'a> {
                     self.merge(fine, coarse.level - MAX_LEVEL_STEP);
                     continue;
                 }
-                self.leaves.remove(&coarse);
+                self.leaves.remove(coarse);
                 // It could have stayed whole, so its children begin in its shape, as when they appear by themselves.
                 let over = self.seen(coarse).map_or(Over::NONE, |seen| {
                     // What shows nothing of its error still has its own shape.
@@ -326,87 +323,15 @@ impl<'a> Walk<'a> {
         while key.level < level {
             key = key.parent();
         }
-        let is_under = |mut leaf: PatchKey| {
-            while leaf.level < key.level {
-                leaf = leaf.parent();
-            }
-            leaf == key
-        };
-        self.leaves.retain(|leaf, _| !is_under(*leaf));
+        self.leaves.remove_under(key);
         self.pinned.insert(key);
         if let Some(seen) = self.seen(key) {
             self.add_leaf(&seen, Over::NONE);
         }
     }
 
-    /// The leaf that covers a patch: itself or an ancestor.
-    fn leaf_over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
-        let top = self.patches.strides() as i32 - 1;
-        while key.level <= top {
-            if let Some(leaf) = self.leaves.get(&key) {
-                return Some((key, *leaf));
-            }
-            key = key.parent();
-        }
-        None
-    }
-
-    /// The sides of a leaf whose edges are its own: of two leaves the finer one's, of equals those to the west and north.
-    fn sides(&self, key: PatchKey) -> u32 {
-        let mut sides = 0;
-        for (side, neighbour) in neighbours(key).into_iter().enumerate() {
-            let is_own = match self.leaf_over(neighbour) {
-                Some((other, _)) if other.level == key.level => side % 2 == 0,
-                Some(_) => true,
-                None => !self.has_leaf_at(neighbour, side, MAX_LEVEL_STEP),
-            };
-            sides |= u32::from(is_own) << side;
-        }
-        sides
-    }
-
-    /// Whether a leaf under `key` touches its side that faces side `side` of a neighbour.
-    fn has_leaf_at(&self, key: PatchKey, side: usize, depth: i32) -> bool {
-        if depth == 0 {
-            return false;
-        }
-        let facing: [usize; 2] = [[1, 3], [0, 2], [2, 3], [0, 1]][side];
-        let children = key.children();
-        facing
-            .into_iter()
-            .map(|i| children[i])
-            .any(|child| self.leaves.contains_key(&child) || self.has_leaf_at(child, side, depth - 1))
-    }
-
-    /// What was chosen.
+    /// What was chosen, at positions relative to `anchor`.
     pub fn finish(self, anchor: DVec2) -> Selection {
-        let mut keys: Vec<_> = self.leaves.iter().map(|(key, leaf)| (*key, *leaf)).collect();
-        // The key breaks ties, so that the order is the same on every run.
-        keys.sort_by(|a, b| {
-            a.1.holes.cmp(&b.1.holes).then(a.1.distance_m.total_cmp(&b.1.distance_m)).then(a.0.cmp(&b.0))
-        });
-        let mut selection = Selection::default();
-        let units_log2 = -self.finest_level;
-        for (key, leaf) in keys {
-            let own = f64::from(key.level);
-            let [west, east, north, south] = neighbours(key).map(|neighbour| {
-                let other = self.leaf_over(neighbour).map_or(leaf.level, |(_, other)| other.level);
-                (leaf.level.max(other) - own) as f32
-            });
-            let (first, _) = key.area();
-            let origin = (first - anchor) * f64::from(units_log2).exp2();
-            let instance = PatchInstance {
-                origin_units: [origin.x as i32, origin.y as i32],
-                stride_exponent: (key.level + units_log2) as u32,
-                id: patch_id(key),
-                edge_levels: [west, east, north, south],
-                inner_level: (leaf.level - own) as f32,
-                sides: self.sides(key),
-                padding: [0.0; 2],
-            };
-            if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
-            selection.leaves.push(key);
-        }
-        selection
+        self.leaves.instances(anchor, -self.finest_level)
     }
 }

@@ -91,7 +91,7 @@ impl TonalArtMap {
     /// # Errors
     /// As [`TonalArtMap::make`]: a folder that cannot be read or written is none.
     pub fn cached(recipe: &Recipe) -> Result<Self, StyleError> {
-        match crate::pyramid::cache_folder(None) {
+        match crate::pyramid::store::cache_folder(None) {
             Ok(folder) => read_or_make(recipe, &folder.join(FOLDER)),
             Err(_) => Self::make(recipe),
         }

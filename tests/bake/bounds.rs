@@ -1,6 +1,6 @@
 //! The stated errors bound the real ones, in all rounds.
 
-use hachure::pyramid::Voids;
+use hachure::pyramid::surface::statistics::Voids;
 
 use crate::brute::{self, Level};
 use crate::{baked, tiles, world};

@@ -5,7 +5,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hachure::measure::memory;
-use hachure::pyramid::{BakeOptions, BakeWork, Baked, Pyramid, bake_reader};
+use hachure::pyramid::bake::{BakeWork, Baked, bake_reader};
+use hachure::pyramid::{BakeOptions, Pyramid};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{HeightReader, Silent, SourceError, Window};
 

@@ -13,7 +13,8 @@ mod world;
 
 use std::path::Path;
 
-use hachure::pyramid::{BakeOptions, BakeReport, BakeWork, Baked, Pyramid, TileAddress, bake_reader};
+use hachure::pyramid::bake::{BakeReport, BakeWork, Baked, bake_reader};
+use hachure::pyramid::{BakeOptions, Pyramid, TileAddress};
 use hachure::source::reader::GridReader;
 use hachure::source::{HeightGrid, Silent};
 

@@ -4,8 +4,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use hachure::pyramid::store::Decode;
-use hachure::pyramid::{Cancel, LevelSize, PatchStatistics, PyramidError, TileAddress, TileStore};
+use hachure::pyramid::store::{Cancel, Decode};
+use hachure::pyramid::surface::statistics::PatchStatistics;
+use hachure::pyramid::{LevelSize, PyramidError, TileAddress, TileStore};
 use hachure::source::georeference::Georeference;
 
 /// What happens to a tile on its way: the number of times that it has been asked for before comes with it.

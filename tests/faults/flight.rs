@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
 use std::time::Duration;
 
-use hachure::pyramid::{Cancel, LoadedTile, PyramidError, TileAddress, TileStore};
+use hachure::pyramid::store::Cancel;
+use hachure::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 use crate::faulty_server::next;
 

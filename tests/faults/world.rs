@@ -118,7 +118,7 @@ impl World {
 
     /// All tiles as they come from the file itself.
     pub fn truth(&self, name: &str) -> Truth {
-        all(pyramid::open_local_cog(&self.folder.join(name)).unwrap().unwrap())
+        all(pyramid::store::open_local_cog(&self.folder.join(name)).unwrap().unwrap())
     }
 
     /// Holds every block in the cache against the file.

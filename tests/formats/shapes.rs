@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use hachure::pyramid::{TileAddress, Voids, open_local_cog};
+use hachure::pyramid::TileAddress;
+use hachure::pyramid::store::open_local_cog;
+use hachure::pyramid::surface::statistics::Voids;
 use hachure::source::{self, Silent};
 
 use crate::compare::{check, compare};

@@ -8,7 +8,8 @@ use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder, Predictor, TiffVar
 use hachure::file::exr::{Channel, Samples, read_exr, write_exr};
 use hachure::file::png::{read_rgba8, write_rgba8};
 use hachure::mesh::obj;
-use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake, open_local_cog};
+use hachure::pyramid::store::open_local_cog;
+use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::Scene;
 use hachure::scene::path::CameraPath;
 use hachure::source::{self, Silent, Window};

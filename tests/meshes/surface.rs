@@ -63,7 +63,9 @@ fn off(shot: &Shot, mesh: &Mesh, standing: &Standing) -> [usize; 4] {
 
 #[test]
 fn position_and_normal_are_those_of_an_exact_ray() {
-    let Some((hill, mut world)) = shapes::hill() else { return };
+    let Some((hill, mut world)) = shapes::hill() else {
+        return;
+    };
     let mut frame = None;
     for (name, soup) in [("sphere", shapes::sphere(3)), ("cube", shapes::cube()), ("sheet", shapes::sheet())] {
         let mesh = Arc::new(shapes::mesh(soup));
@@ -106,7 +108,9 @@ fn same_land(one: &Shot, other: &Shot) -> usize {
 
 #[test]
 fn the_land_is_to_the_bit_what_it_is_without_meshes() {
-    let Some((hill, mut world)) = shapes::hill() else { return };
+    let Some((hill, mut world)) = shapes::hill() else {
+        return;
+    };
     let mesh = Arc::new(shapes::mesh(shapes::sphere(3)));
     let pose = world.pose("-320,-620,+8,8,3,40");
     for style in
@@ -139,7 +143,9 @@ fn the_land_is_to_the_bit_what_it_is_without_meshes() {
 
 #[test]
 fn parts_of_a_large_picture_join() {
-    let Some((hill, mut world)) = shapes::hill() else { return };
+    let Some((hill, mut world)) = shapes::hill() else {
+        return;
+    };
     let mesh = Arc::new(shapes::mesh(shapes::sphere(3)));
     shapes::place(&mut world, &mesh, &shapes::stance(standing_on(&hill, -300.0, -500.0, 10.0), 0.0, 20.0));
     let pose = world.pose("-320,-620,+8,8,3,40");
@@ -165,7 +171,9 @@ fn parts_of_a_large_picture_join() {
 fn a_mesh_bends_with_the_land_and_stands_on_it() {
     let (hill, grid) = Hill::far(60_000.0, 100.0);
     let (_, store) = crate::common::baked(&grid);
-    let Some(gpu) = crate::common::gpu() else { return };
+    let Some(gpu) = crate::common::gpu() else {
+        return;
+    };
     let options = hachure::tiles::terrain::TerrainOptions { inverse_radius: 1.0 / 6_371_008.8, ..Default::default() };
     let mut terrain = hachure::tiles::Terrain::new(&gpu, Arc::new(store), options).unwrap();
     // A mast of 400 m on the hill, 55 km away, seen from 300 m above the plain.
@@ -189,7 +197,7 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
     };
     let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
     let light = hachure::frame::Light { to_sun: DVec3::Z, haze_m: 3e5, haze_srgb: None };
-    let bending = terrain.bending(pose.position_m.z);
+    let earth_curvature = terrain.earth_curvature(pose.position_m.z);
     frame.render(&gpu, &mut terrain, &view, &style, &light).unwrap();
     gpu.wait();
     let drawn = frame.drawn_mesh_vertices(&gpu, &terrain).unwrap().unwrap();
@@ -198,7 +206,7 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         let corner = terrain.meshes().unwrap().meshes[0].vertices_m[i].map(f64::from);
         let flat_m = foot_m + DVec3::from_array(corner) * 400.0 - pose.position_m;
         let at_m = DVec3::new(x.into(), y.into(), z.into());
-        assert!(at_m.distance(bending.bend(flat_m)) < 0.02, "{at_m} {}", bending.bend(flat_m));
+        assert!(at_m.distance(earth_curvature.bend(flat_m)) < 0.02, "{at_m} {}", earth_curvature.bend(flat_m));
         sunk_m = sunk_m.max(at_m.distance(flat_m));
     }
     assert!(sunk_m > 200.0, "the earth bends by {sunk_m} m");

@@ -24,7 +24,9 @@ use common::{World, gpu, grid_of, pose_of, rough_height_m};
 use glam::DVec2;
 use hachure::frame::Frame;
 use hachure::gpu::Gpu;
-use hachure::pyramid::{ContinentStore, PATCH_QUADS, TileStore};
+use hachure::pyramid::TileStore;
+use hachure::pyramid::store::ContinentStore;
+use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::scene::camera::Camera;
 use hachure::scene::path::CameraPath;
 use hachure::source::Silent;
@@ -63,7 +65,7 @@ struct Flight {
 fn fly(name: &str, gpu: &Gpu, terrain: &mut Terrain, poses: &[Pose], plants: bool) -> Flight {
     let style = Style::parse("plain", preset_text("plain").unwrap()).unwrap();
     let mut frame = Frame::new(gpu).unwrap();
-    let warp = terrain.warp().clone();
+    let grid_projection = terrain.grid_projection().clone();
     let view_of = |pose: Pose| View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     // A window that has been open for a while: after a jump nothing fades.
     let start = Instant::now();
@@ -80,18 +82,22 @@ fn fly(name: &str, gpu: &Gpu, terrain: &mut Terrain, poses: &[Pose], plants: boo
     let frame_ms = start.elapsed().as_secs_f64() * 1000.0 / poses.len() as f64;
     let mut flight = Flight { late: meshes.iter().filter(|mesh| mesh.late).count(), ..Flight::default() };
     for (number, pair) in meshes.windows(2).enumerate() {
-        let moved = motions(&pair[0], &pair[1], &warp);
+        let moved = motions(&pair[0], &pair[1], &grid_projection);
         for kind in 0..3 {
             flight.frames_over[kind] += usize::from(moved.most(kind) > MOST_PX);
         }
         flight.all.append(moved);
         if plants && number < 15 {
-            flight.unmorphed.append(motions(&pair[0].without_morphing(), &pair[1].without_morphing(), &warp));
+            flight.unmorphed.append(motions(
+                &pair[0].without_morphing(),
+                &pair[1].without_morphing(),
+                &grid_projection,
+            ));
         }
     }
     if plants {
         for pair in meshes.iter().step_by(30).collect::<Vec<_>>().windows(2) {
-            flight.seldom.append(motions(pair[0], pair[1], &warp));
+            flight.seldom.append(motions(pair[0], pair[1], &grid_projection));
         }
     }
     println!("{name}: {} frames of {frame_ms:.0} ms, {} late", meshes.len(), flight.late);

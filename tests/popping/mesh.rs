@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use glam::{DVec2, DVec3};
 use hachure::frame::{Frame, Light};
 use hachure::gpu::Gpu;
-use hachure::pyramid::PATCH_QUADS;
+use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::style::Style;
 use hachure::surface::view::View;
 use hachure::tiles::Terrain;
+use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::selection::{PatchInstance, PatchKey};
-use hachure::tiles::warp::Warp;
 
 use crate::{SIDE, SIZE_PX};
 
@@ -108,8 +108,8 @@ impl Mesh {
     }
 
     /// The height of the mesh at a place, and its normal.
-    pub fn under(&self, warp: &Warp, place_m: DVec2) -> Option<(f64, DVec3)> {
-        let grid = warp.grid_from_world(place_m);
+    pub fn under(&self, grid_projection: &GridProjection, place_m: DVec2) -> Option<(f64, DVec3)> {
+        let grid = grid_projection.grid_from_world(place_m);
         (-12..24_i32).find_map(|level| {
             let stride = f64::from(level).exp2();
             let at = grid / stride;

@@ -1,8 +1,8 @@
 //! How far vertices move from a frame to the next.
 
 use glam::DVec3;
+use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::selection::PatchKey;
-use hachure::tiles::warp::Warp;
 use rayon::prelude::*;
 
 use crate::SIDE;
@@ -78,7 +78,7 @@ impl Motions {
 }
 
 /// The motions of the patch `key` of the later mesh, as seen in that one.
-pub fn motions_of(before: &Mesh, after: &Mesh, warp: &Warp, key: PatchKey) -> Motions {
+pub fn motions_of(before: &Mesh, after: &Mesh, grid_projection: &GridProjection, key: PatchKey) -> Motions {
     let mut motions = Motions::default();
     let patch = &after.patches[&key];
     let all = || (0..SIDE).flat_map(|j| (0..SIDE).map(move |i| (i, j)));
@@ -106,7 +106,7 @@ pub fn motions_of(before: &Mesh, after: &Mesh, warp: &Warp, key: PatchKey) -> Mo
         motions.without_partner += patch.vertices_m.iter().filter(|at| after.is_in_view(**at)).count();
     }
     for at_m in patch.vertices_m.iter().filter(|at| after.is_in_view(**at)) {
-        if let Some((z_m, normal)) = before.under(warp, at_m.truncate()) {
+        if let Some((z_m, normal)) = before.under(grid_projection, at_m.truncate()) {
             motions.in_place(after, key, *at_m, z_m, normal);
         }
     }
@@ -114,17 +114,17 @@ pub fn motions_of(before: &Mesh, after: &Mesh, warp: &Warp, key: PatchKey) -> Mo
 }
 
 /// The motions between two frames.
-pub fn motions(before: &Mesh, after: &Mesh, warp: &Warp) -> Motions {
+pub fn motions(before: &Mesh, after: &Mesh, grid_projection: &GridProjection) -> Motions {
     let mut keys: Vec<PatchKey> = after.patches.keys().copied().collect();
     keys.sort();
-    let later: Vec<Motions> = keys.par_iter().map(|key| motions_of(before, after, warp, *key)).collect();
+    let later: Vec<Motions> = keys.par_iter().map(|key| motions_of(before, after, grid_projection, *key)).collect();
     let mut keys: Vec<PatchKey> = before.patches.keys().copied().collect();
     keys.sort();
     // Two meshes of triangles are farthest apart at a vertex of either, about.
     let earlier = keys.par_iter().map(|key| {
         let mut motions = Motions::default();
         for at_m in before.patches[key].vertices_m.iter().filter(|at| after.is_in_view(**at)) {
-            if let Some((z_m, normal)) = after.under(warp, at_m.truncate()) {
+            if let Some((z_m, normal)) = after.under(grid_projection, at_m.truncate()) {
                 motions.in_place(after, *key, *at_m, z_m, normal);
             }
         }

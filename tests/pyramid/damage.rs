@@ -4,10 +4,9 @@ use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use hachure::pyramid::{
-    BakeOptions, Pyramid, PyramidError, TileAddress, TileStore, bake, open_or_bake, open_or_bake_key, sidecar_path,
-    trim,
-};
+use hachure::pyramid::format::sidecar_path;
+use hachure::pyramid::store::{open_or_bake, open_or_bake_key, trim};
+use hachure::pyramid::{BakeOptions, Pyramid, PyramidError, TileAddress, TileStore, bake};
 use hachure::source::{Progress, Silent};
 
 use crate::{baked, tiles, world};

@@ -10,7 +10,9 @@ mod world;
 use std::path::Path;
 
 use brute::Level;
-use hachure::pyramid::{BakeOptions, PATCH_QUADS, Pyramid, TileAddress, TileStatistics, Voids, bake};
+use hachure::pyramid::surface::statistics::{TileStatistics, Voids};
+use hachure::pyramid::tile::PATCH_QUADS;
+use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, bake};
 use hachure::source::{HeightGrid, Silent};
 
 fn baked(grid: &HeightGrid, out: &Path, max_error_m: f64) -> Pyramid {
@@ -187,7 +189,7 @@ fn check_patch_range(
     j: u32,
     x: usize,
     y: usize,
-    patch: &hachure::pyramid::PatchStatistics,
+    patch: &hachure::pyramid::surface::statistics::PatchStatistics,
     step_m: f32,
 ) {
     let side = 16_usize << j;

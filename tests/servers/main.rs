@@ -85,7 +85,7 @@ fn picture_of(gpu: &Gpu, store: Result<Arc<dyn TileStore>, String>) -> Result<Pi
 }
 
 fn remote(url: &str, settings: Settings) -> Result<Arc<dyn TileStore>, String> {
-    pyramid::open_remote_with(url, settings, 1 << 20).map(|store| store as _).map_err(|error| chain(&error))
+    pyramid::store::open_remote_with(url, settings, 1 << 20).map(|store| store as _).map_err(|error| chain(&error))
 }
 
 fn chain(error: &dyn std::error::Error) -> String {
@@ -129,7 +129,7 @@ fn whatever_a_server_does() {
     let folder = tempfile::tempdir().unwrap();
     let path = file(folder.path(), "world.tif", 1000.0);
     let bytes = std::fs::read(&path).unwrap();
-    let truth = picture_of(&gpu, Ok(pyramid::open_local_cog(&path).unwrap().unwrap())).unwrap();
+    let truth = picture_of(&gpu, Ok(pyramid::store::open_local_cog(&path).unwrap().unwrap())).unwrap();
     assert!(KINDS.len() >= 46 && bytes.len() > 400_000, "{} kinds, {} bytes", KINDS.len(), bytes.len());
     let faults = Mutex::new(Vec::new());
     for_all(KINDS, 4, |kind, expected| {

@@ -4,7 +4,7 @@ use super::Lists;
 use super::scan::Ordered;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
-use crate::pyramid::PATCH_QUADS;
+use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::vertices::PatchMesh;
 
 /// Quads of a patch: what each has found is kept from stage to stage.

@@ -1,17 +1,18 @@
 //! What a chunk reads: a window of the heights, or the grids of the round before.
 
-use super::field::Field;
 use super::part::{Grids, Part};
 use super::plan::{Chunk, Plan, Round, Steps, own_vertices};
-use crate::pyramid::PyramidError;
-use crate::pyramid::levels::{LevelSize, Region};
-use crate::pyramid::statistics::{PatchStatistics, TileStatistics};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::surface::field::Field;
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::surface::statistics::{PatchPage, PatchStatistics, TileStatistics};
+use crate::pyramid::tile::TILE_SAMPLES;
 use crate::source::HeightReader;
 
 /// Where a round gets its heights from.
 #[derive(Clone, Copy)]
 pub enum Below<'a> {
-    /// The first round.
+    /// The first round reads the heights that are baked.
     Heights(&'a dyn HeightReader),
     /// A later one: the round before and its parts, row by row.
     Parts(Round, &'a [Part]),
@@ -23,7 +24,7 @@ pub struct Ground {
     pub stored: Option<Field>,
     /// The base's tiles in `tiles_region`, row-major.
     pub tiles: Vec<TileStatistics>,
-    /// In numbers of tiles.
+    /// The region of `tiles`, in numbers of tiles and not of samples.
     pub tiles_region: Region,
     /// The vertices of the patches of the base's stride.
     pub vertices: Field,
@@ -86,7 +87,7 @@ pub fn read_parts(
     let vertices = {
         let count = |samples| Steps { samples, step: 1 << round.base }.count();
         let counts = LevelSize { width: count(finest.width), height: count(finest.height) };
-        let side = crate::pyramid::TILE_SAMPLES;
+        let side = TILE_SAMPLES;
         let span = |first: u32, tiles: u32, count: u32| {
             let start = (first * side).min(count - 1);
             (start, ((first + tiles) * side + 1).min(count) - start)
@@ -96,7 +97,7 @@ pub fn read_parts(
     };
     let patches_region = plan.own_patches(round, chunk, round.base);
     let mut mosaics = [Mosaic::new(raw), Mosaic::new(raw), Mosaic::new(vertices)];
-    let mut patches = vec![crate::pyramid::PatchPage::NOTHING; patches_region.samples()];
+    let mut patches = vec![PatchPage::NOTHING; patches_region.samples()];
     let mut tiles = Vec::new();
     let mut is_lossy = false;
     for y in tiles_region.y..tiles_region.y + tiles_region.height {

@@ -9,34 +9,35 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::below::{Below, Ground, read_heights, read_parts};
-use super::field::{Field, Fields};
+use super::deferred::Deferred;
 use super::part::{self, Contents, Grids, PartName, TileEntry};
 use super::plan::{Chunk, Plan, Regions, Round, own_vertices};
 use super::tile_error::{Base, LevelView, against_base, against_heights, tile_statistics};
 use super::vertices::{Vertices, for_children};
-use super::{codec, mesh_error, overview};
-use crate::pyramid::PyramidError;
-use crate::pyramid::encode::{Codec, padded_tile};
-use crate::pyramid::fill::read_filled;
-use crate::pyramid::levels::Region;
-use crate::pyramid::record::{self, page_bytes};
-use crate::pyramid::statistics::{PatchStatistics, Range, TileStatistics, patch_levels};
-use crate::pyramid::store::PAGE_PATCHES;
+use super::{codec, mesh_error};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::encode::{Codec, padded_tile};
+use crate::pyramid::format::record::{self, page_bytes};
+use crate::pyramid::surface::field::{Field, Fields};
+use crate::pyramid::surface::fill::read_filled;
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::surface::overview;
+use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchStatistics, Range, TileStatistics, patch_levels};
 
 /// Rows that are filled together.
 const STRIP: u32 = 64;
 
 /// What all chunks of a bake share.
 pub struct Job<'a> {
-    /// The pieces.
+    /// How the bake is cut into rounds and chunks.
     pub plan: Plan,
     /// How heights are stored.
     pub codec: Codec,
     /// The pyramid, for messages.
     pub out: &'a Path,
-    /// What the heights, options and version come to.
+    /// Names the bake: a hash of the heights, options and version.
     pub bake: u64,
-    /// Set when the bake shall stop.
+    /// Set from another thread when the bake shall stop; looked at between the steps of a chunk.
     pub stop: &'a AtomicBool,
     /// Hears what a chunk is doing.
     pub stage: &'a (dyn Fn(&str) + Sync),
@@ -53,7 +54,7 @@ impl Job<'_> {
     }
 }
 
-/// A chunk at work.
+/// A chunk that is being baked, with the regions of each level that it needs.
 struct Work<'a> {
     job: &'a Job<'a>,
     round: Round,
@@ -83,7 +84,7 @@ pub fn bake_chunk(
 }
 
 impl Work<'_> {
-    fn level_size(&self, i: usize) -> crate::pyramid::LevelSize {
+    fn level_size(&self, i: usize) -> LevelSize {
         self.job.plan.sizes[self.round.base + i]
     }
 
@@ -239,7 +240,7 @@ impl Work<'_> {
         base: &Field,
         views: &[LevelView<'_>],
         ground: Option<&Ground>,
-    ) -> Result<(Vec<Vec<TileStatistics>>, Vec<super::deferred::Deferred>), PyramidError> {
+    ) -> Result<(Vec<Vec<TileStatistics>>, Vec<Deferred>), PyramidError> {
         let finest = self.job.plan.sizes[0];
         let mut all = Vec::new();
         let mut put_off = Vec::new();
@@ -332,7 +333,7 @@ impl Work<'_> {
         all
     }
 
-    /// The pages of all tiles that are made.
+    /// The pages of all tiles that are made, encoded as records hold them.
     fn pages(&self, tiles: &[Vec<TileStatistics>], patches: &[Vec<PatchStatistics>]) -> Vec<Vec<u8>> {
         let (plan, round) = (&self.job.plan, self.round);
         let mut pages = Vec::new();
@@ -358,7 +359,7 @@ impl Work<'_> {
 }
 
 /// Whether there may be data at a sample of full resolution: all corners of its quad of vertices are known.
-fn has_data(vertices: &Field, finest: crate::pyramid::LevelSize, step: u32, x: u32, y: u32) -> bool {
+fn has_data(vertices: &Field, finest: LevelSize, step: u32, x: u32, y: u32) -> bool {
     let quad = |at: u32, samples: u32| (at / step).min((samples - 1).div_ceil(step).saturating_sub(1));
     let (x, y) = (quad(x, finest.width), quad(y, finest.height));
     [(0, 0), (1, 0), (0, 1), (1, 1)]

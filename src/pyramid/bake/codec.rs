@@ -6,10 +6,11 @@ use std::path::Path;
 use rayon::prelude::*;
 use tiff_reader::TiffFile;
 
-use crate::pyramid::cog::CogWriter;
-use crate::pyramid::encode::Codec;
-use crate::pyramid::levels::{LevelSize, Region};
-use crate::pyramid::{PyramidError, TILE_SAMPLES};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::cog::CogWriter;
+use crate::pyramid::format::encode::Codec;
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::tile::TILE_SAMPLES;
 use crate::source::georeference::{Crs, Georeference};
 
 /// The heights of `own`, row-major, whose tiles were encoded to `tiles`, row-major: through the reader that opens

@@ -7,11 +7,12 @@
 //! from the next.
 
 use super::plan::{Plan, Round};
-use crate::pyramid::bicubic;
-use crate::pyramid::fill::{HeightLevels, read_filled};
-use crate::pyramid::levels::{LevelSize, Region, coordinate};
-use crate::pyramid::statistics::rounded_up;
-use crate::pyramid::{PyramidError, TILE_SAMPLES};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::surface::bicubic;
+use crate::pyramid::surface::fill::{HeightLevels, read_filled};
+use crate::pyramid::surface::levels::{LevelSize, Region, coordinate};
+use crate::pyramid::surface::statistics::rounded_up;
+use crate::pyramid::tile::TILE_SAMPLES;
 
 /// A sample that was put off.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +21,7 @@ pub struct Deferred {
     pub level: u32,
     /// In the first round, its column in level 0; later, that of its quad among the vertices of the round's base.
     pub x: u32,
-    /// Its row, likewise.
+    /// Its row, counted as `x` is.
     pub y: u32,
     /// In the first round, its height in metres; later NaN.
     pub height_m: f32,
@@ -35,7 +36,7 @@ impl Deferred {
 
 /// The levels as they are served when all are there.
 pub struct Served<'a> {
-    /// Of the finished GeoTIFF.
+    /// The levels of the finished GeoTIFF, read back.
     pub levels: &'a dyn HeightLevels,
     /// For voids far from everything on the coarsest level, in metres.
     pub fallback_m: f32,

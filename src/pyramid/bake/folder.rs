@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use super::part::{Part, PartName};
 use super::plan::Chunk;
 use crate::file::atomic;
-use crate::pyramid::PyramidError;
+use crate::pyramid::error::PyramidError;
 
 const ABOUT: &str = "bake.txt";
 const FIRST_LINE: &str = "hachure: parts of a bake; removed when it is done";
 
-/// A work folder.
+/// A work folder that is there and belongs to this bake.
 pub struct Folder {
     path: PathBuf,
 }
@@ -75,7 +75,7 @@ impl Folder {
         }
     }
 
-    /// The folder.
+    /// Where the folder lies.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -94,7 +94,7 @@ impl Folder {
         part
     }
 
-    /// Keeps a part.
+    /// Writes a part to its file in the folder, whole or not at all.
     pub fn write(&self, name: PartName, bytes: &[u8]) -> Result<Part, PyramidError> {
         Part::write(bytes, &self.file(name.round, name.chunk))
     }

@@ -6,23 +6,24 @@ use std::path::Path;
 use super::chunk::Job;
 use super::deferred::{Deferred, Served};
 use super::part::Part;
-use super::plan::Round;
+use super::plan::{Chunk, Round};
 use super::vertices::for_children;
 use crate::file::atomic::AtomicFile;
-use crate::pyramid::PyramidError;
-use crate::pyramid::cog::CogWriter;
-use crate::pyramid::levels::{LevelSize, Region};
-use crate::pyramid::link::{self, Link};
-use crate::pyramid::record::{PAGE_BYTES, record_bytes};
-use crate::pyramid::sidecar::{LevelSummary, Sidecar, sidecar_path};
-use crate::pyramid::statistics::TileStatistics;
-use crate::pyramid::stored::StoredLevels;
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::cog::CogWriter;
+use crate::pyramid::format::link::Link;
+use crate::pyramid::format::pair;
+use crate::pyramid::format::record::{PAGE_BYTES, record_bytes};
+use crate::pyramid::format::sidecar::{LevelSummary, Sidecar, sidecar_path};
+use crate::pyramid::format::stored::StoredLevels;
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::surface::statistics::TileStatistics;
 use crate::source::Progress;
 use crate::source::georeference::Georeference;
 
 /// A round that is done.
 pub struct Done {
-    /// Which.
+    /// The round whose parts these are.
     pub round: Round,
     /// Its parts, row by row.
     pub parts: Vec<Part>,
@@ -40,9 +41,9 @@ impl Done {
 
 /// What was written.
 pub struct Joined {
-    /// The sidecar's header.
+    /// The header of the sidecar, as it was written.
     pub sidecar: Sidecar,
-    /// Bytes of the GeoTIFF.
+    /// Length of the GeoTIFF in bytes.
     pub tif_bytes: u64,
 }
 
@@ -61,7 +62,7 @@ fn runs<'a>(job: &Job<'_>, done: &'a Done, level: usize, y: u32) -> impl Iterato
     let (count_x, _) = plan.chunk_counts(round);
     let chunk_y = plan.chunk_of(round, level, 0, y).y;
     (0..count_x).map(move |chunk_x| {
-        let chunk = super::plan::Chunk { x: chunk_x, y: chunk_y };
+        let chunk = Chunk { x: chunk_x, y: chunk_y };
         let finer: usize = (round.first_made()..level).map(|finer| plan.own_tiles(round, chunk, finer).samples()).sum();
         let own = plan.own_tiles(round, chunk, level);
         let first = finer + ((y - own.y) * own.width) as usize;
@@ -160,7 +161,7 @@ pub fn join(
     records.sync().map_err(PyramidError::io(&beside, "writing"))?;
     let tif_bytes = sidecar.link.tif_bytes;
     job.go_on()?;
-    link::commit(tif.partial_path(), records.partial_path(), job.out)?;
+    pair::commit(tif.partial_path(), records.partial_path(), job.out)?;
     Ok(Joined { sidecar, tif_bytes })
 }
 

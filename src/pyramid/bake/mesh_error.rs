@@ -7,13 +7,11 @@
 use rayon::prelude::*;
 
 use super::tile_error::{LARGEST_WEIGHTS, LevelView, range_of};
-use crate::pyramid::fill::is_void;
-use crate::pyramid::levels::Region;
-use crate::pyramid::statistics::PatchStatistics;
-use crate::pyramid::{PATCH_QUADS, bicubic};
-
-/// The steps per sample at which a cell is compared with its two triangles.
-const STEPS: usize = 4;
+use crate::pyramid::surface::bicubic;
+use crate::pyramid::surface::cell_errors::{ROW_SAMPLES, Steps, row_errors_m};
+use crate::pyramid::surface::levels::Region;
+use crate::pyramid::surface::statistics::{PatchStatistics, rounded_up};
+use crate::pyramid::tile::{PATCH_QUADS, is_void};
 
 /// The patches of stride 1 in `patches` (in numbers of patches), row-major; `view` is level 0.
 pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatistics> {
@@ -45,7 +43,7 @@ pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatist
             }
             // Near its edges the patch takes heights that are not the chunk's own, and fillings.
             let doubt_m = if certain(view, x0, y0, x1, y1) { 0.0 } else { (LARGEST_WEIGHTS + 1.0) * view.doubt_m };
-            let mesh_error_m = crate::pyramid::statistics::rounded_up(f64::from(worst) + doubt_m);
+            let mesh_error_m = rounded_up(f64::from(worst) + doubt_m);
             PatchStatistics { min_m: range.min_m, max_m: range.max_m, mesh_error_m, voids: range.voids() }
         })
         .collect()
@@ -63,60 +61,4 @@ fn certain(view: &LevelView<'_>, x0: u32, y0: u32, x1: u32, y1: u32) -> bool {
         && taken.y + taken.height <= y + height
         && (taken.y..taken.y + taken.height)
             .all(|row| view.served.span(taken.x, row, taken.width).iter().all(|height| !is_void(*height)))
-}
-
-/// Cells that are worked on together.
-pub const ROW_CELLS: usize = PATCH_QUADS as usize;
-/// The samples that they take of a row: one before, two after.
-pub const ROW_SAMPLES: usize = ROW_CELLS + 3;
-
-/// The weights of the four samples along an axis at the steps; their f32 values are exact.
-pub struct Steps {
-    down: Vec<(f32, [f32; 4])>,
-    across: Vec<(f32, [f32; 4])>,
-}
-
-impl Steps {
-    /// All quarters.
-    pub fn new() -> Self {
-        let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
-        let steps: Vec<_> = (0..=STEPS).map(|step| (step as f32 / STEPS as f32, weights(step))).collect();
-        Self { down: steps.clone(), across: steps }
-    }
-
-    /// Only along the upper side and the middle: for estimates.
-    pub fn few() -> Self {
-        let mut steps = Self::new();
-        steps.down.retain(|(v, _)| *v == 0.0 || *v == 0.5);
-        steps
-    }
-}
-
-/// For the cells of a row, the largest difference in metres between the bicubic surface in the cell and the cell's two
-/// triangles. `rows` are the samples of the row before the cells, of the cells' upper and lower corners, and of the row
-/// after; each begins one sample before the first cell.
-pub fn row_errors_m(rows: [&[f32; ROW_SAMPLES]; 4], steps: &Steps) -> [f32; ROW_CELLS] {
-    // Differences from the first corner, so that f32 is enough.
-    let origin = rows[1][1];
-    let rows = rows.map(|row| row.map(|sample| sample - origin));
-    let mut worst = [0.0_f32; ROW_CELLS];
-    for &(v, weights) in &steps.down {
-        let line: [f32; ROW_SAMPLES] = std::array::from_fn(|i| {
-            weights[0] * rows[0][i] + weights[1] * rows[1][i] + weights[2] * rows[2][i] + weights[3] * rows[3][i]
-        });
-        for &(u, weights) in &steps.across {
-            for (i, worst) in worst.iter_mut().enumerate() {
-                let surface = weights[0] * line[i]
-                    + weights[1] * line[i + 1]
-                    + weights[2] * line[i + 2]
-                    + weights[3] * line[i + 3];
-                let (first, opposite) = (rows[1][i + 1], rows[2][i + 2]);
-                let beside = if u >= v { rows[1][i + 2] } else { rows[2][i + 1] };
-                let flat = first + u.max(v) * (beside - first) + u.min(v) * (opposite - beside);
-                let error = (surface - flat).abs();
-                *worst = if error > *worst { error } else { *worst };
-            }
-        }
-    }
-    worst
 }

@@ -6,21 +6,19 @@
 //!
 //! Why: `docs/decisions/bake-in-chunks.md`.
 
+mod plan;
+mod codec;
+mod surface_rows;
+mod deferred;
+mod tile_error;
+mod mesh_error;
+mod vertices;
+mod part;
+mod folder;
 mod below;
 mod chunk;
-mod codec;
-mod deferred;
-pub(super) mod field;
-mod folder;
 mod join;
-pub(super) mod mesh_error;
-pub(super) mod overview;
-mod part;
-mod plan;
 mod rounds;
-mod surface;
-mod tile_error;
-mod vertices;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -28,18 +26,18 @@ use std::time::{Duration, Instant};
 
 pub use folder::parts_path;
 
-use super::bytes::fnv;
-use super::encode::Codec;
-use super::levels::{LevelSize, level_sizes};
-use super::store::PatchPage;
-use super::{PyramidError, link, sidecar};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::bytes::fnv;
+use crate::pyramid::format::encode::Codec;
+use crate::pyramid::format::{pair, sidecar};
+use crate::pyramid::surface::levels::{LevelSize, level_sizes};
 use crate::source::reader::GridReader;
 use crate::source::{HeightGrid, HeightReader, Progress};
 use chunk::Job;
 use folder::Folder;
 use plan::Plan;
 
-/// How to bake.
+/// What changes the bytes of a pyramid besides its heights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BakeOptions {
     /// How far a stored height may be from the original one, in metres; 0 (the default here and of the cache) stores
@@ -74,21 +72,21 @@ impl Default for BakeWork<'_> {
 /// What was baked.
 #[derive(Clone, Debug)]
 pub struct BakeReport {
-    /// The GeoTIFF.
+    /// Where the GeoTIFF lies; the sidecar lies beside it.
     pub path: PathBuf,
     /// The sizes of the levels, finest first.
     pub levels: Vec<LevelSize>,
-    /// Bytes of the GeoTIFF.
+    /// Length of the GeoTIFF in bytes.
     pub tif_bytes: u64,
-    /// Bytes of the sidecar.
+    /// Length of the sidecar in bytes.
     pub sidecar_bytes: u64,
-    /// Lowest height as stored.
+    /// Lowest height of level 0 in metres, as stored.
     pub min_m: f32,
-    /// Highest height as stored.
+    /// Highest height of level 0 in metres, as stored.
     pub max_m: f32,
     /// Samples of level 0 without a height.
     pub void_samples: u64,
-    /// Chunks that were there already.
+    /// Chunks that a bake before this one had left in the work folder.
     pub resumed_chunks: u64,
     /// How long it took.
     pub duration: Duration,
@@ -97,13 +95,13 @@ pub struct BakeReport {
 /// What a call of [`bake_reader`] came to.
 #[derive(Clone, Debug)]
 pub enum Baked {
-    /// A pyramid.
+    /// The pyramid is whole.
     Pyramid(BakeReport),
     /// The chunks of a shard: how many they are, and how many of them were there already.
     Shard {
-        /// Of the shard.
+        /// All chunks of the shard.
         chunks: u64,
-        /// Of them.
+        /// Those of them that were in the work folder already.
         resumed_chunks: u64,
     },
 }
@@ -174,7 +172,7 @@ pub fn bake_reader(
     let (done, resumed_chunks) = rounds::bake_rounds(&job, reader, folder.as_ref(), progress)?;
     let target = folder.as_ref().map_or_else(|| out.to_owned(), |folder| folder.path().join("joined.tif"));
     let joined = join::join(&job, &done, reader.georeference(), options.max_error_m, &target, progress)?;
-    link::tidy(out);
+    pair::tidy(out);
     if let Some(folder) = folder {
         folder.remove();
     } else if one_chunk && work.in_folder && keep {

@@ -21,10 +21,10 @@ use super::deferred::Deferred;
 use super::plan::Chunk;
 use crate::file::atomic;
 use crate::file::random_access::RandomAccess;
-use crate::pyramid::PyramidError;
-use crate::pyramid::bytes::{Cursor, put_f32s};
-use crate::pyramid::record::{self, PAGE_BYTES};
-use crate::pyramid::statistics::{PatchStatistics, TileStatistics};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::bytes::{Cursor, put_f32s};
+use crate::pyramid::format::record::{self, PAGE_BYTES};
+use crate::pyramid::surface::statistics::{PatchStatistics, TileStatistics};
 
 const MAGIC: &[u8; 8] = b"HACHPART";
 const HEAD_BYTES: usize = 8 + 4 + 8 + 12 + 4;
@@ -34,22 +34,22 @@ const SUMMED_AT: usize = 12;
 /// Which part of which bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartName {
-    /// Of the bake: what its heights, options and version come to.
+    /// Names the bake: a hash of its heights, options and version.
     pub bake: u64,
-    /// From 0.
+    /// Number of the round, from 0.
     pub round: u32,
-    /// Of the round.
+    /// The chunk of that round.
     pub chunk: Chunk,
 }
 
-/// What is known of a tile.
+/// What a part says of one of its tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileEntry {
-    /// Of its encoded bytes.
+    /// Length of its encoded bytes.
     pub bytes: u32,
-    /// Of them.
+    /// CRC-32 of its encoded bytes.
     pub checksum: u32,
-    /// Errors at corners are not known yet.
+    /// Its statistics; the errors at its corners are not known yet.
     pub statistics: TileStatistics,
 }
 
@@ -73,9 +73,9 @@ pub struct Contents {
 pub struct Grids {
     /// The top level as it was averaged, in metres, NaN for voids.
     pub raw_m: Vec<f32>,
-    /// As it is stored.
+    /// The top level as it is stored, in metres, NaN for voids; empty where that is the same.
     pub stored_m: Vec<f32>,
-    /// The vertices of the next round.
+    /// Heights of the vertices of the next round in metres, NaN where there is nothing to draw.
     pub vertices_m: Vec<f32>,
     /// The patches in the pages of the top's tiles.
     pub patches: Vec<PatchStatistics>,
@@ -83,12 +83,12 @@ pub struct Grids {
 
 /// A part: where its bytes are and what they hold.
 pub struct Part {
-    /// What is in it.
+    /// What stays in memory of it.
     pub contents: Contents,
     bytes: Bytes,
     grids_at: u64,
     pages_at: u64,
-    /// Of each tile, from the start of the part.
+    /// Where each tile's bytes begin, from the start of the part.
     tiles_at: Vec<u64>,
 }
 
@@ -107,7 +107,7 @@ fn take_patch(bytes: &mut Cursor<'_>) -> Option<PatchStatistics> {
     Some(PatchStatistics { min_m, max_m, mesh_error_m, voids: bytes.voids()? })
 }
 
-/// The bytes of a part.
+/// A part as it is kept in memory or in a file.
 pub fn to_bytes(name: PartName, contents: &Contents, grids: &Grids, pages: &[Vec<u8>], tiles: &[Vec<u8>]) -> Vec<u8> {
     let mut about = Vec::new();
     put_f32s(&mut about, &contents.range_m);
@@ -150,7 +150,7 @@ pub fn to_bytes(name: PartName, contents: &Contents, grids: &Grids, pages: &[Vec
 }
 
 impl Part {
-    /// A part in memory.
+    /// A part that stays in memory; none if the bytes are damaged.
     pub fn in_memory(bytes: Vec<u8>) -> Option<Self> {
         let mut part = Self::parse(&bytes)?;
         part.bytes = Bytes::Memory(bytes);
@@ -236,7 +236,7 @@ impl Part {
         }
     }
 
-    /// The grids.
+    /// Reads what the next round needs of this part.
     pub fn grids(&self) -> Result<Grids, PyramidError> {
         let bytes = self.read(self.grids_at, self.pages_at - self.grids_at)?;
         take_grids(&mut Cursor { bytes: &bytes }).ok_or_else(|| damaged(self.path()))

@@ -11,11 +11,11 @@
 //! by less than a coarse sample. [`Plan::regions`] works all that out from the coarsest level to the finest, so that a
 //! chunk has the same heights as the whole grid would have, bit for bit.
 
-use super::overview::cover_region;
-use crate::pyramid::fill::{RADIUS, parent_region};
-use crate::pyramid::levels::{LevelSize, Region};
-use crate::pyramid::statistics::patch_counts;
-use crate::pyramid::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES};
+use crate::pyramid::surface::fill::{RADIUS, parent_region};
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::surface::overview::cover_region;
+use crate::pyramid::surface::statistics::patch_counts;
+use crate::pyramid::tile::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES};
 
 /// Patches along the side of a page.
 const PAGE: u32 = TILE_SAMPLES / PATCH_QUADS;
@@ -23,16 +23,16 @@ const PAGE: u32 = TILE_SAMPLES / PATCH_QUADS;
 /// The rounds and chunks of a bake.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Of all levels, finest first.
+    /// The sizes of all levels, finest first.
     pub sizes: Vec<LevelSize>,
     /// Levels that a round goes up: k.
     pub chunk_levels: u32,
 }
 
-/// A round.
+/// A round: the levels that are made out of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Round {
-    /// From 0.
+    /// The first has the number 0.
     pub number: u32,
     /// The level that it reads.
     pub base: usize,
@@ -52,9 +52,9 @@ impl Round {
 /// A chunk of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Chunk {
-    /// Column.
+    /// Column among the chunks of its round.
     pub x: u32,
-    /// Row.
+    /// Row among the chunks of its round.
     pub y: u32,
 }
 
@@ -77,7 +77,7 @@ fn hull(a: Region, b: Region) -> Region {
 }
 
 impl Plan {
-    /// All rounds.
+    /// All rounds, in the order in which they are baked; at least one.
     pub fn rounds(&self) -> Vec<Round> {
         let coarsest = self.sizes.len() - 1;
         let mut rounds: Vec<Round> = Vec::new();
@@ -123,7 +123,7 @@ impl Plan {
         Region { x, y, width, height }
     }
 
-    /// The samples of these tiles.
+    /// The samples of the tiles of a level over a chunk, without borders.
     pub fn own_samples(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let tiles = self.own_tiles(round, chunk, level);
         let size = self.sizes[level];
@@ -185,9 +185,9 @@ impl Plan {
 /// The places of full resolution that every `step`-th sample, and the last, are at along an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
-    /// Samples of full resolution.
+    /// Samples of full resolution along the axis.
     pub samples: u32,
-    /// Between two vertices.
+    /// Samples of full resolution from one vertex to the next.
     pub step: u64,
 }
 

@@ -12,7 +12,7 @@ use super::folder::Folder;
 use super::join::Done;
 use super::part::{Part, PartName};
 use super::plan::{Chunk, Round};
-use crate::pyramid::PyramidError;
+use crate::pyramid::error::PyramidError;
 use crate::source::{HeightReader, Progress};
 
 /// Threads that share a chunk, where there are many.

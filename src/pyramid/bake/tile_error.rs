@@ -18,23 +18,22 @@
 use rayon::prelude::*;
 
 use super::deferred::Deferred;
-use super::field::Field;
-use super::surface::{Surface, area};
-use crate::pyramid::TILE_SAMPLES;
-use crate::pyramid::fill::is_void;
-use crate::pyramid::levels::{LevelSize, Region};
-use crate::pyramid::statistics::{Range, TileStatistics, rounded_up};
+use super::surface_rows::{Place, Surface, area};
+use crate::pyramid::surface::field::Field;
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::surface::statistics::{Range, TileStatistics, rounded_up};
+use crate::pyramid::tile::{TILE_SAMPLES, is_void};
 
 /// The largest sum of the absolute weights of the sixteen samples of a cell.
 pub const LARGEST_WEIGHTS: f64 = 1.5625;
 
 /// A level over a chunk.
 pub struct LevelView<'a> {
-    /// Its number.
+    /// Its number; 0 is the finest.
     pub level: u32,
-    /// Its size.
+    /// The size of the whole level.
     pub size: LevelSize,
-    /// Of its own tiles.
+    /// The samples of the chunk's own tiles.
     pub own: Region,
     /// As tiles serve it; NaN where a filling is not known yet.
     pub served: &'a Field,
@@ -50,7 +49,7 @@ impl LevelView<'_> {
         Region { x, y, width: right - x, height: bottom - y }
     }
 
-    /// Its tiles, in numbers of tiles.
+    /// The chunk's own tiles, in numbers of tiles and not of samples.
     pub fn tiles(&self) -> Region {
         let Region { x, y, width, height } = self.own;
         let tile = TILE_SAMPLES;
@@ -137,7 +136,7 @@ pub struct Base<'a> {
     pub view: LevelView<'a>,
     /// The errors of its tiles, of those in `error_tiles`, row-major.
     pub errors_m: Vec<f32>,
-    /// In numbers of tiles.
+    /// The region of `errors_m`, in numbers of tiles and not of samples.
     pub error_tiles: Region,
     /// Whether there may be data at full-resolution samples.
     pub data: &'a (dyn Fn(u32, u32) -> bool + Sync),
@@ -163,7 +162,7 @@ pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>])
         .map(|(view, area)| Surface::new(view.served, finest, view.size, *area, view.own))
         .collect();
     let doubts: Vec<f64> = views.iter().map(|level| level.doubt_of_voids_m() + view.doubt_of_voids_m()).collect();
-    let tile_of = |place: &super::surface::Place, first: u32| (place.sample / TILE_SAMPLES - first) as usize;
+    let tile_of = |place: &Place, first: u32| (place.sample / TILE_SAMPLES - first) as usize;
     let none = || views.iter().map(|view| Errors::none(view.tiles().samples())).collect::<Vec<_>>();
     let work = |(mut all, mut across, mut line): (Vec<Errors>, Vec<f64>, Vec<(f64, f64)>), i: usize| {
         let y = over.y + i as u32;

@@ -13,15 +13,15 @@
 
 use rayon::prelude::*;
 
-use super::field::Field;
 use super::plan::Steps;
-use crate::pyramid::PATCH_QUADS;
-use crate::pyramid::levels::{LevelSize, Region};
-use crate::pyramid::statistics::{PatchStatistics, rounded_up};
+use crate::pyramid::surface::field::Field;
+use crate::pyramid::surface::levels::{LevelSize, Region};
+use crate::pyramid::surface::statistics::{PatchPage, PatchStatistics, rounded_up};
+use crate::pyramid::tile::PATCH_QUADS;
 
 /// Vertices over a chunk.
 pub struct Vertices<'a> {
-    /// Level 0.
+    /// The size of level 0.
     pub finest: LevelSize,
     /// Samples of level 0 between two of them.
     pub step: u64,
@@ -119,7 +119,7 @@ impl Vertices<'_> {
                         voids: patch.voids.union(child.voids),
                     }));
                 });
-                let patch = patch.unwrap_or(super::PatchPage::NOTHING);
+                let patch = patch.unwrap_or(PatchPage::NOTHING);
                 let own_m = self.patch_error_m(d, x, y) + f64::from(under_m[i as usize]);
                 PatchStatistics { mesh_error_m: rounded_up(own_m).max(patch.mesh_error_m), ..patch }
             })

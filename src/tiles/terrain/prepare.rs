@@ -14,12 +14,13 @@ use super::{Loading, Terrain};
 use crate::gpu::Gpu;
 use crate::tiles::budget::{Budget, Search, most_patches};
 use crate::tiles::frustum::Frustum;
+use crate::tiles::horizon_maps::TILES_PER_FRAME;
 use crate::tiles::needed::LevelRule;
+use crate::tiles::page_table::PageTable;
 use crate::tiles::patches::ResidentPatches;
 use crate::tiles::residency::{Loaded, Movement};
-use crate::tiles::seen::TILES_PER_FRAME;
-use crate::tiles::selection::{self, Selection, Viewpoint};
-use crate::tiles::tables::Tables;
+use crate::tiles::select::select_within;
+use crate::tiles::selection::{Selection, Viewpoint};
 use crate::tiles::terrain_buffers::TerrainUniform;
 
 /// Of the allowed error, the part that the choice of the level may use: positions are on the level's surface exactly,
@@ -36,11 +37,11 @@ const FINEST_LEVEL_ERROR_PX: f64 = 1.0 / 64.0;
 /// A view as the terrain sees it.
 #[derive(Clone, Debug)]
 pub struct TerrainView {
-    /// In the world.
+    /// The camera's place in the world, in metres.
     pub camera_m: DVec3,
     /// What is in view; empty frusta see nothing.
     pub frusta: Vec<Frustum>,
-    /// Pixels per radian.
+    /// Pixels per radian in the middle of the picture.
     pub focal_px: f64,
     /// Pixels to be drawn, of all frusta.
     pub pixels: f64,
@@ -49,15 +50,15 @@ pub struct TerrainView {
 /// What was prepared for a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
-    /// The patches to draw.
+    /// The patches to draw, and their levels.
     pub selection: Selection,
-    /// What the tiles did.
+    /// How many tiles came, and how many are still missing.
     pub tiles: Loaded,
     /// What the frame thread spent on tiles and patches, in milliseconds.
     pub prepare_ms: f64,
     /// Whether the camera has jumped: detail is on its way.
     pub jumped: bool,
-    /// What the patches promise.
+    /// The error that the patches promise.
     pub detail: Detail,
 }
 
@@ -96,19 +97,19 @@ impl Terrain {
     /// the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
-        let Fitted { rule, selection, mut tiles, jumped, detail } = self.fit(gpu, view, self.is_seen_asked);
-        if let Some(seen) = self.seen.as_mut().filter(|_| self.is_seen_asked) {
+        let Fitted { rule, selection, mut tiles, jumped, detail } = self.fit(gpu, view, self.asks_for_horizons);
+        if let Some(maps) = self.horizon_maps.as_mut().filter(|_| self.asks_for_horizons) {
             let streams = self.options.loading == Loading::Stream;
             let most = if streams { TILES_PER_FRAME } else { usize::MAX };
             let residency = &self.residency;
-            tiles.late |= seen.plan(residency, self.store.levels(), most, self.frame) > 0;
+            tiles.late |= maps.plan(residency, self.store.levels(), most, self.frame) > 0;
         }
         self.tell(gpu, &rule);
         Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
     }
 
     /// Brings tiles and chooses patches.
-    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, sees: bool) -> Fitted {
+    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, maps_horizons: bool) -> Fitted {
         self.frame += 1;
         let mut now_s = self.start.elapsed().as_secs_f64();
         let rule = LevelRule {
@@ -116,10 +117,10 @@ impl Terrain {
             frusta: view.frusta.clone(),
             focal_px: view.focal_px,
             error_px: self.options.lod_error_px.max(FINEST_LEVEL_ERROR_PX) * LEVEL_SHARE,
-            bending: self.bending(view.camera_m.z),
+            earth_curvature: self.earth_curvature(view.camera_m.z),
         };
         let streams = self.options.loading == Loading::Stream;
-        let step = self.flight.go_on(view.camera_m, now_s, self.warp.spacing_m());
+        let step = self.flight.go_on(view.camera_m, now_s, self.grid_projection.spacing_m());
         let fades = streams && step.fades();
         let mut tiles = Loaded::default();
         let mut idle = 0;
@@ -128,9 +129,14 @@ impl Terrain {
             // While nothing fades, what has come stands at once.
             let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
             let asked = std::mem::take(&mut self.asked);
-            let movement =
-                Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, sees };
-            let update = self.residency.update(gpu, &self.warp, &movement, self.frame, now_s, fade_step_s);
+            let movement = Movement {
+                rule: rule.clone(),
+                velocity_m: step.velocity_m,
+                frame_s: step.step_s,
+                asked,
+                maps_horizons,
+            };
+            let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
             // Without the tile that cannot be read there is no picture, so nothing more is waited for.
@@ -167,7 +173,9 @@ impl Terrain {
                 }
             }
             rounds += 1;
-            let Some(selection) = selection.filter(|_| !asks) else { continue };
+            let Some(selection) = selection.filter(|_| !asks) else {
+                continue;
+            };
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
             tiles.late |= !self.asked.is_empty();
             let detail =
@@ -179,7 +187,7 @@ impl Terrain {
     /// Chooses the patches within the frame's budget; what they miss is asked for in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>, search: Search) -> Selection {
         let camera_m = view.camera_m;
-        let ground_m = self.residency.height_m(self.warp.grid_from_world(camera_m.truncate()));
+        let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
         // Beside the land one looks under it.
         let highest_m = f64::from(self.store.range_m()[1]);
         let lod_error_px = self.options.lod_error_px;
@@ -188,23 +196,23 @@ impl Terrain {
             frusta: view.frusta.clone(),
             focal_px: view.focal_px,
             error_px: lod_error_px,
-            bending: self.bending(camera_m.z),
+            earth_curvature: self.earth_curvature(camera_m.z),
             is_above_ground: camera_m.z > ground_m.unwrap_or(highest_m),
             nearest_m: self.nearest_m(camera_m),
         };
         let atlas = &self.residency.atlas;
-        let anchor = self.warp.anchor(camera_m.truncate());
+        let anchor = self.grid_projection.anchor(camera_m.truncate());
         let samples = self.store.levels()[0].samples() as f64;
         let budget = Budget::new(
             most_patches(view.pixels, samples, lod_error_px, self.options.tile_memory_bytes),
             if self.least_error_px > lod_error_px * (1.0 + 1e-9) { self.least_error_px / lod_error_px } else { 1.0 },
         );
-        let (frame, store, warp) = (self.frame, &*self.store, &self.warp);
+        let (frame, store, grid_projection) = (self.frame, &*self.store, &self.grid_projection);
         let ((selection, asked), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
             // What a choice asked for that was over the budget is not wanted.
             let patches = ResidentPatches { store, atlas, frame, now_s, asked: RefCell::default() };
-            let selection = selection::select_within(&patches, warp, anchor, &viewpoint, most)?;
+            let selection = select_within(&patches, grid_projection, anchor, &viewpoint, most)?;
             Some((selection, patches.asked.into_inner()))
         });
         self.asked = asked;
@@ -214,9 +222,9 @@ impl Terrain {
 
     /// Writes what the shaders read.
     fn tell(&mut self, gpu: &Gpu, rule: &LevelRule) {
-        let anchor = self.warp.anchor(rule.camera_m.truncate());
-        let tables = Tables::new(&*self.store, &self.residency, self.seen.as_ref(), anchor);
-        let uniform = TerrainUniform::new(&*self.store, &self.warp, anchor, rule);
-        self.buffers.write(gpu, tables, uniform);
+        let anchor = self.grid_projection.anchor(rule.camera_m.truncate());
+        let page_table = PageTable::new(&*self.store, &self.residency, self.horizon_maps.as_ref(), anchor);
+        let uniform = TerrainUniform::new(&*self.store, &self.grid_projection, anchor, rule);
+        self.buffers.write(gpu, page_table, uniform);
     }
 }

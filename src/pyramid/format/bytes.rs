@@ -1,0 +1,76 @@
+//! Little-endian numbers out of bytes, for the files that hachure writes itself.
+
+use crate::pyramid::surface::statistics::Voids;
+
+/// What is left of some bytes; every read is none beyond their end.
+pub struct Cursor<'a> {
+    pub bytes: &'a [u8],
+}
+
+impl<'a> Cursor<'a> {
+    pub fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (taken, rest) = self.bytes.split_at_checked(count)?;
+        self.bytes = rest;
+        Some(taken)
+    }
+
+    pub fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        self.take(N)?.try_into().ok()
+    }
+
+    pub fn u8(&mut self) -> Option<u8> {
+        self.array().map(|[byte]| byte)
+    }
+
+    pub fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    pub fn u64(&mut self) -> Option<u64> {
+        self.array().map(u64::from_le_bytes)
+    }
+
+    pub fn f32(&mut self) -> Option<f32> {
+        self.array().map(f32::from_le_bytes)
+    }
+
+    pub fn f64(&mut self) -> Option<f64> {
+        self.array().map(f64::from_le_bytes)
+    }
+
+    /// `count` numbers; none before anything of that size is allocated where there are fewer.
+    pub fn f32s(&mut self, count: usize) -> Option<Vec<f32>> {
+        let bytes = self.take(count.checked_mul(4)?)?;
+        Some(bytes.as_chunks::<4>().0.iter().map(|&number| f32::from_le_bytes(number)).collect())
+    }
+
+    pub fn voids(&mut self) -> Option<Voids> {
+        Voids::from_code(self.u8()?)
+    }
+}
+
+/// Appends numbers, little-endian.
+pub fn put_f32s(bytes: &mut Vec<u8>, numbers: &[f32]) {
+    bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+}
+
+impl Voids {
+    /// As a number of two bits: 0 none, 1 some, 2 all.
+    pub(in crate::pyramid) fn code(self) -> u8 {
+        match self {
+            Self::None => 0,
+            Self::Some => 1,
+            Self::All => 2,
+        }
+    }
+
+    /// The way back from [`Voids::code`]; none for any other number.
+    pub(in crate::pyramid) fn from_code(code: u8) -> Option<Self> {
+        [Self::None, Self::Some, Self::All].get(usize::from(code)).copied()
+    }
+}
+
+/// FNV-1a, 64 bits: it finds accidents, not malice.
+pub fn fnv(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}

@@ -1,0 +1,42 @@
+//! What ties a sidecar to its GeoTIFF: the length of that file and a hash of its two ends. A sidecar whose link does not
+//! fit is stale.
+
+use std::fs;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use super::bytes::{Cursor, fnv};
+
+/// The bytes at each end of the .tif that the link covers: all directories of a COG of ordinary size.
+pub const LINK_BYTES: u64 = 64 * 1024;
+
+/// Ties a sidecar to the bytes of its .tif.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// Length of the .tif in bytes.
+    pub tif_bytes: u64,
+    /// FNV-1a of its first and last 64 KiB.
+    pub tif_hash: u64,
+}
+
+impl Link {
+    /// The link to the file at `path` as it is now.
+    pub fn to(path: &Path) -> io::Result<Self> {
+        let mut file = fs::File::open(path)?;
+        let tif_bytes = file.metadata()?.len();
+        let mut ends = Vec::new();
+        (&mut file).take(LINK_BYTES).read_to_end(&mut ends)?;
+        file.seek(SeekFrom::Start(tif_bytes.saturating_sub(LINK_BYTES)))?;
+        file.take(LINK_BYTES).read_to_end(&mut ends)?;
+        Ok(Self { tif_bytes, tif_hash: fnv(&ends) })
+    }
+
+    pub fn put(self, bytes: &mut Vec<u8>) {
+        bytes.extend(self.tif_bytes.to_le_bytes());
+        bytes.extend(self.tif_hash.to_le_bytes());
+    }
+
+    pub fn parse(bytes: &mut Cursor<'_>) -> Option<Self> {
+        Some(Self { tif_bytes: bytes.u64()?, tif_hash: bytes.u64()? })
+    }
+}

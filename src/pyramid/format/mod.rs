@@ -1,0 +1,20 @@
+//! What lies in the files of a pyramid: the cloud-optimised GeoTIFF of heights, and the sidecar with what it has no
+//! room for.
+//!
+//! The modules are listed in order: each uses only those above it. `encode`, `geotags` and `cog` write the GeoTIFF,
+//! `stored` reads its levels back; `record`, `link` and `sidecar` are the bytes of the sidecar, and `pair` finds both
+//! files and lets them change places together.
+//!
+//! Why: `docs/decisions/cog-pyramid.md`, `docs/decisions/compression.md`.
+
+pub(super) mod bytes;
+pub(super) mod encode;
+mod geotags;
+pub(super) mod cog;
+pub(super) mod stored;
+pub(super) mod record;
+pub(super) mod link;
+pub(super) mod sidecar;
+pub(super) mod pair;
+
+pub use sidecar::{LevelSummary, sidecar_path};

@@ -1,0 +1,239 @@
+//! What a COG has no room for, in a file beside it (`NAME.tif.tiles`): the georeference as hachure reads it, and the
+//! statistics of every tile and patch.
+//!
+//! ```text
+//! header
+//!   8 bytes  "HACHTILE"
+//!   u32      version
+//!   u32      bytes of the header: the records begin there
+//!   u64      FNV-1a of the rest of the header
+//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: the link that shows a stale sidecar
+//!     u32 u32   width, height of level 0: they give all further sizes and counts
+//!     f64       the error bound of the stored heights in metres; 0 = lossless
+//!     f32 f32   lowest and highest height in metres
+//!     u64       samples of level 0 without a height
+//!     6 × f64   crs_from_grid, which JSON would round
+//!     u32 …     bytes of the georeference; the georeference as JSON
+//!     levels    finest first:         u64 bytes of its tiles in the .tif, f32 largest error of a tile
+//!     patches   of the strides above that of the coarsest level, by stride, row-major:
+//!                                     f32 min, f32 max, f32 mesh error, u8 voids
+//! records     one for each tile, by level (finest first), row-major, all of one size: see `record`
+//! ```
+//! All numbers are little-endian. Opening reads the header; a record is read when its tile is, from where
+//! [`Sidecar::record_range`] says. Nothing here needs a file: header and records are parsed from bytes, wherever those
+//! come from.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::bytes::{Cursor, fnv, put_f32s};
+use super::link::Link;
+use super::record::{RECORD_BYTES, Record, parse_record};
+use crate::pyramid::surface::levels::{LevelSize, level_sizes};
+use crate::pyramid::surface::statistics::{PatchStatistics, patch_counts, patch_levels, tile_index};
+use crate::pyramid::tile::{PATCH_QUADS, TileAddress};
+use crate::source::georeference::Georeference;
+
+pub(crate) const MAGIC: &[u8; 8] = b"HACHTILE";
+
+/// Raised whenever the bytes, the statistics' meaning or the levels change: older bakes are then made again.
+pub const VERSION: u32 = (2 << 8) | PATCH_QUADS;
+
+/// The first bytes of a sidecar, which say how long its header is.
+pub(crate) const HEAD_BYTES: usize = 8 + 4 + 4 + 8;
+
+/// No pyramid has more samples on a side: a guard for damaged files.
+const MAX_SIDE: u32 = 1 << 24;
+
+/// No header is longer: a guard for damaged files.
+const MAX_HEADER_BYTES: u32 = 1 << 24;
+
+/// What is known of a level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelSummary {
+    /// Length of its tiles in the GeoTIFF, in bytes.
+    pub bytes: u64,
+    /// How far its worst tile is from the heights that were baked, in metres.
+    pub largest_error_m: f32,
+}
+
+/// The header of a sidecar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sidecar {
+    /// The .tif that it belongs to.
+    pub link: Link,
+    /// The sizes of the levels, finest first.
+    pub sizes: Vec<LevelSize>,
+    /// How far stored heights are from the original ones at most, in metres; 0 for lossless.
+    pub max_error_m: f64,
+    /// Lowest height of level 0 in metres, as stored.
+    pub min_m: f32,
+    /// Highest height of level 0 in metres, as stored.
+    pub max_m: f32,
+    /// Samples of level 0 without a height.
+    pub void_samples: u64,
+    /// Where level 0 lies.
+    pub georeference: Georeference,
+    /// What is known of each level, finest first.
+    pub levels: Vec<LevelSummary>,
+    /// As `TileStore::coarse_patches` has them.
+    pub coarse_patches: Vec<Vec<PatchStatistics>>,
+    /// Length of the header in bytes: the records begin there.
+    pub header_bytes: u64,
+}
+
+/// Why bytes are no header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HeaderFault {
+    /// Another version wrote it.
+    Stale(&'static str),
+    /// It is damaged.
+    Corrupt(&'static str),
+}
+
+/// `NAME.tif.tiles` for `NAME.tif`.
+pub fn sidecar_path(tif: &Path) -> PathBuf {
+    let mut path = tif.as_os_str().to_owned();
+    path.push(".tiles");
+    path.into()
+}
+
+impl Sidecar {
+    /// The size of level 0.
+    pub fn finest(&self) -> LevelSize {
+        self.sizes[0]
+    }
+
+    /// The strides of the coarse patches, as exponents: those above the coarsest level's.
+    fn coarse_strides(sizes: &[LevelSize]) -> Range<u32> {
+        sizes.len() as u32..patch_levels(sizes[0]).max(sizes.len() as u32)
+    }
+
+    /// How long the header is that begins with these bytes, [`HEAD_BYTES`] at least.
+    pub(crate) fn header_bytes(first: &[u8]) -> Result<usize, HeaderFault> {
+        let mut head = Cursor { bytes: first };
+        if head.take(8) != Some(MAGIC) {
+            return Err(HeaderFault::Corrupt("it does not begin like one"));
+        }
+        match (head.u32(), head.u32()) {
+            (Some(VERSION), Some(bytes)) if (HEAD_BYTES as u32..=MAX_HEADER_BYTES).contains(&bytes) => {
+                Ok(bytes as usize)
+            }
+            (Some(VERSION), _) => Err(HeaderFault::Corrupt("it is cut short")),
+            _ => Err(HeaderFault::Stale("another version of hachure wrote it")),
+        }
+    }
+
+    /// The header, from its bytes or more.
+    pub(crate) fn parse_header(bytes: &[u8]) -> Result<Self, HeaderFault> {
+        let header_bytes = Self::header_bytes(bytes)?;
+        let header = bytes.get(..header_bytes).ok_or(HeaderFault::Corrupt("it is cut short"))?;
+        let mut rest = Cursor { bytes: &header[HEAD_BYTES - 8..] };
+        if rest.u64() != Some(fnv(rest.bytes)) {
+            return Err(HeaderFault::Corrupt("its checksum is wrong"));
+        }
+        parse(rest, header_bytes as u64).ok_or(HeaderFault::Corrupt("its contents contradict one another"))
+    }
+
+    /// The bytes of the header. `header_bytes` follows from the rest.
+    pub fn header_to_bytes(&self) -> Result<Vec<u8>, serde_json::Error> {
+        let mut body = Vec::new();
+        self.link.put(&mut body);
+        body.extend(self.finest().width.to_le_bytes());
+        body.extend(self.finest().height.to_le_bytes());
+        body.extend(self.max_error_m.to_le_bytes());
+        put_f32s(&mut body, &[self.min_m, self.max_m]);
+        body.extend(self.void_samples.to_le_bytes());
+        for number in self.georeference.crs_from_grid {
+            body.extend(number.to_le_bytes());
+        }
+        let georeference = serde_json::to_vec(&self.georeference)?;
+        body.extend((georeference.len() as u32).to_le_bytes());
+        body.extend(georeference);
+        for level in &self.levels {
+            body.extend(level.bytes.to_le_bytes());
+            put_f32s(&mut body, &[level.largest_error_m]);
+        }
+        for patch in self.coarse_patches.iter().flatten() {
+            put_f32s(&mut body, &[patch.min_m, patch.max_m, patch.mesh_error_m]);
+            body.push(patch.voids.code());
+        }
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(((HEAD_BYTES + body.len()) as u32).to_le_bytes());
+        bytes.extend(fnv(&body).to_le_bytes());
+        bytes.extend(body);
+        Ok(bytes)
+    }
+
+    /// How many tiles there are in all levels.
+    pub fn tiles(&self) -> u64 {
+        self.sizes.iter().map(|size| size.tiles()).sum()
+    }
+
+    /// The number of a tile: its record is the one with this number. None if there is no such tile.
+    pub(crate) fn tile_number(&self, address: TileAddress) -> Option<u64> {
+        let index = tile_index(&self.sizes, address)? as u64;
+        Some(self.sizes[..address.level as usize].iter().map(|size| size.tiles()).sum::<u64>() + index)
+    }
+
+    /// Where the record of a tile lies in the file.
+    pub(crate) fn record_range(&self, address: TileAddress) -> Option<Range<u64>> {
+        let start = self.header_bytes + self.tile_number(address)? * RECORD_BYTES as u64;
+        Some(start..start + RECORD_BYTES as u64)
+    }
+
+    /// The record of a tile from the bytes of [`Sidecar::record_range`]; none if they are damaged, or another tile's.
+    pub(crate) fn parse_record(&self, address: TileAddress, bytes: &[u8]) -> Option<Record> {
+        parse_record(self.tile_number(address)?, bytes)
+    }
+
+    /// How long the whole file is.
+    pub(crate) fn file_bytes(&self) -> u64 {
+        self.header_bytes + self.tiles() * RECORD_BYTES as u64
+    }
+}
+
+fn parse(mut body: Cursor<'_>, header_bytes: u64) -> Option<Sidecar> {
+    let link = Link::parse(&mut body)?;
+    let finest = LevelSize { width: body.u32()?, height: body.u32()? };
+    if !(2..=MAX_SIDE).contains(&finest.width) || !(2..=MAX_SIDE).contains(&finest.height) {
+        return None;
+    }
+    let max_error_m = body.f64()?;
+    let (min_m, max_m) = (body.f32()?, body.f32()?);
+    let void_samples = body.u64()?;
+    let mut crs_from_grid = [0.0; 6];
+    for number in &mut crs_from_grid {
+        *number = body.f64()?;
+    }
+    let georeference_bytes = body.u32()? as usize;
+    let georeference: Georeference = serde_json::from_slice(body.take(georeference_bytes)?).ok()?;
+    let georeference = Georeference { crs_from_grid, ..georeference };
+    let sizes = level_sizes(finest.width, finest.height);
+    let levels = sizes
+        .iter()
+        .map(|_| Some(LevelSummary { bytes: body.u64()?, largest_error_m: body.f32()? }))
+        .collect::<Option<_>>()?;
+    let mut coarse_patches = Vec::new();
+    for j in Sidecar::coarse_strides(&sizes) {
+        let (x, y) = patch_counts(finest, j);
+        let patch = |_| {
+            let (min_m, max_m, mesh_error_m) = (body.f32()?, body.f32()?, body.f32()?);
+            Some(PatchStatistics { min_m, max_m, mesh_error_m, voids: body.voids()? })
+        };
+        coarse_patches.push((0..x * y).map(patch).collect::<Option<_>>()?);
+    }
+    body.bytes.is_empty().then_some(Sidecar {
+        link,
+        sizes,
+        max_error_m,
+        min_m,
+        max_m,
+        void_samples,
+        georeference,
+        levels,
+        coarse_patches,
+        header_bytes,
+    })
+}

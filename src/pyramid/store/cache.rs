@@ -1,0 +1,202 @@
+//! Pyramids that hachure bakes for itself: kept in a folder of the system's cache, found again by what they were made
+//! from, and removed, the longest unused first, when they grow too many.
+//! What is damaged is made anew (`entry`, `healing`).
+//!
+//! The folder is the one that the caller names, else `HACHURE_CACHE`, else the system's cache folder for hachure.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::UNIX_EPOCH;
+
+use super::entry::Entry;
+use super::healing::Healing;
+use super::pyramid::Pyramid;
+use super::tile_store::TileStore;
+use crate::pyramid::bake::{BakeOptions, BakeWork, bake, bake_reader};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::bytes::fnv;
+use crate::pyramid::format::pair::has_sidecar;
+use crate::pyramid::format::sidecar;
+use crate::source::{self, HeightGrid, HeightReader, OpenOptions, Progress, Silent, SourceError};
+
+/// With more samples a DEM is read by windows: half a gigabyte.
+const IN_MEMORY_SAMPLES: u64 = 1 << 27;
+
+/// Opens `path` itself if it is a pyramid with a valid sidecar; else the pyramid that was baked from it before; else
+/// bakes one from the heights that `load` gives. A file counts as the same if its absolute path, size and time of
+/// change are.
+///
+/// # Errors
+/// If `path` is not there, `load` fails ([`PyramidError::Load`]), or the cache cannot be written.
+pub fn open_or_bake<E>(
+    path: &Path,
+    load: impl FnOnce() -> Result<HeightGrid, E>,
+    cache_dir: Option<&Path>,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError>
+where
+    E: Into<Box<dyn std::error::Error + Send + Sync>>,
+{
+    if has_sidecar(path) {
+        match Pyramid::open(path) {
+            Err(error) if error.wants_bake() => tracing::warn!("{error}; baking anew"),
+            opened => return opened,
+        }
+    }
+    let metadata = fs::metadata(path).map_err(PyramidError::io(path, "opening"))?;
+    let absolute = fs::canonicalize(path).map_err(PyramidError::io(path, "opening"))?;
+    let changed = metadata.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok()).unwrap_or_default();
+    let key = format!("{}\n{}\n{}", absolute.display(), metadata.len(), changed.as_nanos());
+    open_or_bake_key(&key, &path.display().to_string(), load, cache_dir, progress)
+}
+
+/// The same for a DEM of any format and size: a large one is read by windows, and a bake that was stopped goes on.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
+    open_or_bake_file_with(path, &OpenOptions::default(), progress)
+}
+
+/// The same for a file that does not say all of itself. Other options are another pyramid; where they name a void,
+/// heights that were baked before are baked anew.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_file_with(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError> {
+    if is_pyramid(path, options) || !path.exists() {
+        let open = || source::read_all(&*source::open_reader_with(path, options)?, path, progress);
+        return open_or_bake(path, open, None, progress);
+    }
+    file_of_cache(path, options, progress).map(|(pyramid, _)| pyramid)
+}
+
+/// The same as a store of tiles: a pyramid of the cache that turns out to be damaged is made anew while it is read.
+///
+/// # Errors
+/// As [`open_or_bake`].
+pub fn open_or_bake_store(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, PyramidError> {
+    if is_pyramid(path, options) || !path.exists() {
+        return Ok(Arc::new(open_or_bake_file_with(path, options, progress)?));
+    }
+    let (pyramid, entry) = file_of_cache(path, options, progress)?;
+    let (path, options, key) = (path.to_owned(), *options, entry.key().to_owned());
+    let make = move |out: &Path| {
+        let reader = source::open_reader_with(&path, &options).map_err(load_error)?;
+        if reader.identity() != key {
+            let cause = "has changed since it was opened".to_owned();
+            return Err(PyramidError::Mismatch { path: path.clone(), cause });
+        }
+        bake_file(&*reader, &path, out, &Silent)
+    };
+    Ok(Arc::new(Healing::new(pyramid, entry, Box::new(make))))
+}
+
+/// Whether the file is read as the pyramid that it is: what its heights were averaged with cannot be a void any more.
+fn is_pyramid(path: &Path, options: &OpenOptions) -> bool {
+    has_sidecar(path) && options.no_data.is_none()
+}
+
+fn load_error(error: SourceError) -> PyramidError {
+    PyramidError::Load(Box::new(error))
+}
+
+fn file_of_cache(
+    path: &Path,
+    options: &OpenOptions,
+    progress: &dyn Progress,
+) -> Result<(Pyramid, Entry), PyramidError> {
+    let reader = source::open_reader_with(path, options).map_err(load_error)?;
+    let entry = entry_of(&reader.identity(), &path.display().to_string(), None)?;
+    let pyramid = entry.open_or_make(|out| bake_file(&*reader, path, out, progress))?;
+    Ok((pyramid, entry))
+}
+
+fn bake_file(reader: &dyn HeightReader, path: &Path, out: &Path, progress: &dyn Progress) -> Result<(), PyramidError> {
+    let [width, height] = reader.size();
+    if u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES {
+        let work = BakeWork { in_folder: true, resume: true, ..BakeWork::default() };
+        bake_reader(reader, out, &BakeOptions::default(), &work, progress)?;
+    } else {
+        let grid = source::read_all(reader, path, progress).map_err(load_error)?;
+        bake(&grid, out, &BakeOptions::default(), progress)?;
+    }
+    Ok(())
+}
+
+/// The same for heights that no file holds: `key` says all that they depend on, `name` stands in messages and in the
+/// name of the cached file.
+///
+/// # Errors
+/// If `load` fails ([`PyramidError::Load`]) or the cache cannot be written.
+pub fn open_or_bake_key<E>(
+    key: &str,
+    name: &str,
+    load: impl FnOnce() -> Result<HeightGrid, E>,
+    cache_dir: Option<&Path>,
+    progress: &dyn Progress,
+) -> Result<Pyramid, PyramidError>
+where
+    E: Into<Box<dyn std::error::Error + Send + Sync>>,
+{
+    let mut load = Some(load);
+    entry_of(key, name, cache_dir)?.open_or_make(|out| {
+        let Some(load) = load.take() else { return Err(PyramidError::Stopped) };
+        let grid = load().map_err(|source: E| PyramidError::Load(source.into()))?;
+        bake(&grid, out, &BakeOptions::default(), progress).map(drop)
+    })
+}
+
+/// The same as a store of tiles, for heights that can be grown again: if the pyramid turns out to be damaged, it is made
+/// anew while it is read.
+///
+/// # Errors
+/// If the cache cannot be written.
+pub fn open_or_grow_store(
+    key: &str,
+    name: &str,
+    grow: impl Fn(&dyn Progress) -> HeightGrid + Send + Sync + 'static,
+    cache_dir: Option<&Path>,
+    progress: &dyn Progress,
+) -> Result<Arc<dyn TileStore>, PyramidError> {
+    let entry = entry_of(key, name, cache_dir)?;
+    let make = move |out: &Path, progress: &dyn Progress| {
+        bake(&grow(progress), out, &BakeOptions::default(), progress).map(drop)
+    };
+    let pyramid = entry.open_or_make(|out| make(out, progress))?;
+    Ok(Arc::new(Healing::new(pyramid, entry, Box::new(move |out| make(out, &Silent)))))
+}
+
+fn entry_of(key: &str, name: &str, cache_dir: Option<&Path>) -> Result<Entry, PyramidError> {
+    Ok(Entry::new(cache_folder(cache_dir)?, &file_name(key, name), key))
+}
+
+/// The folder of cached pyramids, and of all else that hachure keeps.
+pub(crate) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
+    if let Some(folder) = named {
+        return Ok(folder.to_owned());
+    }
+    if let Some(folder) = std::env::var_os("HACHURE_CACHE").filter(|folder| !folder.is_empty()) {
+        return Ok(folder.into());
+    }
+    let folders = directories::ProjectDirs::from("", "", "hachure").ok_or(PyramidError::NoCacheFolder)?;
+    Ok(folders.cache_dir().to_owned())
+}
+
+/// A readable beginning, then what tells the keys apart, with the version of the format in it.
+fn file_name(key: &str, name: &str) -> String {
+    let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
+    let stem: String =
+        stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(40).collect();
+    let versioned = format!("{}\n{}\n{key}", sidecar::VERSION, source::VERSION);
+    format!("{stem}.{:016x}.tif", fnv(versioned.as_bytes()))
+}

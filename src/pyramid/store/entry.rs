@@ -1,0 +1,172 @@
+//! A pyramid of the cache: opened if it is whole, made if it is not there, made anew if it is damaged.
+//!
+//! ```text
+//! NAME.tif, NAME.tif.tiles   the pyramid
+//! NAME.tif.from              what it was made from, and which .tif that is: 8 bytes "HACHFROM", u64 hash of the key,
+//!                            u64 u64 the link to the .tif, u64 FNV-1a of the numbers
+//! .NAME.tif.lock             held by the process that makes it
+//! ```
+//!
+//! Files may be damaged in any way, exchanged for others, or gone. What is made has its name only when it is whole, and
+//! a bake gives the same bytes whoever runs it: should two processes make an entry at once in spite of the lock (not
+//! every file system has locks), they only do the same work twice.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::SystemTime;
+
+use super::pyramid::Pyramid;
+use super::trim::{CACHE_LIMIT_BYTES, lock_path, origin_path, trim};
+use crate::file::atomic;
+use crate::pyramid::bake::parts_path;
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::bytes::fnv;
+use crate::pyramid::format::link::Link;
+
+const MAGIC: &[u8; 8] = b"HACHFROM";
+
+/// Two threads must not bake one pyramid at a time: their partial files would be the same.
+static BAKING: Mutex<()> = Mutex::new(());
+
+/// A place in the cache for one pyramid, and what that is made from.
+pub struct Entry {
+    folder: PathBuf,
+    tif: PathBuf,
+    key: String,
+}
+
+impl Entry {
+    /// The pyramid `file_name` in `folder`, made from what `key` says.
+    pub fn new(folder: PathBuf, file_name: &str, key: &str) -> Self {
+        Self { tif: folder.join(file_name), folder, key: key.to_owned() }
+    }
+
+    /// What the pyramid is made from.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Opens the pyramid, or makes it: anew if it is damaged, which is told in a line.
+    ///
+    /// # Errors
+    /// [`PyramidError::Cache`] if the folder cannot be written, and what `make` fails with.
+    pub fn open_or_make(&self, make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
+        // The lock guards no data, so a panic elsewhere does not spoil it.
+        let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
+        let damage = match self.tif.symlink_metadata() {
+            Ok(_) => match self.open() {
+                Ok(pyramid) => return Ok(pyramid),
+                Err(error) => Some(error),
+            },
+            Err(_) => None,
+        };
+        let lock = self.lock().map_err(|error| match (error, &damage) {
+            (PyramidError::Cache { source, .. }, Some(damage)) => {
+                self.unwritable(format!("{source}; and what is there is damaged: {}", damage.told()))
+            }
+            (error, _) => error,
+        });
+        let _lock = lock?;
+        // Another process may have made it meanwhile.
+        if let Ok(pyramid) = self.open() {
+            return Ok(pyramid);
+        }
+        if let Some(damage) = damage {
+            tell(&damage);
+        }
+        self.make(make)
+    }
+
+    /// Makes the pyramid anew, unless another process did: `is_whole` looks at what was found damaged.
+    ///
+    /// # Errors
+    /// As [`Entry::open_or_make`].
+    pub fn make_anew(
+        &self,
+        is_whole: impl FnOnce(&Pyramid) -> bool,
+        make: impl FnMut(&Path) -> Result<(), PyramidError>,
+    ) -> Result<Pyramid, PyramidError> {
+        let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
+        let _lock = self.lock()?;
+        match self.open() {
+            Ok(pyramid) if is_whole(&pyramid) => Ok(pyramid),
+            _ => self.make(make),
+        }
+    }
+
+    fn open(&self) -> Result<Pyramid, PyramidError> {
+        let pyramid = Pyramid::open(&self.tif)?;
+        // An entry of an older version says nothing of its origin.
+        if let Ok(found) = fs::read(origin_path(&self.tif))
+            && found != self.origin()?
+        {
+            let cause = "it was made from something else".to_owned();
+            return Err(PyramidError::Mismatch { path: self.tif.clone(), cause });
+        }
+        // The time of change is that of the last use. It is only a hint for `trim`.
+        let used = fs::File::options().append(true).open(&self.tif);
+        if let Err(error) = used.and_then(|file| file.set_modified(SystemTime::now())) {
+            tracing::debug!("{}: {error}", self.tif.display());
+        }
+        Ok(pyramid)
+    }
+
+    fn origin(&self) -> Result<Vec<u8>, PyramidError> {
+        let link = Link::to(&self.tif).map_err(PyramidError::io(&self.tif, "opening"))?;
+        let mut numbers = fnv(self.key.as_bytes()).to_le_bytes().to_vec();
+        link.put(&mut numbers);
+        let sum = fnv(&numbers).to_le_bytes();
+        Ok([MAGIC.as_slice(), &numbers, &sum].concat())
+    }
+
+    fn make(&self, mut make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
+        let mut made = make(&self.tif);
+        if matches!(made, Err(PyramidError::Parts { .. })) {
+            // Parts of another bake under our name.
+            let _ = fs::remove_dir_all(parts_path(&self.tif));
+            made = make(&self.tif);
+        }
+        made.map_err(|error| self.of_cache(error))?;
+        let origin = self.origin()?;
+        atomic::write(&origin_path(&self.tif), &origin).map_err(|error| self.unwritable(error))?;
+        trim(&self.folder, &self.tif, CACHE_LIMIT_BYTES);
+        Pyramid::open(&self.tif)
+    }
+
+    /// Held until it is dropped, or until the process ends in whatever way.
+    fn lock(&self) -> Result<fs::File, PyramidError> {
+        fs::create_dir_all(&self.folder).map_err(|error| self.unwritable(error))?;
+        let path = lock_path(&self.tif);
+        let file = fs::File::options().create(true).truncate(false).write(true).open(&path);
+        let file = file.map_err(|error| self.unwritable(error))?;
+        if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
+            tracing::info!("{}: waiting for another process that makes it", self.tif.display());
+            // Where locks fail, the names of partial files keep processes apart.
+            if let Err(error) = file.lock() {
+                tracing::debug!("{}: {error}", path.display());
+            }
+        }
+        Ok(file)
+    }
+
+    fn unwritable(&self, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> PyramidError {
+        PyramidError::Cache { folder: self.folder.clone(), source: source.into() }
+    }
+
+    /// Whether it was the disk of the cache that a bake failed for.
+    fn of_cache(&self, error: PyramidError) -> PyramidError {
+        match error {
+            PyramidError::Io { path, source, .. } if path.starts_with(&self.folder) => self.unwritable(source),
+            PyramidError::Encode { path, source } if path.starts_with(&self.folder) => self.unwritable(source),
+            error => error,
+        }
+    }
+}
+
+/// That a file of the cache is damaged, and that it does not matter.
+pub(super) fn tell(damage: &PyramidError) {
+    let damage = damage.to_string();
+    let damage = damage.trim_end_matches(": the file is damaged");
+    tracing::warn!("{}; this file of the cache is made anew", crate::file::one_line(damage));
+}

@@ -1,0 +1,90 @@
+//! The sidecar of a baked pyramid that lies on another machine: its header is read when it is opened, a record when its
+//! tile is.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::format::bytes::fnv;
+use crate::pyramid::format::link::LINK_BYTES;
+use crate::pyramid::format::record::Record;
+use crate::pyramid::format::sidecar::{HEAD_BYTES, HeaderFault, Sidecar};
+use crate::pyramid::surface::levels::LevelSize;
+use crate::pyramid::surface::statistics::PatchStatistics;
+use crate::pyramid::tile::TileAddress;
+use crate::remote::{Cancelled, RemoteFile, never};
+
+/// The measured errors of a pyramid that is read over a network.
+pub struct Measured {
+    file: Arc<RemoteFile>,
+    sidecar: Sidecar,
+}
+
+impl Measured {
+    /// Opens the sidecar `file` of the GeoTIFF `tif`, whose levels have these sizes.
+    ///
+    /// # Errors
+    /// [`PyramidError::StaleSidecar`] or [`PyramidError::CorruptSidecar`] if it does not fit or is damaged, or if either
+    /// file cannot be had.
+    pub fn open(file: Arc<RemoteFile>, tif: &RemoteFile, sizes: &[LevelSize]) -> Result<Self, PyramidError> {
+        let path = || PathBuf::from(file.name());
+        let stale = |cause: &str| PyramidError::StaleSidecar { path: path(), cause: cause.into() };
+        let corrupt = |cause: &str| PyramidError::CorruptSidecar { path: path(), cause: cause.into() };
+        let fault = |fault| match fault {
+            HeaderFault::Stale(cause) => stale(cause),
+            HeaderFault::Corrupt(cause) => corrupt(cause),
+        };
+        let first = file.read(0, HEAD_BYTES.min(file.size() as usize), &never)?;
+        let header_bytes = Sidecar::header_bytes(&first).map_err(fault)?;
+        if header_bytes as u64 > file.size() {
+            return Err(corrupt("it is cut short"));
+        }
+        let sidecar = Sidecar::parse_header(&file.read(0, header_bytes, &never)?).map_err(fault)?;
+        if sidecar.file_bytes() != file.size() {
+            return Err(corrupt("its length is wrong"));
+        }
+        let size = tif.size();
+        let end = size.min(LINK_BYTES);
+        let mut ends = tif.read(0, end as usize, &never)?;
+        ends.extend(tif.read(size - end, end as usize, &never)?);
+        if (sidecar.link.tif_bytes, sidecar.link.tif_hash) != (size, fnv(&ends)) || sidecar.sizes != sizes {
+            return Err(stale("the GeoTIFF has changed since"));
+        }
+        // What follows has checksums.
+        file.read_twice(false);
+        Ok(Self { file, sidecar })
+    }
+
+    /// What the sidecar says of a tile.
+    ///
+    /// # Errors
+    /// If there is no such tile or it cannot be had; [`PyramidError::CorruptSidecar`] if it came damaged: asked for again
+    /// it may come whole.
+    pub fn record(&self, address: TileAddress, cancelled: Cancelled<'_>) -> Result<Record, PyramidError> {
+        let path = || PathBuf::from(self.file.name());
+        let range = self.sidecar.record_range(address);
+        let range = range.ok_or_else(|| PyramidError::NoSuchTile { path: path(), address })?;
+        let bytes = self.file.read(range.start, (range.end - range.start) as usize, cancelled)?;
+        self.sidecar.parse_record(address, &bytes).ok_or_else(|| {
+            self.file.invalidate(range);
+            let TileAddress { level, x, y } = address;
+            let cause = format!("the checksum of the record of tile {level} {x} {y} is wrong");
+            PyramidError::CorruptSidecar { path: path(), cause }
+        })
+    }
+
+    /// Lowest and highest height of level 0 in metres.
+    pub fn range_m(&self) -> [f32; 2] {
+        [self.sidecar.min_m, self.sidecar.max_m]
+    }
+
+    /// Whether level 0 has voids.
+    pub fn has_voids(&self) -> bool {
+        self.sidecar.void_samples > 0
+    }
+
+    /// As `TileStore::coarse_patches`: the patches whose stride is larger than that of the coarsest level.
+    pub fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        &self.sidecar.coarse_patches
+    }
+}

@@ -1,0 +1,37 @@
+//! Who gives tiles: a baked pyramid, a COG here or elsewhere, several DEMs as one, computed land, and the cache of
+//! pyramids that hachure bakes for itself.
+//!
+//! Whoever draws knows only a [`TileStore`]. The modules are listed in order: each uses only those above it.
+//!
+//! Why: `docs/decisions/tile-streaming.md`.
+
+mod tile_store;
+mod ground;
+mod exaggerated;
+mod pyramid;
+mod derive;
+mod measured;
+mod cog_levels;
+mod cog_store;
+mod mosaic_store;
+mod trim;
+mod entry;
+mod healing;
+mod cache;
+pub mod continent_store;
+mod open_store;
+
+pub(crate) use cache::cache_folder;
+pub use cache::{
+    open_or_bake, open_or_bake_file, open_or_bake_file_with, open_or_bake_key, open_or_bake_store, open_or_grow_store,
+};
+pub use cog_store::CogStore;
+pub use continent_store::ContinentStore;
+pub use derive::{coarse_patches, derive};
+pub use exaggerated::Exaggerated;
+pub use ground::Ground;
+pub use mosaic_store::MosaicStore;
+pub use open_store::{open_local_cog, open_remote, open_remote_with};
+pub use pyramid::Pyramid;
+pub use tile_store::{Cancel, Decode, TileStore};
+pub use trim::{CACHE_LIMIT_BYTES, trim};

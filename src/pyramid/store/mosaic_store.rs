@@ -1,0 +1,328 @@
+//! Several pyramids as one, without baking them again: tiles are composed when they are asked for.
+//!
+//! The grid is that of [`crate::source::mosaic`]. It is sparse: at levels finer than a member's own, tiles exist only
+//! where a finer member lies and next to it, and the coarser tile holds all that is known elsewhere. A tile is composed from the
+//! members' tiles of the matching level, the finer member over the coarser. Samples that lie on the lattice are taken
+//! bit for bit; others from the bicubic surface of the member's level, and its outermost polynomial half a sample
+//! beyond, which is where an abutting member begins. Toward its border a member fades into what lies under it, over one
+//! sample of its own level, or over two samples of a coarser member's: there is no step. A void fades at once.
+//! Statistics are those of [`derive()`](super::derive()).
+//!
+//! Why: `docs/decisions/mosaics.md`.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::derive::{coarse_patches, derive};
+use super::tile_store::{Cancel, Decode, TileStore};
+use crate::pyramid::error::PyramidError;
+use crate::pyramid::surface::bicubic;
+use crate::pyramid::surface::levels::{LevelSize, coordinate, level_sizes};
+use crate::pyramid::surface::loaded_tile::LoadedTile;
+use crate::pyramid::surface::statistics::PatchStatistics;
+use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, flagged, is_void};
+use crate::source::Window;
+use crate::source::georeference::Georeference;
+use crate::source::mosaic::{MosaicGrid, Placed, precedence};
+
+/// Tiles of members kept, of 264 KiB each.
+const KEPT_TILES: usize = 64;
+
+/// A tile of a member: which, and where.
+type Key = (usize, TileAddress);
+
+/// Several pyramids as one; tiles are composed on demand.
+pub struct MosaicStore {
+    name: String,
+    grid: MosaicGrid,
+    levels: Vec<LevelSize>,
+    members: Vec<Arc<dyn TileStore>>,
+    /// Indices of members: who lies over whom.
+    precedence: Vec<usize>,
+    range_m: [f32; 2],
+    coarse_patches: Vec<Vec<PatchStatistics>>,
+    /// Most recently used first.
+    kept: Mutex<VecDeque<(Key, Arc<Tile>)>>,
+}
+
+impl MosaicStore {
+    /// Over `members`; the earlier lies over the later of the same spacing.
+    ///
+    /// # Errors
+    /// If they are no single grid, or the coarsest tile cannot be read.
+    pub fn new(members: Vec<Arc<dyn TileStore>>) -> Result<Self, PyramidError> {
+        let name = members.iter().map(|member| member.name()).collect::<Vec<_>>().join(", ");
+        let places: Vec<_> = members
+            .iter()
+            .map(|member| (member.georeference(), [member.levels()[0].width, member.levels()[0].height]))
+            .collect();
+        let grid =
+            MosaicGrid::new(&places).map_err(|cause| PyramidError::BadGrid { path: name.clone().into(), cause })?;
+        let levels = level_sizes(grid.size[0], grid.size[1]);
+        let range_m = members
+            .iter()
+            .map(|member| member.range_m())
+            .fold([f32::NAN; 2], |[low, high], range| [low.min(range[0]), high.max(range[1])]);
+        let precedence = precedence(&grid);
+        let mut store = Self {
+            name,
+            grid,
+            levels,
+            members,
+            precedence,
+            range_m,
+            coarse_patches: Vec::new(),
+            kept: Mutex::default(),
+        };
+        let top = TileAddress { level: store.levels.len() as u32 - 1, x: 0, y: 0 };
+        store.coarse_patches = coarse_patches(&store.levels, &store.compose(top, &Cancel::default())?);
+        Ok(store)
+    }
+
+    /// The finest level of the mosaic at which a member has something of its own.
+    fn first_level(placed: &Placed) -> u32 {
+        placed.ratio.log2().round().max(0.0) as u32
+    }
+
+    /// The window of level 0 under a tile's own samples and `around` tiles of its level on every side.
+    fn area(&self, address: TileAddress, around: u32) -> Window {
+        let size = self.levels[address.level as usize];
+        let span = |tile: u32, finest: u32, count: u32| {
+            let at = |tile: u32| {
+                let sample = f64::from((tile * TILE_SAMPLES).min(count));
+                sample * f64::from(finest) / f64::from(count)
+            };
+            let (first, end) = (at(tile.saturating_sub(around)).floor() as u32, at(tile + 1 + around).ceil() as u32);
+            (first, end.min(finest).max(first + 1) - first)
+        };
+        let (x, width) = span(address.x, self.grid.size[0], size.width);
+        let (y, height) = span(address.y, self.grid.size[1], size.height);
+        Window { x, y, width, height }
+    }
+
+    /// Whether a tile lies on a member that has something of its own at the tile's level, or near by.
+    ///
+    /// A tile is drawn in full detail only where the tiles around it exist and their parents are free as well
+    /// (`tiles::residency_floor`); without any beyond its border a member would be coarse along it. At its finest level a
+    /// member has one tile more on every side. Above it has the parents of those and one tile around them: 3/2 tiles,
+    /// then 7/4, always less than two.
+    fn is_near(&self, placed: &Placed, address: TileAddress) -> bool {
+        let finest = Self::first_level(placed);
+        let around = if address.level == finest { 1 } else { 2 };
+        finest <= address.level && placed.meets(self.area(address, around))
+    }
+
+    fn compose(&self, address: TileAddress, cancel: &Cancel) -> Result<LoadedTile, PyramidError> {
+        if !self.has_tile(address) {
+            return Err(PyramidError::NoSuchTile { path: self.name.clone().into(), address });
+        }
+        let mut sheet = Sheet::new(&self.levels, address);
+        // From the bottom to the top.
+        for &index in self.precedence.iter().rev() {
+            self.lay(index, address, &mut sheet, cancel)?;
+        }
+        let fallback_m = if self.range_m[0].is_finite() { self.range_m[0] } else { 0.0 };
+        let samples = sheet.heights_m.iter().zip(&sheet.voids).map(|(&height, &void)| match height.is_nan() {
+            true => flagged(fallback_m, true),
+            false => flagged(height, void),
+        });
+        Ok(derive(&self.levels, address, Tile { samples: samples.collect() }))
+    }
+
+    /// Lays a member over what is there.
+    fn lay(&self, index: usize, address: TileAddress, sheet: &mut Sheet, cancel: &Cancel) -> Result<(), PyramidError> {
+        let (placed, store) = (&self.grid.members[index], &self.members[index]);
+        let members = || self.grid.members.iter();
+        let inset = members().any(|other| other.ratio > placed.ratio * 1.5);
+        let beside: Vec<&Placed> = members()
+            .enumerate()
+            .filter(|(other, member)| *other != index && (member.ratio / placed.ratio - 1.0).abs() < 0.5)
+            .map(|(_, member)| member)
+            .collect();
+        let sizes = store.levels();
+        let wanted = address.level.saturating_sub(Self::first_level(placed)) as usize;
+        let level = wanted.min(sizes.len() - 1);
+        let (finest, size) = (sizes[0], sizes[level]);
+        let places = placed.coordinates(sheet.first, sheet.step, [TILE_STRIDE, TILE_STRIDE]);
+        // In samples of the member's level: two of a coarser member's.
+        let fade = 4.0_f64.max(8.0 / f64::from(1_u32 << level));
+        let fade_finest = fade * placed.ratio * f64::from(1_u32 << level);
+        let mut tiles = MemberTiles { store: self, index, level: level as u32, last: None };
+        for (i, place) in places.into_iter().enumerate() {
+            let x = coordinate(place[0], finest.width, size.width);
+            let y = coordinate(place[1], finest.height, size.height);
+            let depths = [x + 0.5, f64::from(size.width) - 0.5 - x, y + 0.5, f64::from(size.height) - 0.5 - y];
+            if depths.iter().any(|depth| depth.is_nan() || *depth < -1e-6) {
+                continue;
+            }
+            if cancel.is_cancelled() {
+                return Err(PyramidError::Cancelled);
+            }
+            let mut weight = 1.0_f64;
+            for (depth, toward) in depths.into_iter().zip([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]]) {
+                if depth < 1.0 || inset && depth < fade {
+                    let from = sheet.place(i);
+                    let beyond = [0, 1].map(|axis| from[axis] + toward[axis] * fade_finest);
+                    let goes_on = !inset || beside.iter().any(|other| other.holds(beyond));
+                    weight = weight.min(if goes_on { depth } else { depth / fade });
+                }
+            }
+            let (height_m, void) = tiles.sample(size, x, y)?;
+            sheet.put(i, height_m, void, weight.clamp(0.0, 1.0));
+        }
+        Ok(())
+    }
+
+    /// A member's tile, from those kept or from its store.
+    fn tile(&self, key: Key) -> Result<Arc<Tile>, PyramidError> {
+        // A poisoned lock guards only a cache, which is whole between statements.
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(at) = kept.iter().position(|(known, _)| *known == key)
+            && let Some(found) = kept.remove(at)
+        {
+            let tile = found.1.clone();
+            kept.push_front(found);
+            return Ok(tile);
+        }
+        drop(kept);
+        let (index, address) = key;
+        let tile = Arc::new(self.members[index].clone().load(address)?.tile);
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.push_front((key, tile.clone()));
+        kept.truncate(KEPT_TILES);
+        Ok(tile)
+    }
+}
+
+/// A tile in the making.
+struct Sheet {
+    /// Where the first of its samples lies, in samples of level 0, and how far they are apart.
+    first: [f64; 2],
+    step: [f64; 2],
+    /// NaN where nothing lies yet.
+    heights_m: Vec<f32>,
+    voids: Vec<bool>,
+}
+
+impl Sheet {
+    fn new(levels: &[LevelSize], address: TileAddress) -> Self {
+        let (finest, size) = (levels[0], levels[address.level as usize]);
+        let first = |tile: u32, finest: u32, count: u32| {
+            let sample = f64::from(tile * TILE_SAMPLES) - f64::from(TILE_BORDER);
+            coordinate(sample, count, finest)
+        };
+        let step = |finest: u32, count: u32| f64::from(finest) / f64::from(count);
+        Self {
+            first: [first(address.x, finest.width, size.width), first(address.y, finest.height, size.height)],
+            step: [step(finest.width, size.width), step(finest.height, size.height)],
+            heights_m: vec![f32::NAN; (TILE_STRIDE * TILE_STRIDE) as usize],
+            voids: vec![true; (TILE_STRIDE * TILE_STRIDE) as usize],
+        }
+    }
+
+    /// Where a sample lies, in samples of level 0.
+    fn place(&self, i: usize) -> [f64; 2] {
+        let at = [i as u32 % TILE_STRIDE, i as u32 / TILE_STRIDE];
+        [0, 1].map(|axis| self.first[axis] + self.step[axis] * f64::from(at[axis]))
+    }
+
+    /// Puts a height over what is there.
+    fn put(&mut self, i: usize, height_m: f32, void: bool, weight: f64) {
+        let (there_m, there_void) = (&mut self.heights_m[i], &mut self.voids[i]);
+        if there_m.is_nan() || *there_void && !void {
+            (*there_m, *there_void) = (height_m, void);
+        } else if !void {
+            *there_m += (weight * (f64::from(height_m) - f64::from(*there_m))) as f32;
+            if weight == 1.0 {
+                *there_m = height_m;
+            }
+        }
+    }
+}
+
+/// The samples of a member's level.
+struct MemberTiles<'a> {
+    store: &'a MosaicStore,
+    index: usize,
+    level: u32,
+    /// Neighbouring samples lie in one tile.
+    last: Option<(TileAddress, Arc<Tile>)>,
+}
+
+impl MemberTiles<'_> {
+    /// The height in metres at a place of the level, and whether it is void there.
+    fn sample(&mut self, size: LevelSize, x: f64, y: f64) -> Result<(f32, bool), PyramidError> {
+        const WHOLE: f64 = 1e-3;
+        let (column, row) = (x.round(), y.round());
+        let (mut near_x, mut near_y) = (column.max(0.0) as u32, row.max(0.0) as u32);
+        (near_x, near_y) = (near_x.min(size.width - 1), near_y.min(size.height - 1));
+        let (cell_x, u) = bicubic::cell(x, size.width);
+        let (cell_y, v) = bicubic::cell(y, size.height);
+        let address = TileAddress { level: self.level, x: cell_x / TILE_SAMPLES, y: cell_y / TILE_SAMPLES };
+        let tile = match &self.last {
+            Some((known, tile)) if *known == address => tile.clone(),
+            _ => {
+                let tile = self.store.tile((self.index, address))?;
+                self.last = Some((address, tile.clone()));
+                tile
+            }
+        };
+        let at = |column: u32, row: u32| {
+            let (column, row) =
+                (column + TILE_BORDER - address.x * TILE_SAMPLES, row + TILE_BORDER - address.y * TILE_SAMPLES);
+            tile.samples[(row * TILE_STRIDE + column) as usize]
+        };
+        let near = at(near_x, near_y);
+        if (x - column).abs() < WHOLE && (y - row).abs() < WHOLE {
+            return Ok((near, is_void(near)));
+        }
+        let (left, top) = (cell_x + TILE_BORDER - 1, cell_y + TILE_BORDER - 1);
+        let (left, top) = (left - address.x * TILE_SAMPLES, top - address.y * TILE_SAMPLES);
+        let four: [[f32; 4]; 4] = std::array::from_fn(|k| {
+            let start = ((top + k as u32) * TILE_STRIDE + left) as usize;
+            std::array::from_fn(|i| tile.samples[start + i])
+        });
+        Ok((bicubic::height_and_gradient(&four, u, v).0 as f32, is_void(near)))
+    }
+}
+
+impl TileStore for MosaicStore {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn levels(&self) -> &[LevelSize] {
+        &self.levels
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.grid.georeference
+    }
+
+    fn range_m(&self) -> [f32; 2] {
+        self.range_m
+    }
+
+    fn is_measured(&self) -> bool {
+        false
+    }
+
+    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        &self.coarse_patches
+    }
+
+    fn has_tile(&self, address: TileAddress) -> bool {
+        let Some(size) = self.levels.get(address.level as usize) else { return false };
+        if address.x >= size.tiles_x() || address.y >= size.tiles_y() {
+            return false;
+        }
+        // The coarsest is there in any case: something must be.
+        address.level + 1 == self.levels.len() as u32
+            || self.grid.members.iter().any(|placed| self.is_near(placed, address))
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        let cancel = cancel.clone();
+        Ok(Box::new(move || self.compose(address, &cancel)))
+    }
+}

@@ -1,0 +1,69 @@
+//! The files of an entry of the cache, and how they go when the cache holds too much.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, UNIX_EPOCH};
+
+use crate::pyramid::format::sidecar::sidecar_path;
+
+/// How much the cache may hold: 8 GiB.
+pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
+
+/// A partial file this old belongs to no running bake.
+const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
+
+/// What lies beside the pyramid and says what it was made from.
+pub(super) fn origin_path(tif: &Path) -> PathBuf {
+    let mut path = tif.as_os_str().to_owned();
+    path.push(".from");
+    path.into()
+}
+
+/// The file that is locked while the pyramid is made.
+pub(super) fn lock_path(tif: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(tif.file_name().unwrap_or_default());
+    name.push(".lock");
+    tif.with_file_name(name)
+}
+
+/// Removes the pyramid with all that lies beside it. What cannot be removed stays.
+pub(super) fn remove(tif: &Path) -> bool {
+    // The sidecar first: a GeoTIFF without one is no pyramid.
+    let _ = fs::remove_file(sidecar_path(tif));
+    let _ = fs::remove_file(origin_path(tif));
+    let _ = fs::remove_file(lock_path(tif));
+    fs::remove_file(tif).is_ok()
+}
+
+/// Removes the pyramids that were not used for the longest time until the folder holds no more than `limit_bytes`, and
+/// partial files that were left behind. `keep` stays in any case. What cannot be removed stays.
+pub fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let mut pyramids = Vec::new();
+    for entry in entries.flatten() {
+        let path = entry.path();
+        let Ok(metadata) = entry.metadata() else { continue };
+        let used = metadata.modified().unwrap_or(UNIX_EPOCH);
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("tif") => {
+                let beside = fs::metadata(sidecar_path(&path)).map_or(0, |metadata| metadata.len());
+                pyramids.push((used, metadata.len() + beside, path));
+            }
+            Some("part") if used.elapsed().is_ok_and(|age| age > ABANDONED_AFTER) => {
+                let _ = fs::remove_file(&path);
+            }
+            _ => {}
+        }
+    }
+    pyramids.sort();
+    let mut total: u64 = pyramids.iter().map(|(_, bytes, _)| bytes).sum();
+    for (_, bytes, path) in pyramids {
+        if total <= limit_bytes {
+            break;
+        }
+        if path != keep && remove(&path) {
+            total -= bytes;
+        }
+    }
+}

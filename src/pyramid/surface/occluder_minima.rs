@@ -1,0 +1,77 @@
+//! How low the land of a tile can be, by blocks of 4 × 4 samples: what hides the land behind it.
+//!
+//! A ridge across a mesh patch of 16 × 16 quads hides little when the patch counts as high as its lowest place only;
+//! by blocks it closes the view nearly up to its crest.
+//!
+//! These are the occluder minima. Why: `docs/decisions/terrain-occlusion.md`.
+
+use super::bicubic::OVERSHOOT;
+use super::statistics::TileStatistics;
+use crate::pyramid::tile::{TILE_SAMPLES, TILE_STRIDE, Tile, is_void};
+
+/// Samples along a block's side.
+pub const BLOCK_SAMPLES: u32 = 4;
+/// Blocks along a tile's side.
+pub const TILE_BLOCKS: u32 = TILE_SAMPLES / BLOCK_SAMPLES;
+
+/// A height for each block that the surface of full resolution does not go below.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OccluderMinima(Box<[f32]>);
+
+impl OccluderMinima {
+    /// Of a tile: its samples less what they may have lost. −∞ where a sample is void.
+    pub fn of(tile: &Tile, statistics: &TileStatistics) -> Self {
+        const STRIDE: usize = TILE_STRIDE as usize;
+        const BLOCKS: usize = TILE_BLOCKS as usize;
+        // A level's samples lie up to half a sample beside those of the mesh: a block looks at two samples around it.
+        const SIDE: usize = BLOCK_SAMPLES as usize + 4;
+        let mut minima_m = Vec::with_capacity(BLOCKS * BLOCKS);
+        let mut columns = [(0.0_f32, 0.0_f32); STRIDE];
+        for row in 0..BLOCKS {
+            columns.fill((f32::INFINITY, f32::NEG_INFINITY));
+            let first = row * BLOCK_SAMPLES as usize * STRIDE;
+            for samples in tile.samples[first..first + SIDE * STRIDE].chunks_exact(STRIDE) {
+                for ((low, high), &sample) in columns.iter_mut().zip(samples) {
+                    let least = if is_void(sample) { f32::NEG_INFINITY } else { sample };
+                    (*low, *high) = (low.min(least), high.max(sample));
+                }
+            }
+            for block in 0..BLOCKS {
+                let around = &columns[block * BLOCK_SAMPLES as usize..][..SIDE];
+                let low_m = around.iter().map(|column| column.0).fold(f32::INFINITY, f32::min);
+                let high_m = around.iter().map(|column| column.1).fold(f32::NEG_INFINITY, f32::max);
+                minima_m.push(low_m - OVERSHOOT * (high_m - low_m) - statistics.error_m);
+            }
+        }
+        Self(minima_m.into())
+    }
+
+    /// The minimum of the block in column `x` and row `y` of the tile, in metres; −∞ beside a void.
+    pub fn get(&self, x: u32, y: u32) -> f32 {
+        self.0[(y * TILE_BLOCKS + x) as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pyramid::surface::statistics::Voids;
+    use crate::pyramid::tile::flagged;
+
+    #[test]
+    fn a_block_is_as_low_as_what_is_around_it() {
+        let statistics =
+            TileStatistics { min_m: 0.0, max_m: 1.0, error_m: 0.5, corner_errors_m: [0.5; 4], voids: Voids::Some };
+        let mut samples = vec![flagged(100.0, false); (TILE_STRIDE * TILE_STRIDE) as usize];
+        // Sample (40, 80) of the tile, and a void at (200, 200).
+        samples[(82 * TILE_STRIDE + 42) as usize] = flagged(90.0, false);
+        samples[(202 * TILE_STRIDE + 202) as usize] = flagged(100.0, true);
+        let minima = OccluderMinima::of(&Tile { samples }, &statistics);
+        assert_eq!(minima.get(0, 0), 99.5);
+        for (x, y) in [(9, 19), (10, 20), (10, 19)] {
+            assert_eq!(minima.get(x, y), 90.0 - 1.5 - 0.5, "{x} {y}");
+        }
+        assert_eq!((minima.get(11, 20), minima.get(10, 21), minima.get(8, 20)), (99.5, 99.5, 99.5));
+        assert_eq!(minima.get(50, 50), f32::NEG_INFINITY);
+    }
+}

@@ -1,0 +1,128 @@
+//! The curvature of the earth: boxes and places on a bent earth, the CPU's side of `shaders/shared/earth.wgsl`.
+//!
+//! Why: `docs/decisions/earth-curvature.md`.
+
+use glam::{DVec2, DVec3};
+
+use super::frustum::Bounds;
+
+/// The earth as a camera sees it: flat in the map, bent around the camera's plumb line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EarthCurvature {
+    /// One over the effective radius, per metre; 0 is flat.
+    pub inverse_radius: f64,
+    /// Height of the camera in the world, in metres.
+    pub camera_z_m: f64,
+    /// Lowest height of the land in the world, in metres.
+    pub lowest_m: f64,
+}
+
+impl EarthCurvature {
+    /// A place of the flat map, camera-relative, in the bent world.
+    pub fn bend(&self, flat_m: DVec3) -> DVec3 {
+        let k = self.inverse_radius;
+        if k == 0.0 {
+            return flat_m;
+        }
+        let angle = flat_m.truncate().length() * k;
+        let taller = 1.0 + (flat_m.z + self.camera_z_m) * k;
+        (flat_m.truncate() * sinc(angle) * taller).extend(flat_m.z - taller * versine(angle) / k)
+    }
+
+    /// A camera-relative place of the bent world, on the flat map: the way back from [`EarthCurvature::bend`].
+    pub fn unbend(&self, at_m: DVec3) -> DVec3 {
+        let k = self.inverse_radius;
+        if k == 0.0 {
+            return at_m;
+        }
+        let camera = 1.0 + self.camera_z_m * k;
+        let (across, up) = (at_m.truncate().length() * k, camera + at_m.z * k);
+        let angle = across.atan2(up);
+        let z_m = (across * across / k + 2.0 * camera * at_m.z + at_m.z * at_m.z * k) / (across.hypot(up) + camera);
+        let flat = if across == 0.0 { at_m.truncate() / up } else { at_m.truncate() * (angle / across) };
+        flat.extend(z_m)
+    }
+
+    /// A box around the bent places of a flat box, both camera-relative; none if the earth hides it.
+    pub fn bend_bounds(&self, flat: &Bounds) -> Option<Bounds> {
+        let k = self.inverse_radius;
+        if k == 0.0 {
+            return Some(*flat);
+        }
+        let (low, high) = (flat.low_m.truncate(), flat.high_m.truncate());
+        let nearest = DVec2::ZERO.clamp(low, high).length() * k;
+        let farthest = low.abs().max(high.abs()).length() * k;
+        if self.is_beyond_horizon(nearest, flat.high_m.z) {
+            return None;
+        }
+        let pi = std::f64::consts::PI;
+        let (least_taller, most_taller) =
+            (1.0 + (flat.low_m.z + self.camera_z_m) * k, 1.0 + (flat.high_m.z + self.camera_z_m) * k);
+        let least = sinc(farthest.min(pi)) * least_taller.min(most_taller).max(0.0);
+        let most = sinc(nearest.min(pi)) * most_taller;
+        let shrink = |v: f64, is_low: bool| if (v > 0.0) == is_low { v * least } else { v * most };
+        let bent = |v: DVec2, is_low: bool| DVec2::new(shrink(v.x, is_low), shrink(v.y, is_low));
+        Some(Bounds {
+            low_m: bent(low, true).extend(flat.low_m.z - most_taller * versine(farthest.min(pi)) / k),
+            high_m: bent(high, false).extend(flat.high_m.z - least_taller.max(0.0) * versine(nearest.min(pi)) / k),
+        })
+    }
+
+    /// Whether the earth itself, at the lowest height of the land, hides everything from `angle` on, up to the
+    /// camera-relative height `high_m`.
+    fn is_beyond_horizon(&self, angle: f64, high_m: f64) -> bool {
+        let ground = 1.0 / self.inverse_radius + self.lowest_m;
+        let dip = |height_m: f64| (ground / (ground + height_m.max(0.0))).clamp(-1.0, 1.0).acos();
+        let (camera_m, top_m) = (self.camera_z_m - self.lowest_m, self.camera_z_m + high_m - self.lowest_m);
+        angle > dip(camera_m) + dip(top_m) + 1e-6
+    }
+}
+
+fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+}
+
+/// 1 − cos(x), without the difference.
+fn versine(x: f64) -> f64 {
+    2.0 * (0.5 * x).sin().powi(2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EARTH: EarthCurvature =
+        EarthCurvature { inverse_radius: 1.0 / 6_371_008.8, camera_z_m: 1500.0, lowest_m: 0.0 };
+
+    #[test]
+    fn the_drop_at_100_km_is_785_m() {
+        let earth = EarthCurvature { camera_z_m: 0.0, ..EARTH };
+        let drop_m = earth.bend(DVec3::new(60_000.0, 80_000.0, 0.0)).z;
+        assert!((drop_m + 784.8).abs() < 0.1, "{drop_m}");
+    }
+
+    #[test]
+    fn there_and_back() {
+        for flat in [DVec3::new(1.0, -2.0, 3.0), DVec3::new(-3e5, 4e5, 2500.0), DVec3::new(5e6, 1e6, -1000.0), DVec3::Z]
+        {
+            let back = EARTH.unbend(EARTH.bend(flat));
+            assert!((back - flat).length() < 1e-6 * flat.length().max(1.0), "{flat} {back}");
+        }
+    }
+
+    #[test]
+    fn boxes_hold_their_places_and_the_far_side_is_hidden() {
+        let flat = Bounds { low_m: DVec3::new(-3e4, 1e5, -1400.0), high_m: DVec3::new(5e4, 2e5, 3000.0) };
+        let bent = EARTH.bend_bounds(&flat).unwrap();
+        for i in 0..343 {
+            let t = DVec3::new(f64::from(i % 7), f64::from(i / 7 % 7), f64::from(i / 49)) / 6.0;
+            let place = EARTH.bend(flat.low_m + (flat.high_m - flat.low_m) * t);
+            assert!(place.cmpge(bent.low_m - 1e-6).all() && place.cmple(bent.high_m + 1e-6).all(), "{place} {bent:?}");
+        }
+        // From 1500 m, land of 0 to 1000 m height ends at 251 km (138 + 113).
+        let slab =
+            |y_m: f64| Bounds { low_m: DVec3::new(-1.0, y_m, -1500.0), high_m: DVec3::new(1.0, y_m + 1.0, -500.0) };
+        assert!(EARTH.bend_bounds(&slab(250e3)).is_some());
+        assert!(EARTH.bend_bounds(&slab(252.5e3)).is_none());
+    }
+}

@@ -1,0 +1,199 @@
+//! The page table: what `shaders/shared/terrain.wgsl` reads to find a tile. It has for each level the rows of tiles that
+//! the view needs, for each row its first column and number of tiles, and for each tile its slot in the atlas, its
+//! residency floor, and its errors. Its size follows the view and not the world.
+//!
+//! Why: `docs/decisions/page-table.md`.
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::atlas::Atlas;
+use super::horizon_maps::HorizonMaps;
+use super::needed::children;
+use super::residency::Residency;
+use super::residency_floor::ResidencyFloor;
+use crate::pyramid::{LevelSize, TileAddress, TileStore};
+
+/// A level as the shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
+pub struct LevelInfo {
+    scale: [f32; 2],
+    fraction: [f32; 2],
+    cell: [i32; 2],
+    size: [i32; 2],
+    /// Where its rows begin in the list of rows.
+    first_row: i32,
+    /// The number of its first row of tiles in the level.
+    top: i32,
+    row_count: i32,
+    pad: i32,
+}
+
+crate::gpu::shared::describe!(LevelInfo as "Level" in "surface/resolve": scale, fraction, cell, size, first_row, top, row_count, pad);
+
+/// A row of tiles of a level, as the shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable, PartialEq)]
+pub struct TileRow {
+    /// The column of its first tile in the level.
+    left: i32,
+    count: i32,
+    /// Where its tiles begin in the list of tiles.
+    first_tile: i32,
+    pad: i32,
+}
+
+crate::gpu::shared::describe!(TileRow as "TileRow" in "surface/resolve": left, count, first_tile, pad);
+
+/// A tile, as the shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
+pub struct TileRecord {
+    /// The errors at its corners in metres: see `TileStatistics::corner_errors_m`.
+    errors_m: [f32; 4],
+    /// The residency floor at its corners, as four numbers of 8 bits: see [`ResidencyFloor::at`].
+    blocked: u32,
+    /// Its slot in the atlas; [`NO_SLOT`] for a tile that is not there.
+    slot: u32,
+    /// 1 where no finer tile exists: its surface is followed between the samples.
+    is_finest: u32,
+    /// 1 where the tile has a horizon map.
+    lit: u32,
+}
+
+crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/resolve": errors_m, blocked, slot, is_finest, lit);
+
+/// What a record says of a tile that is not there.
+const NO_SLOT: u32 = u32::MAX;
+/// The record of a tile that the surface does not use.
+const NOTHING: TileRecord = TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, lit: 0 };
+
+/// The whole table, as three lists for the GPU.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PageTable {
+    /// The levels of the pyramid, finest first.
+    pub levels: Vec<LevelInfo>,
+    /// The rows of tiles that the view needs, by level.
+    pub rows: Vec<TileRow>,
+    /// The tiles of these rows, by row.
+    pub tiles: Vec<TileRecord>,
+}
+
+impl PageTable {
+    /// For the tiles that are needed and in the atlas. `anchor` is the sample that grid coordinates count from.
+    pub fn new(
+        store: &dyn TileStore,
+        residency: &Residency,
+        horizon_maps: Option<&HorizonMaps>,
+        anchor: DVec2,
+    ) -> Self {
+        let (atlas, floor) = (&residency.atlas, &residency.floor);
+        let is_there = |address: &TileAddress| atlas.get(*address).is_some();
+        let mut there: Vec<TileAddress> = residency.needed.iter().map(|tile| tile.address).filter(is_there).collect();
+        there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
+        there.dedup();
+        let corner_errors = (!store.is_measured()).then(|| shared_corners(atlas, &there));
+        let beside: FxHashSet<TileAddress> = residency.beside.iter().copied().filter(is_there).collect();
+        if !beside.is_empty() {
+            there.extend(&beside);
+            there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
+        }
+        let mut table = Self::default();
+        let mut next = there.iter().copied().peekable();
+        for (level, size) in store.levels().iter().enumerate() {
+            let (first_row, mut top) = (table.rows.len(), 0);
+            while let Some(first) = next.peek().copied().filter(|tile| tile.level as usize == level) {
+                if table.rows.len() == first_row {
+                    top = first.y;
+                }
+                // Rows without tiles between others are empty.
+                table.rows.resize(first_row + (first.y - top) as usize, TileRow::default());
+                let first_tile = table.tiles.len();
+                while let Some(tile) = next.next_if(|tile| (tile.level, tile.y) == (first.level, first.y)) {
+                    table.tiles.resize(first_tile + (tile.x - first.x) as usize, NOTHING);
+                    let mut record = if beside.contains(&tile) {
+                        // The surface goes by what the view needs; only horizons look at this one.
+                        TileRecord { slot: atlas.get(tile).map_or(NO_SLOT, |resident| resident.slot), ..NOTHING }
+                    } else {
+                        record(store, atlas, floor, tile, corner_errors.as_ref())
+                    };
+                    record.lit = u32::from(horizon_maps.is_some_and(|maps| maps.is_made(atlas, tile)));
+                    table.tiles.push(record);
+                }
+                table.rows.push(TileRow {
+                    left: first.x as i32,
+                    count: (table.tiles.len() - first_tile) as i32,
+                    first_tile: first_tile as i32,
+                    pad: 0,
+                });
+            }
+            let row_count = (table.rows.len() - first_row) as i32;
+            let rows = LevelInfo { first_row: first_row as i32, top: top as i32, row_count, ..Zeroable::zeroed() };
+            table.levels.push(registered(rows, *size, store.levels()[0], anchor));
+        }
+        table
+    }
+}
+
+/// How a level lies over the finest one, as seen from the anchor.
+fn registered(rows: LevelInfo, size: LevelSize, finest: LevelSize, anchor: DVec2) -> LevelInfo {
+    let scale =
+        DVec2::new(f64::from(size.width) / f64::from(finest.width), f64::from(size.height) / f64::from(finest.height));
+    // The registration of the pyramid: areas, not samples, lie on each other.
+    let at_anchor = (anchor + 0.5) * scale - 0.5;
+    let cell = at_anchor.floor();
+    LevelInfo {
+        scale: scale.as_vec2().to_array(),
+        fraction: (at_anchor - cell).as_vec2().to_array(),
+        cell: cell.as_ivec2().to_array(),
+        size: [size.width as i32, size.height as i32],
+        ..rows
+    }
+}
+
+type CornerErrors = FxHashMap<(u32, u32, u32), f32>;
+
+/// Where errors are estimates of single tiles: the largest of those that meet at a corner.
+fn shared_corners(atlas: &Atlas, tiles: &[TileAddress]) -> CornerErrors {
+    let mut corners = CornerErrors::default();
+    for tile in tiles {
+        let Some(resident) = atlas.get(*tile) else { continue };
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let error_m = corners.entry((tile.level, tile.x + dx, tile.y + dy)).or_insert(0.0);
+            *error_m = error_m.max(resident.statistics.error_m);
+        }
+    }
+    corners
+}
+
+fn record(
+    store: &dyn TileStore,
+    atlas: &Atlas,
+    floor: &ResidencyFloor,
+    tile: TileAddress,
+    corners: Option<&CornerErrors>,
+) -> TileRecord {
+    let (slot, mut errors_m) = match atlas.get(tile) {
+        Some(resident) => (resident.slot, resident.statistics.corner_errors_m),
+        None => (NO_SLOT, [0.0; 4]),
+    };
+    if let Some(corners) = corners {
+        let at = |i: u32| corners.get(&(tile.level, tile.x + i % 2, tile.y + i / 2)).copied().unwrap_or(0.0);
+        errors_m = [at(0), at(1), at(2), at(3)];
+    }
+    let bytes = floor.at(tile).map(|value| (value.clamp(0.0, 1.0) * 255.0).ceil() as u8);
+    TileRecord {
+        errors_m,
+        blocked: u32::from_le_bytes(bytes),
+        slot,
+        is_finest: u32::from(is_finest(store, tile)),
+        lit: 0,
+    }
+}
+
+/// Whether somewhere in this tile nothing finer exists.
+fn is_finest(store: &dyn TileStore, tile: TileAddress) -> bool {
+    tile.level == 0 || children(store.levels(), tile).any(|child| !store.has_tile(child))
+}

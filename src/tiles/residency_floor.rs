@@ -1,0 +1,118 @@
+//! The residency floor: where the surface must stay coarser than the view wants, because finer tiles have not come yet.
+//!
+//! At each corner of the tiles of a level stands a number: 1 while one of the tiles that meet there is missing, 0 when
+//! all are there, and for a moment between them when the last has come, so that detail does not pop but fades in.
+//! Interpolated, it is by how much of a level the surface stays above that level. A tile is used only when its parent
+//! is free of it, so the surface has no step in space either: a child is shown when it and all around it can be
+//! (Cesium calls this "forbid holes"; the interpolation is ours).
+//!
+//! Why: `docs/decisions/residency-floor.md`.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::pyramid::TileAddress;
+
+/// How long a level takes to fade in, in seconds.
+pub const FADE_S: f64 = 0.15;
+
+/// The corner (level, column, row).
+type Corner = (u32, u32, u32);
+
+/// The floor at the corners that are not free; at all others it is 0.
+#[derive(Default)]
+pub struct ResidencyFloor {
+    corners: FxHashMap<Corner, f32>,
+}
+
+fn corners(tile: TileAddress) -> [Corner; 4] {
+    [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| (tile.level, tile.x + dx, tile.y + dy))
+}
+
+impl ResidencyFloor {
+    /// Whether the whole surface is as fine as the view wants.
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty()
+    }
+
+    /// At the corners of a tile: north-west, north-east, south-west, south-east.
+    pub fn at(&self, tile: TileAddress) -> [f32; 4] {
+        corners(tile).map(|corner| self.corners.get(&corner).copied().unwrap_or(0.0))
+    }
+
+    /// Goes on by a frame. `wanted` has all tiles that the view needs, coarser levels first, each with whether it is on
+    /// the GPU. `step_s` is the time since the last frame; none fades nothing.
+    pub fn update(&mut self, wanted: impl Iterator<Item = (TileAddress, bool)>, step_s: Option<f64>) {
+        let fading = match step_s {
+            Some(step_s) => {
+                let step = (step_s / FADE_S) as f32;
+                let left = self.corners.drain().map(|(corner, value)| (corner, value - step));
+                left.filter(|(_, value)| *value > 0.0).collect()
+            }
+            None => FxHashMap::default(),
+        };
+        let mut now: FxHashMap<Corner, f32> = FxHashMap::default();
+        let mut met: FxHashSet<Corner> = FxHashSet::default();
+        for (tile, is_there) in wanted {
+            let parent = TileAddress { level: tile.level + 1, x: tile.x / 2, y: tile.y / 2 };
+            // Corners of the level above are done: coarser levels come first.
+            let parent_is_free = corners(parent).iter().all(|corner| !now.contains_key(corner));
+            for corner in corners(tile) {
+                if !is_there || !parent_is_free {
+                    now.insert(corner, 1.0);
+                } else if met.insert(corner)
+                    && let Some(value) = fading.get(&corner)
+                {
+                    now.entry(corner).or_insert(*value);
+                }
+            }
+        }
+        self.corners = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tile(level: u32, x: u32, y: u32) -> TileAddress {
+        TileAddress { level, x, y }
+    }
+
+    fn pyramid(missing: &[TileAddress]) -> Vec<(TileAddress, bool)> {
+        let mut wanted = vec![(tile(2, 0, 0), true)];
+        for level in [1, 0] {
+            let side = 4 >> level;
+            wanted
+                .extend((0..side * side).map(|i| tile(level, i % side, i / side)).map(|t| (t, !missing.contains(&t))));
+        }
+        wanted
+    }
+
+    #[test]
+    fn a_missing_tile_raises_the_floor_at_its_corners_and_all_below() {
+        let mut floor = ResidencyFloor::default();
+        floor.update(pyramid(&[tile(1, 0, 0)]).into_iter(), None);
+        assert_eq!(floor.at(tile(1, 0, 0)), [1.0; 4]);
+        assert_eq!(floor.at(tile(1, 1, 1)), [1.0, 0.0, 0.0, 0.0]);
+        // Its neighbours are not free, so what is finer there is not used.
+        assert_eq!(floor.at(tile(0, 3, 3)), [1.0; 4]);
+        assert_eq!(floor.at(tile(2, 0, 0)), [0.0; 4]);
+    }
+
+    #[test]
+    fn detail_fades_in_level_by_level() {
+        let mut floor = ResidencyFloor::default();
+        floor.update(pyramid(&[tile(1, 0, 0), tile(0, 0, 0)]).into_iter(), Some(0.05));
+        floor.update(pyramid(&[]).into_iter(), Some(FADE_S / 2.0));
+        assert!((floor.at(tile(1, 0, 0))[3] - 0.5).abs() < 1e-6);
+        assert_eq!(floor.at(tile(0, 0, 0)), [1.0; 4], "a child waits for its parent");
+        floor.update(pyramid(&[]).into_iter(), Some(FADE_S));
+        assert_eq!(floor.at(tile(1, 0, 0)), [0.0; 4]);
+        floor.update(pyramid(&[]).into_iter(), Some(FADE_S));
+        assert!(floor.is_empty());
+        // At a stop of the clock, or in a file, nothing fades.
+        floor.update(pyramid(&[tile(0, 1, 1)]).into_iter(), None);
+        floor.update(pyramid(&[]).into_iter(), None);
+        assert!(floor.is_empty());
+    }
+}
