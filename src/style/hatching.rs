@@ -50,7 +50,7 @@ parameters! {
         from: f32 = 0.0 => Range::Within(0.0, 0.99);
         /// How many times larger marks are than their recipe has them.
         size: f32 = 1.0 => Range::Within(0.25, 8.0);
-        /// Slopes, from so steep to so steep, that have these marks.
+        /// The layer is on slopes from the first of these to the second.
         slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
     } beside {
         /// What `marks` means.

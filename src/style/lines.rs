@@ -10,7 +10,7 @@ parameters! {
         detector: Detector;
         /// The ε of the planarity term of LSA contours.
         epsilon: Epsilon = Epsilon::Footprint;
-        /// What the detector finds where a line begins, and where it is full.
+        /// Two answers of the detector: a line begins at the first, and is full from the second on.
         ramp: [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, and 2 is the paper's.
         density: f32 = 0.0 => Range::AtLeast(0.0);
@@ -40,7 +40,7 @@ choices! {
 choices! {
     /// ε of the planarity term of LSA contours.
     pub enum Epsilon {
-        /// 1e-5 m, as printed in the paper.
+        /// As printed in the paper, 1e-5 m.
         Paper,
         /// A part of the pixel's size in the world.
         Footprint,

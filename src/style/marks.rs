@@ -62,7 +62,7 @@ parameters! {
     pub struct Recipe, whole Recipe::fits {
         /// What the marks are, in a line.
         description: String;
-        /// What the marks are made as.
+        /// Kind of the marks.
         kind: Kind;
         /// Of a stack: 1 to 32 pictures (PNG) from light to dark, beside the recipe.
         images: Vec<PathBuf> = Vec::new();

@@ -61,7 +61,7 @@ parameters! {
         watercolor: Option<Watercolor>;
         /// Tones made of marks; without the section none are drawn.
         hatching: Option<hatching::Hatching>;
-        /// What is drawn on.
+        /// The sheet that is drawn on.
         paper: Paper;
         /// What is above the horizon.
         sky: Sky;

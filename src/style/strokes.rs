@@ -34,7 +34,7 @@ parameters! {
         crease_deg: Option<f32> => Range::Within(0.0, 180.0);
         /// Whether the border of the land is drawn.
         borders: bool = true;
-        /// Strokes are made anew in each frame of this number, and move with the world in between.
+        /// Strokes are made anew in every frame of this number, and move with the world in between.
         update_every in "frames": u32 = 10 => Range::Within(1.0, 1000.0);
         /// Whether strokes take over identity, texture, pressure and part of their place from those of the frame before.
         carry: bool = true;
@@ -42,7 +42,7 @@ parameters! {
         fade_s: f32 = 0.8 => Range::Within(0.0, 60.0);
         /// How far the line of the frame before holds the new one in its place.
         hold: f32 = 0.7 => Range::Within(0.0, 1.0);
-        /// The most that all strokes together may be long; the shortest are left out first.
+        /// Length of all strokes together, at most; the shortest are left out first.
         budget_px: f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
         /// What is left of a stroke in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);

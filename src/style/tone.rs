@@ -126,7 +126,7 @@ fn rises(stops: &[Stop], key: &str) -> Result<(), Wrong> {
 
 impl Setting for Tone {
     fn kind() -> ValueKind {
-        let help = "How light becomes tone and colour.";
+        let help = "How the tone of a place becomes its colour.";
         let mut all = vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None)];
         if let ValueKind::Section(toon) = Toon::kind() {
             all.extend(toon);

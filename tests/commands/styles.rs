@@ -25,7 +25,7 @@ fn every_parameter_is_shown_with_its_value() {
     assert!(line("  crease_deg").starts_with("crease_deg – ° 0 to 180 – Edges whose"));
     assert!(line("  detector").starts_with("detector – lsa, sobel, roystan required What finds"));
     assert!(line("[hatching], not in this style").ends_with("none are drawn."));
-    assert!(line("[paper]").starts_with("[paper]: What is drawn on."));
+    assert!(line("[paper]").starts_with("[paper]: The sheet that is drawn on."));
     // Columns begin at one place.
     let at = |begins: &str, word: &str| {
         let line = text.lines().find(|line| line.starts_with(begins)).unwrap();

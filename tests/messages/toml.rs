@@ -58,6 +58,11 @@ fn toml_has_places_and_near_names() {
             STYLE.replace("plain", "toon") + "steps = \"many\"\ndarkest = 0\n",
             "f.toml:5:9: tone.steps must be a whole number",
         ),
+        // A number with 300 digits is cut.
+        (
+            STYLE.replace("plain", "toon") + "steps = 1e300\ndarkest = 0\n",
+            "tone must be a whole number, 0 or more, and 1000",
+        ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"line\"\n[[hatching.layers]]\nmarks = \"line\"\nfrom = 2\n"),
             "f.toml:9:8: hatching.layers.from is 2",

@@ -202,7 +202,9 @@ fn ranges_are_checked<T: Kind>() {
         };
         for value in &outside {
             let error = with(value).err().unwrap_or_else(|| panic!("{key} may be {value}"));
-            assert!(error.contains(&format!(": {}", random::bare(&key))), "{key} = {value}: {error}");
+            // Of a stop that is far off it may be told first that it does not rise.
+            let told = error.contains(&format!(": {}", random::bare(&key))) || error.contains("stops must rise");
+            assert!(told, "{key} = {value}: {error}");
             assert!(error.starts_with("x.toml:") && error.lines().count() == 1, "{error}");
         }
         for value in &inside {
@@ -214,7 +216,7 @@ fn ranges_are_checked<T: Kind>() {
         }
         checked += 1;
     }
-    assert!(checked >= 12, "{checked} parameters have a range");
+    assert!(checked >= 10, "{checked} parameters have a range");
 }
 
 #[test]

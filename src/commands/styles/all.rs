@@ -116,7 +116,7 @@ pub(super) fn table(style: &Style, rows: &[Row]) -> String {
     let widths = columns.map(|column| width(column));
     let mut lines = vec![
         format!("{}: {}", shown(&style.name), style.description),
-        "* is set by the style; a dash is where there is no value, or no default.".to_owned(),
+        "A * marks what the style sets; a dash stands where there is no value.".to_owned(),
         String::new(),
         line(" ", &["", "value", "unit", "range", "default"].map(str::to_owned), &widths, ""),
     ];

@@ -1,6 +1,6 @@
 //! Definitions of parameters as data.
 
-use toml_edit::Item;
+use toml_edit::{ArrayOfTables, Item};
 
 use super::{Range, Setting, find};
 
@@ -94,7 +94,7 @@ impl Definition {
         }
     }
 
-    /// The sections within, where it is a section or a list of them.
+    /// The parameters within, where it is a section or a list of sections.
     pub fn section(&self) -> Option<&[Self]> {
         match &self.kind {
             ValueKind::Section(definitions) => Some(definitions),
@@ -127,7 +127,7 @@ impl ValueKind {
         match self {
             Self::Color => "colours",
             Self::Text => "texts",
-            Self::Section(_) => "entries",
+            Self::Section(_) => "sections",
             _ => "values",
         }
     }
@@ -143,8 +143,9 @@ fn unit_of(key: &str) -> Option<&'static str> {
     }
 }
 
-/// All parameters below a section, with the sections themselves before theirs, in the order of the definitions. A list
-/// of sections has as many as `item`, which stands for the whole, has entries there; without entries it has one, `[]`.
+/// All parameters below a section, in the order of the definitions, but its own values before the sections within it, as
+/// a text has them; a section itself comes before what is in it. A list of sections has as many as `item`, which stands
+/// for the whole, has entries there; without entries it has one, `[]`.
 pub fn parameters_of(kind: &ValueKind, item: Option<&Item>) -> Vec<Parameter> {
     let mut all = Vec::new();
     if let ValueKind::Section(definitions) = kind {
@@ -154,22 +155,25 @@ pub fn parameters_of(kind: &ValueKind, item: Option<&Item>) -> Vec<Parameter> {
 }
 
 fn collect(definitions: &[Definition], section: &str, item: Option<&Item>, all: &mut Vec<Parameter>) {
+    let key_of = |definition: &Definition| match section {
+        "" => definition.key.to_owned(),
+        _ => format!("{section}.{}", definition.key),
+    };
+    for definition in definitions.iter().filter(|definition| definition.section().is_none()) {
+        all.push(Parameter { key: key_of(definition), definition: definition.clone() });
+    }
     for definition in definitions {
-        let key = if section.is_empty() { definition.key.to_owned() } else { format!("{section}.{}", definition.key) };
-        let Some(within) = definition.section() else {
-            all.push(Parameter { key, definition: definition.clone() });
-            continue;
-        };
-        if matches!(definition.kind, ValueKind::Section(_)) {
-            all.push(Parameter { key: key.clone(), definition: definition.clone() });
-            collect(within, &key, item, all);
-            continue;
-        }
-        let count =
-            item.and_then(|item| find(item, &key)).and_then(Item::as_array_of_tables).map_or(0, |list| list.len());
-        let places: Vec<String> = match count {
-            0 => vec![format!("{key}[]")],
-            _ => (0..count).map(|number| format!("{key}[{number}]")).collect(),
+        let Some(within) = definition.section() else { continue };
+        let key = key_of(definition);
+        let places = match &definition.kind {
+            ValueKind::List(_) => {
+                let list = item.and_then(|item| find(item, &key)).and_then(Item::as_array_of_tables);
+                match list.map_or(0, ArrayOfTables::len) {
+                    0 => vec![format!("{key}[]")],
+                    count => (0..count).map(|number| format!("{key}[{number}]")).collect(),
+                }
+            }
+            _ => vec![key],
         };
         for place in places {
             all.push(Parameter { key: place.clone(), definition: definition.clone() });

@@ -19,6 +19,8 @@ Colours are sRGB.
 struct Part {
     title: &'static str,
     about: &'static str,
+    /// The recipes of this kind that come with the program.
+    names: Vec<&'static str>,
     kind: ValueKind,
 }
 
@@ -29,6 +31,7 @@ pub fn document() -> String {
             title: "Styles",
             about: "The keys at the top stand before the first section. A section that is left out draws nothing, or has \
                     its defaults where all of its keys have one.",
+            names: Vec::new(),
             kind: Style::kind(),
         },
         Part {
@@ -36,19 +39,25 @@ pub fn document() -> String {
             about: "`hatching.layers.marks` of a style names one. Everything that has no unit is a part of something. \
                     *Mid tone* is the darkness at which marks of `width_px` stand `spacing_px` apart; the width is 9 \
                     tenths of the spacing at most.",
+            names: marks::names(),
             kind: marks::Recipe::kind(),
         },
         Part {
             title: "Recipes of stroke textures",
             about: "`strokes.texture` of a style names one. Everything that has no unit is a part of something. A texel is \
                     a pixel.",
+            names: texture::names(),
             kind: texture::Recipe::kind(),
         },
     ];
     let mut text = HEAD.to_owned();
-    for Part { title, about, kind } in parts {
+    for Part { title, about, names, kind } in parts {
         // Writing into a string does not fail.
-        let _ = write!(text, "\n## {title}\n\n{about}\n");
+        let _ = write!(text, "\n## {title}\n\n{about}");
+        text += &match names.is_empty() {
+            true => "\n".to_owned(),
+            false => format!(" The program has {}.\n", names.join(", ")),
+        };
         let mut rows: Vec<Definition> = Vec::new();
         for Parameter { key, definition } in parameters_of(&kind, None) {
             if definition.section().is_none() {
