@@ -1,8 +1,8 @@
 //! Parameters of styles and of their recipes, each defined once.
 //!
-//! A section of a style file is a struct that the macro `parameters!` makes from a list. A line of the list is a parameter's
-//! definition, and everything else is made from it: the field and its docstring, parsing, the check of its range, what
-//! is written, the row of `hachure styles show NAME --all`, and the row of `docs/style-parameters.md`.
+//! A section of a style file is a struct that the macro `parameters!` makes from a list. A line of the list is the
+//! definition of a parameter, and everything else is made from it: the field and its docstring, parsing, the check of
+//! its range, what is written, the row of `hachure styles show NAME --all`, and the row of `docs/style-parameters.md`.
 //!
 //! ```text
 //! /// Help in a line, which is the docstring too.

@@ -145,10 +145,14 @@ mod tests {
         let added = text.replace("# was 3\n", "# was 3\ntaper_px = 9.0\n");
         assert_eq!(set("strokes.taper_px", 9.0.into()).unwrap(), added);
         assert_eq!(set("paper.grain", 0.5.into()).unwrap(), format!("{text}\n[paper]\ngrain = 0.5\n"));
+        // The section of layers was never written.
+        let soft = set("hatching.softness", 0.25.into()).unwrap();
+        let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching.unwrap());
+        assert_eq!((soft.softness, hard.softness, soft.layers), (0.25, 0.0, hard.layers));
         for (key, words) in [
             ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
             ("strokes", "x.toml:5:1: there is no parameter strokes"),
-            ("hatching.layers[2].from", "x.toml:9:1: hatching.layers[2].from: there is no such entry in the list"),
+            ("hatching.layers[2].from", "x.toml:10:1: hatching.layers[2].from: there is no such entry in the list"),
             ("", "x.toml: there is no parameter "),
         ] {
             let error = set(key, 1.into()).unwrap_err();
