@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use common::tones::{are_nested, mean_error, tone};
 use hachure::file::{atomic, png::write_rgba8};
-use hachure::style::marks::Recipe;
+use hachure::style::marks::{Recipe, check_pictures};
+use hachure::style::{Style, StyleError};
 use hachure::tones::tonal_art_map::TonalArtMap;
 
 /// Writes a grey picture and says where.
@@ -53,13 +54,26 @@ fn pictures_become_nested_tones() {
     }
 }
 
+/// What is said of pictures of which a map is made.
+fn words(made: &Result<TonalArtMap, StyleError>) -> Result<(), String> {
+    made.as_ref().map(|_| ()).map_err(ToString::to_string)
+}
+
 #[test]
 fn broken_pictures_are_told_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     atomic::write(&folder.path().join("mine.toml"), STACK.as_bytes()).unwrap();
+    let style =
+        "name = \"x\"\ndescription = \"\"\n[tone]\nkind = \"plain\"\n[[hatching.layers]]\nmarks = \"mine.toml\"\n";
+    let style_file = folder.path().join("style.toml");
+    atomic::write(&style_file, style.as_bytes()).unwrap();
+    let loaded = || Style::load(style_file.to_str().unwrap());
     let error = |cause: &str, name: &str| {
         let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
         let error = TonalArtMap::make(&recipe).unwrap_err().to_string();
+        // A style that names them says the same when it is loaded, and where it names them.
+        let by_style = loaded().unwrap_err().to_string();
+        assert_eq!(by_style, format!("{}:6:9: {error}", style_file.display()));
         assert!(error.starts_with(&format!("{}: ", folder.path().join(name).display())), "{error}");
         assert!(error.contains(cause) && error.lines().count() == 1, "{error}");
     };
@@ -74,6 +88,8 @@ fn broken_pictures_are_told_in_one_line() {
     error("it is 32 × 32 px", "b.png");
     // Cut at many lengths and flipped at many places: an error in one line, or a map, and no panic.
     picture(folder.path(), "c.png", 64, |x, _| x < 9);
+    picture(folder.path(), "b.png", 64, |x, _| x < 6);
+    assert_eq!(loaded().unwrap().files.len(), 5, "the style, its recipe and three pictures");
     let whole = std::fs::read(&good).unwrap();
     let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
     for at in 0..whole.len() {
@@ -81,7 +97,9 @@ fn broken_pictures_are_told_in_one_line() {
         flipped[at] ^= 0x41;
         for (bytes, is_cut) in [(&whole[..at], true), (&flipped[..], false)] {
             atomic::write(&folder.path().join("b.png"), bytes).unwrap();
-            match TonalArtMap::make(&recipe) {
+            let made = TonalArtMap::make(&recipe);
+            assert_eq!(check_pictures(&recipe).map_err(|error| error.to_string()), words(&made), "at {at}");
+            match made {
                 Ok(map) => assert!(map.side_px == 64 && (!is_cut || at + 12 >= whole.len()), "cut at {at}"),
                 Err(error) => assert_eq!(error.to_string().lines().count(), 1, "{error}"),
             }

@@ -1,4 +1,6 @@
-//! `hachure styles`: the presets, their text as a start for one's own, and a check of one's own.
+//! `hachure styles`: the presets, their text as a start for one's own, their parameters, and a check of one's own.
+
+mod all;
 
 use std::path::{Path, PathBuf};
 
@@ -25,10 +27,13 @@ pub struct StylesArgs {
 enum Action {
     /// The presets, with a line about each (the default)
     List,
-    /// The text of a preset
+    /// The text of a preset, or every parameter of a style
     Show {
-        /// Of the preset
+        /// A preset; with --all a style file as well
         name: String,
+        /// Every parameter with its value, unit, range, default and what it does
+        #[arg(long)]
+        all: bool,
     },
     /// Whether a style file holds
     Check {
@@ -50,6 +55,12 @@ struct Shown<'a> {
 }
 
 #[derive(Serialize)]
+struct Explained<'a> {
+    name: &'a str,
+    parameters: &'a [all::Row],
+}
+
+#[derive(Serialize)]
 struct Checked<'a> {
     file: &'a Path,
     name: String,
@@ -63,7 +74,15 @@ struct Checked<'a> {
 pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
     match &args.action {
         None | Some(Action::List) => list(args.json),
-        Some(Action::Show { name }) => {
+        Some(Action::Show { name, all: true }) => {
+            let (style, text) = all::load(name)?;
+            let rows = all::rows(&style, &text)?;
+            match args.json {
+                true => tell_json(&Explained { name: &style.name, parameters: &rows }),
+                false => tell(&all::table(&style, &rows)),
+            }
+        }
+        Some(Action::Show { name, all: false }) => {
             let text =
                 style::preset_text(name).ok_or_else(|| Misuse::of(StyleError::Unknown { name: name.clone() }))?;
             if args.json { tell_json(&Shown { name, text }) } else { tell(text) }

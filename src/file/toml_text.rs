@@ -7,6 +7,7 @@
 mod mistake;
 mod values;
 
+use std::fmt::Display;
 use std::ops::Range;
 
 use serde::de::DeserializeOwned;
@@ -45,12 +46,38 @@ pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
     Ok(parse(name, text)?.get_ref().keys().map(|key| key.get_ref().to_string()).collect())
 }
 
-/// That the value of `key` makes no sense, in the words of `cause`. The key is written with its sections, and `[2]`
-/// behind that of a list means its third entry: `hatching.layers[2].from`. The place of a key that is not in the text is
-/// that of its section, if that is there.
-pub fn wrong(name: &str, text: &str, key: &str, cause: impl Into<String>) -> TomlError {
-    let at = parse(name, text).ok().and_then(|table| place_of(table.get_ref(), key)).map(|at| position(text, at.start));
-    TomlError { name: name.to_owned(), at, cause: cause.into() }
+/// A value that is of the right kind and makes no sense. Scenes, styles and recipes are checked as values, and all of
+/// them become errors by [`Wrong::in_text`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wrong {
+    /// The key with its sections; `[2]` behind that of a list means its third entry: `hatching.layers[2].from`.
+    pub key: String,
+    /// What is told of it.
+    pub told: String,
+}
+
+impl Wrong {
+    /// `words` follow the key: ` is 3, not between 0 and 1`. Which entry of a list it is follows from its place, and is
+    /// not told.
+    pub fn new(key: impl Into<String>, words: impl Display) -> Self {
+        let key = key.into();
+        let parts = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
+        let told = format!("{}{words}", parts.collect::<String>());
+        Self { key, told }
+    }
+
+    /// The same in other words, which need not begin with the key.
+    pub fn told(key: impl Into<String>, told: impl Into<String>) -> Self {
+        Self { key: key.into(), told: told.into() }
+    }
+
+    /// The error, with the place of the value in the text. That of a key which is not there is the place of its section,
+    /// if that is there. `name` stands for the file.
+    pub fn in_text(&self, name: &str, text: &str) -> TomlError {
+        let table = parse(name, text).ok();
+        let at = table.and_then(|table| place_of(table.get_ref(), &self.key)).map(|at| position(text, at.start));
+        TomlError { name: name.to_owned(), at, cause: self.told.clone() }
+    }
 }
 
 fn parse<'a>(name: &str, text: &'a str) -> Result<Spanned<DeTable<'a>>, TomlError> {
@@ -236,6 +263,16 @@ mod tests {
     }
 
     #[test]
+    fn what_makes_no_sense_is_told_with_its_key() {
+        let text = "[[d]]\ne = 1\n[[d]]\ne = 2\n";
+        let error = |wrong: Wrong| wrong.in_text("x.toml", text).to_string();
+        assert_eq!(error(Wrong::new("d[1].e", " is 2, not 1")), "x.toml:4:5: d.e is 2, not 1");
+        assert_eq!(error(Wrong::new("d[1].e[3].f", ": odd")), "x.toml:4:5: d.e.f: odd");
+        assert_eq!(error(Wrong::told("d[0].e", "it is odd")), "x.toml:2:5: it is odd");
+        assert_eq!(error(Wrong::new("f", " is missing")), "x.toml: f is missing");
+    }
+
+    #[test]
     fn values_have_their_places() {
         let text = "a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = 1\n[[d]]\ne = 2\n";
         for (key, at) in [
@@ -247,7 +284,7 @@ mod tests {
             ("f.g", None),
             ("", None),
         ] {
-            assert_eq!(wrong("x", text, key, "").at, at, "{key}");
+            assert_eq!(Wrong::new(key, "").in_text("x", text).at, at, "{key}");
         }
     }
 }

@@ -43,7 +43,7 @@ use super::earth::Earth;
 use super::{Haze, MeshPlacement, Scene, Sun, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
-use crate::file::toml_text::{self, TomlError};
+use crate::file::toml_text::{self, TomlError, Wrong};
 use crate::pyramid::store::continent_store::SMALLEST_SAMPLES;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
@@ -207,17 +207,14 @@ impl Scene {
         let name = path.to_string_lossy();
         let file: FileToml = toml_text::read(&name, text)?;
         let wrong = |key: &str, cause: &str| -> SceneError {
-            toml_text::wrong(&name, text, key, format!("{key}: {cause}")).into()
+            Wrong::new(key, format!(": {cause}")).in_text(&name, text).into()
         };
 
         let no_data = file.world.nodata;
         if no_data.is_some_and(|no_data| !no_data.is_finite() || file.world.dem.is_none()) {
             return Err(wrong("world.nodata", "it must be a finite height in metres, of a dem"));
         }
-        let mut scene = Self::of_world(world(path, file.world).map_err(|cause| {
-            let key = format!("world.{}", cause.split(' ').next().unwrap_or_default());
-            toml_text::wrong(&name, text, &key, format!("world: {cause}"))
-        })?);
+        let mut scene = Self::of_world(world(path, file.world).map_err(|wrong| wrong.in_text(&name, text))?);
         scene.file = Some(path.to_owned());
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
         scene.heights.no_data = no_data;
@@ -258,8 +255,8 @@ impl Scene {
         for (number, mesh) in file.meshes.into_iter().enumerate() {
             let placement = placement(path, mesh);
             let placement = placement.map_err(|(key, cause)| {
-                let place = format!("meshes[{number}].{key}");
-                toml_text::wrong(&name, text, &place, format!("meshes.{key}: of mesh {}: {cause}", number + 1))
+                let words = format!(": of mesh {}: {cause}", number + 1);
+                Wrong::new(format!("meshes[{number}].{key}"), words).in_text(&name, text)
             })?;
             scene.meshes.push(placement);
         }
@@ -267,26 +264,30 @@ impl Scene {
     }
 }
 
-fn world(scene_path: &Path, world: WorldToml) -> Result<World, String> {
+fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
     // An absolute path replaces the folder.
     let beside = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
+    let wrong = |cause: String| Wrong::told("world", format!("world: {cause}"));
+    let empty = || Wrong::told("world.dem", "world: dem is empty");
     match (world.dem, world.procedural, world.continent) {
-        (None, None, None) => Err("it needs dem = \"FILE\" or procedural = { seed = 1 } or continent = {}".into()),
+        (None, None, None) => {
+            Err(wrong("it needs dem = \"FILE\" or procedural = { seed = 1 } or continent = {}".to_owned()))
+        }
         (None, Some(procedural), None) => Ok(World::Procedural { seed: procedural.seed }),
         (None, None, Some(continent)) => self::continent(&continent),
-        (Some(DemToml::One(dem)), None, None) if dem.is_empty() => Err("dem is empty".into()),
+        (Some(DemToml::One(dem)), None, None) if dem.is_empty() => Err(empty()),
         (Some(DemToml::One(dem)), None, None) if dem.contains("://") => Ok(World::Url(dem)),
         (Some(DemToml::One(dem)), None, None) => Ok(World::File(beside(&dem))),
         (Some(DemToml::Several(dems)), None, None) => match dems.iter().find(|dem| dem.contains("://")) {
-            _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err("dem is empty".into()),
-            Some(url) => Err(format!("{}: a list holds files of this machine only", quoted(url))),
+            _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err(empty()),
+            Some(url) => Err(wrong(format!("{}: a list holds files of this machine only", quoted(url)))),
             None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
         },
         (dem, procedural, continent) => {
             let names =
                 [("dem", dem.is_some()), ("procedural", procedural.is_some()), ("continent", continent.is_some())];
             let given: Vec<&str> = names.iter().filter(|name| name.1).map(|name| name.0).collect();
-            Err(format!("it has both {}, and must have one of them", given.join(" and ")))
+            Err(wrong(format!("it has both {}, and must have one of them", given.join(" and "))))
         }
     }
 }
@@ -322,14 +323,18 @@ fn placement(scene_path: &Path, mesh: MeshToml) -> Result<MeshPlacement, (&'stat
     Ok(MeshPlacement { file, at_m, height_above_ground, yaw_deg: mesh.yaw_deg, scale: mesh.scale, z_up })
 }
 
-fn continent(continent: &ContinentToml) -> Result<World, String> {
+fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
+    let wrong = |key: &str, least: f64, most: f64| {
+        let key = format!("continent.{key}");
+        Wrong::told(format!("world.{key}"), format!("world: {key} must lie within {least} to {most}"))
+    };
     let size_samples = continent.size_samples.unwrap_or(SIZE_SAMPLES);
     if !(SMALLEST_SAMPLES..=SIZE_SAMPLES).contains(&size_samples) {
-        return Err(format!("continent.size_samples must lie within {SMALLEST_SAMPLES} to {SIZE_SAMPLES}"));
+        return Err(wrong("size_samples", SMALLEST_SAMPLES.into(), SIZE_SAMPLES.into()));
     }
     let spacing_m = continent.spacing_m.unwrap_or(SPACING_M);
     if !(0.1..=100.0).contains(&spacing_m) {
-        return Err("continent.spacing_m must lie within 0.1 to 100".into());
+        return Err(wrong("spacing_m", 0.1, 100.0));
     }
     Ok(World::Continent { seed: continent.seed, size_samples, spacing_m })
 }

@@ -2,130 +2,88 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
 use super::marks::{self, Recipe};
-use super::{Color, StyleError, within};
+use super::parameters::{Range, choices, parameters};
+use super::{Color, StyleError};
 
 /// Layers, at most.
 pub const MOST_LAYERS: usize = 4;
 
-/// Tones made of marks.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Hatching {
-    /// Their colour.
-    #[serde(default)]
-    pub ink: Color,
-    /// How marks keep their size while the camera comes nearer.
-    #[serde(default)]
-    pub scale: Scale,
-    /// Width of a mark's border in tones, 0 to 0.5: 0 is a pen's, 0.1 a pencil's.
-    #[serde(default)]
-    pub softness: f32,
-    /// Whether marks grow or shrink a little, so that their mean ink is the tone wherever one looks.
-    #[serde(default = "yes")]
-    pub balance: bool,
-    /// 1 to [`MOST_LAYERS`]; they are sorted by `from`.
-    pub layers: Vec<Layer>,
+parameters! {
+    /// Tones made of marks.
+    pub struct Hatching {
+        /// Colour of the marks.
+        ink: Color = Color::default();
+        /// How marks keep their size while the camera comes nearer.
+        scale: Scale = Scale::Blend;
+        /// Width of a mark's border in tones; 0 is a pen's, 0.1 a pencil's.
+        softness: f32 = 0.0 => Range::Within(0.0, 0.5);
+        /// Whether marks grow or shrink a little, so that their mean ink is the tone wherever one looks.
+        balance: bool = true;
+        /// Marks of one kind each; layers are sorted by `from`.
+        layers: Vec<Layer> => Range::Entries(1, MOST_LAYERS);
+    }
 }
 
-/// How marks keep their size.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Scale {
-    /// Marks of two scales hand over to each other.
-    #[default]
-    Blend,
-    /// Coming nearer only ever adds marks.
-    Add,
+choices! {
+    /// How marks keep their size.
+    pub enum Scale {
+        /// Marks of two scales hand over to each other.
+        Blend,
+        /// Coming nearer only ever adds marks.
+        Add,
+    }
 }
 
-/// Marks of one kind.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Layer {
-    /// One of [`super::marks::names`], or a file beside the style's (`.toml`).
-    pub marks: String,
-    /// What `marks` means.
-    #[serde(skip)]
-    pub recipe: Option<Recipe>,
+parameters! {
+    /// Marks of one kind.
+    pub struct Layer {
+        /// What is drawn: marks of the program, or a recipe beside the style (`.toml`).
+        marks: String;
+        /// Where marks point.
+        direction: Direction = Direction::Fixed;
+        /// Azimuth of fixed marks, clockwise from north; others turn by this from what they follow.
+        angle_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        /// Azimuth of slope marks where the land is level.
+        level_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        /// Darkness from which on the layer takes part.
+        from: f32 = 0.0 => Range::Within(0.0, 0.99);
+        /// How many times larger marks are than their recipe has them.
+        size: f32 = 1.0 => Range::Within(0.25, 8.0);
+        /// The layer is on slopes from the first of these to the second.
+        slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
+    } beside {
+        /// What `marks` means.
+        recipe: Option<Recipe>;
+    }
+}
+
+choices! {
     /// Where marks point.
-    #[serde(default)]
-    pub direction: Direction,
-    /// For fixed marks their azimuth, clockwise from north; for others how far they turn from what they follow.
-    #[serde(default)]
-    pub angle_deg: f32,
-    /// Azimuth of slope marks where the land is level.
-    #[serde(default)]
-    pub level_deg: f32,
-    /// Darkness from which on the layer takes part, 0 to 1.
-    #[serde(default)]
-    pub from: f32,
-    /// Marks are this much larger than their recipe has them, 0.25 to 8.
-    #[serde(default = "super::one")]
-    pub size: f32,
-    /// On slopes from so many degrees to so many.
-    #[serde(default = "every_slope")]
-    pub slope_deg: [f32; 2],
+    pub enum Direction {
+        /// To a fixed azimuth.
+        Fixed,
+        /// Down the slope, as hachures on a map.
+        Slope,
+        /// Along the contour lines of height.
+        Contour,
+        /// Away from the eye: dots stay round on land that is seen at a flat angle.
+        Sight,
+    }
 }
 
 impl Layer {
+    /// Loads the marks, and looks at their pictures; files lie in `folder`.
+    pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
+        let recipe = Recipe::load(&self.marks, folder)?;
+        marks::check_pictures(&recipe)?;
+        self.recipe = Some(recipe);
+        Ok(())
+    }
+
     /// The files that the layer is read from, if the style's lies in `folder`.
     pub(super) fn files(&self, folder: &Path) -> impl Iterator<Item = PathBuf> {
         let images = self.recipe.iter().flat_map(|recipe| recipe.images.iter().cloned());
         marks::file(&self.marks, folder).into_iter().chain(images)
-    }
-}
-
-/// Where marks point.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Direction {
-    /// To a fixed azimuth.
-    #[default]
-    Fixed,
-    /// Down the slope, as hachures on a map.
-    Slope,
-    /// Along the contour lines of height.
-    Contour,
-    /// Away from the eye: dots stay round on land that is seen at a flat angle.
-    Sight,
-}
-
-fn yes() -> bool {
-    true
-}
-
-fn every_slope() -> [f32; 2] {
-    [0.0, 90.0]
-}
-
-impl Hatching {
-    /// Loads what the layers name; files lie in `folder`.
-    pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
-        self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
-        for layer in &mut self.layers {
-            layer.recipe = Some(Recipe::load(&layer.marks, folder)?);
-        }
-        Ok(())
-    }
-
-    pub(super) fn check(&self) -> Result<(), String> {
-        if !(1..=MOST_LAYERS).contains(&self.layers.len()) {
-            return Err(format!("hatching.layers has {} entries, not 1 to {MOST_LAYERS}", self.layers.len()));
-        }
-        within("hatching.softness", self.softness, 0.0, 0.5)?;
-        for (number, layer) in self.layers.iter().enumerate() {
-            let within =
-                |key: &str, value, low, high| within(&format!("hatching.layers[{number}].{key}"), value, low, high);
-            within("from", layer.from, 0.0, 0.99)?;
-            within("size", layer.size, 0.25, 8.0)?;
-            within("angle_deg", layer.angle_deg, -360.0, 360.0)?;
-            within("level_deg", layer.level_deg, -360.0, 360.0)?;
-            within("slope_deg", layer.slope_deg[1], 0.0, 90.0)?;
-            within("slope_deg", layer.slope_deg[0], 0.0, layer.slope_deg[1])?;
-        }
-        Ok(())
     }
 }

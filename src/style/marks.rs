@@ -2,13 +2,16 @@
 //! (`tones/tonal_art_map`). Ten come with the program, and a style may name a file of its own, which may in turn name
 //! pictures that somebody drew.
 
+mod pictures;
+
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
 use super::StyleError;
+use super::parameters::{self, Range, choices, parameters};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
-use crate::file::toml_text;
+use crate::file::toml_text::Wrong;
+
+pub use pictures::check as check_pictures;
 
 /// The recipes that come with the program, by name.
 const RECIPES: &[(&str, &str)] = &[
@@ -30,90 +33,62 @@ pub const SIDES_PX: [u32; 2] = [64, 1024];
 /// Pictures of a stack, at most.
 const MOST_IMAGES: usize = 32;
 
-/// What the marks are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// Lines that go through the whole tile.
-    Line,
-    /// Short strokes, all in one direction.
-    Dash,
-    /// Dots that stand apart.
-    Stipple,
-    /// Lines, and where it is dark others across them.
-    Cross,
-    /// Curls of a pen that is not lifted.
-    Scribble,
-    /// Touches of a brush.
-    Dab,
-    /// Dots on a turned grid, which grow.
-    Halftone,
-    /// Pictures that somebody drew.
-    Stack,
-}
-
-/// How a tonal art map is made. Everything that has no unit is a part of something, 0 to 1.
-///
-/// *Mid tone* is the darkness at which marks of `width_px` stand `spacing_px` apart: [`Recipe::mid_darkness`].
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Recipe {
-    /// In a line.
-    pub description: String,
+choices! {
     /// What the marks are.
-    pub kind: Kind,
-    /// Of a stack: the pictures (PNG) from light to dark; from files, with the folder of the recipe before them.
-    #[serde(default)]
-    pub images: Vec<PathBuf>,
-    /// The piece that repeats is a square of so many pixels, a power of two. Pictures have their own.
-    #[serde(default = "side_px")]
-    pub side_px: u32,
-    /// Another one gives another tile of the same kind.
-    #[serde(default)]
-    pub seed: u32,
-    /// Length of a mark, 1 to 400. Lines have none, nor have dots.
-    #[serde(default = "length_px")]
-    pub length_px: f32,
-    /// Mean width of a mark at mid tone, 1 to 32.
-    #[serde(default = "width_px")]
-    pub width_px: f32,
-    /// Mean distance across marks, from middle to middle, at mid tone: 2 to 64, and more than the width.
-    #[serde(default = "spacing_px")]
-    pub spacing_px: f32,
-    /// How far the hand wanders to the sides, slowly, 0 to 16.
-    #[serde(default)]
-    pub wobble_px: f32,
-    /// Part of a mark's length over which it thins at its ends.
-    #[serde(default)]
-    pub taper: f32,
-    /// How irregularly marks are placed.
-    #[serde(default)]
-    pub jitter: f32,
-    /// How much of the darkening comes from marks that widen rather than from more marks; 1 is an engraver's line.
-    #[serde(default)]
-    pub swell: f32,
-    /// How much pressure, and so width, differs from mark to mark and along a mark.
-    #[serde(default)]
-    pub pressure: f32,
-    /// How much the paper's tooth breaks marks up.
-    #[serde(default)]
-    pub grain: f32,
+    pub enum Kind {
+        /// Lines that go through the whole tile.
+        Line,
+        /// Short strokes, all in one direction.
+        Dash,
+        /// Dots that stand apart.
+        Stipple,
+        /// Lines, and where it is dark others across them.
+        Cross,
+        /// Curls of a pen that is not lifted.
+        Scribble,
+        /// Touches of a brush.
+        Dab,
+        /// Dots on a turned grid, which grow.
+        Halftone,
+        /// Pictures that somebody drew.
+        Stack,
+    }
 }
 
-fn side_px() -> u32 {
-    512
-}
-
-fn length_px() -> f32 {
-    36.0
-}
-
-fn width_px() -> f32 {
-    2.0
-}
-
-fn spacing_px() -> f32 {
-    8.0
+parameters! {
+    /// How a tonal art map is made. Everything that has no unit is a part of something, 0 to 1.
+    ///
+    /// *Mid tone* is the darkness at which marks of `width_px` stand `spacing_px` apart: [`Recipe::mid_darkness`].
+    pub struct Recipe, whole Recipe::fits {
+        /// What the marks are, in a line.
+        description: String;
+        /// Kind of the marks.
+        kind: Kind;
+        /// Of a stack: 1 to 32 pictures (PNG) from light to dark, beside the recipe.
+        images: Vec<PathBuf> = Vec::new();
+        /// Side of the square that repeats; pictures have their own.
+        side_px: u32 = 512 => Range::PowerOfTwo(SIDES_PX[0], SIDES_PX[1]);
+        /// Another number gives another tile of the same kind.
+        seed: u32 = 0;
+        /// Length of a mark; lines have none, nor have dots.
+        length_px: f32 = 36.0 => Range::Within(1.0, 400.0);
+        /// Mean width of a mark at mid tone.
+        width_px: f32 = 2.0 => Range::Within(1.0, 32.0);
+        /// Mean distance across marks, from middle to middle, at mid tone.
+        spacing_px: f32 = 8.0 => Range::Within(2.0, 64.0);
+        /// How far the hand wanders to the sides, slowly.
+        wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
+        /// Part of a mark's length over which it thins at its ends.
+        taper: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How irregularly marks are placed.
+        jitter: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How much of the darkening comes from marks that widen rather than from more marks; 1 is an engraver's line.
+        swell: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How much pressure, and so width, differs from mark to mark and along a mark.
+        pressure: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How much the paper's tooth breaks marks up.
+        grain: f32 = 0.0 => Range::Within(0.0, 1.0);
+    }
 }
 
 /// The names of the recipes that come with the program.
@@ -154,9 +129,7 @@ impl Recipe {
     /// # Errors
     /// [`StyleError::Parse`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let recipe: Self = toml_text::read(name, text)?;
-        recipe.check().map_err(|cause| super::misplaced(name, text, &cause))?;
-        Ok(recipe)
+        Ok(parameters::read(name, text)?)
     }
 
     /// The darkness at which marks have their width and their spacing, were none to lie on another.
@@ -170,40 +143,20 @@ impl Recipe {
         }
     }
 
-    fn check(&self) -> Result<(), String> {
-        let [least, most] = SIDES_PX;
-        if !self.side_px.is_power_of_two() || !(least..=most).contains(&self.side_px) {
-            return Err(format!("side_px is {}, not a power of two from {least} to {most}", self.side_px));
-        }
+    /// What must hold for several parameters together.
+    fn fits(&self, _: &str) -> Result<(), Wrong> {
         let (is_stack, images) = (self.kind == Kind::Stack, self.images.len());
         if is_stack && !(1..=MOST_IMAGES).contains(&images) {
-            return Err(format!("images has {images} entries, not 1 to {MOST_IMAGES}"));
+            return Err(Wrong::new("images", format!(" has {images} entries, not 1 to {MOST_IMAGES}")));
         }
         if !is_stack && images > 0 {
-            return Err("images are given, but kind is not \"stack\"".to_owned());
+            return Err(Wrong::new("images", " are given, but kind is not \"stack\""));
         }
-        let numbers = [
-            ("length_px", self.length_px, 1.0, 400.0),
-            ("width_px", self.width_px, 1.0, 32.0),
-            ("spacing_px", self.spacing_px, 2.0, 64.0),
-            ("wobble_px", self.wobble_px, 0.0, 16.0),
-            ("taper", self.taper, 0.0, 1.0),
-            ("jitter", self.jitter, 0.0, 1.0),
-            ("swell", self.swell, 0.0, 1.0),
-            ("pressure", self.pressure, 0.0, 1.0),
-            ("grain", self.grain, 0.0, 1.0),
-        ];
-        if let Some((what, value, low, high)) =
-            numbers.into_iter().find(|(_, value, low, high)| !(low..=high).contains(&value))
-        {
-            return Err(format!("{what} is {value}, not between {low} and {high}"));
-        }
+        let Self { width_px, spacing_px, .. } = self;
         // Denser marks would leave no paper at mid tone, so their spacing would not be seen.
-        if self.width_px > 0.9 * self.spacing_px {
-            return Err(format!(
-                "width_px is {}, more than 9 tenths of spacing_px, which is {}",
-                self.width_px, self.spacing_px
-            ));
+        if *width_px > 0.9 * spacing_px {
+            let words = format!(" is {width_px}, more than 9 tenths of spacing_px, which is {spacing_px}");
+            return Err(Wrong::new("width_px", words));
         }
         Ok(())
     }

@@ -1,22 +1,23 @@
 //! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
 
 pub mod color;
+mod error;
 pub mod hatching;
 mod lines;
 pub mod marks;
+pub mod parameters;
 mod strokes;
 pub mod texture;
 mod tone;
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
-use crate::file::message::{did_you_mean, named, shown};
-use crate::file::toml_text::{self, TomlError};
+use crate::file::toml_text::Wrong;
 pub use color::Color;
+pub use error::StyleError;
 pub use lines::{Detector, Epsilon, Lines};
+use parameters::{Range, parameters};
 pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 
@@ -41,174 +42,65 @@ const PRESETS: &[(&str, &str)] = &[
     ("wash", include_str!("presets/wash.toml")),
 ];
 
-/// A style that is not there or does not hold.
-#[derive(Debug, thiserror::Error)]
-pub enum StyleError {
-    /// Neither a preset nor a file.
-    #[error("{}: no such style{}", shown(name), hint(name, &names(), "`hachure styles` lists them"))]
-    Unknown {
-        /// As given.
-        name: String,
-    },
-    /// The file cannot be read.
-    #[error("{}: cannot read the style: {source}", named(path))]
-    Read {
-        /// The file.
-        path: String,
-        /// Why.
-        #[source]
-        source: std::io::Error,
-    },
-    /// Neither a stroke texture of the program nor a file.
-    #[error("{}: no such stroke texture{}", shown(name), hint(name, &texture::names(), &there_is(&texture::names())))]
-    UnknownTexture {
-        /// As given.
-        name: String,
-    },
-    /// The stroke texture's file cannot be read.
-    #[error("{}: cannot read the stroke texture: {source}", named(path))]
-    ReadTexture {
-        /// The file.
-        path: String,
-        /// Why.
-        #[source]
-        source: std::io::Error,
-    },
-    /// Neither marks of the program nor a file.
-    #[error("{}: no such marks{}", shown(name), hint(name, &marks::names(), &there_is(&marks::names())))]
-    UnknownMarks {
-        /// As given.
-        name: String,
-    },
-    /// The marks' file cannot be read.
-    #[error("{}: cannot read the marks: {source}", named(path))]
-    ReadMarks {
-        /// The file.
-        path: String,
-        /// Why.
-        #[source]
-        source: std::io::Error,
-    },
-    /// A picture of marks does not hold.
-    #[error("{}: {cause}", named(path))]
-    MarkImage {
-        /// The picture.
-        path: String,
-        /// What, in one line.
-        cause: String,
-    },
-    /// The text is not a style, not a stroke texture, or not marks.
-    #[error(transparent)]
-    Parse(#[from] TomlError),
-}
-
-/// What a name was meant to be, or where the known names are told.
-fn hint(name: &str, known: &[&str], where_told: &str) -> String {
-    let meant = did_you_mean(name, known.iter().copied());
-    if meant.is_empty() { format!("; {where_told}, and a file ends with .toml") } else { meant }
-}
-
-fn there_is(names: &[&str]) -> String {
-    format!("there is {}", names.join(", "))
-}
-
-/// A style.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Style {
-    /// For people and reports.
-    pub name: String,
-    /// In a line.
-    pub description: String,
-    /// Which lines; none draws none.
-    pub lines: Option<Lines>,
-    /// Pen strokes along contours; none draws none.
-    pub strokes: Option<Strokes>,
-    /// How light becomes colour.
-    pub tone: Tone,
-    /// How light falls, for tones in steps and for marks.
-    #[serde(default)]
-    pub light: Shading,
-    /// Tones that run and settle as water and pigment do; none lets them be.
-    pub watercolor: Option<Watercolor>,
-    /// Tones made of marks; none draws none.
-    pub hatching: Option<hatching::Hatching>,
-    /// What it is drawn on.
-    #[serde(default)]
-    pub paper: Paper,
-    /// Above the horizon.
-    #[serde(default)]
-    pub sky: Sky,
-    /// In the distance.
-    #[serde(default)]
-    pub haze: Haze,
-    /// All files that it was read from: its own, those of its recipes, and their pictures. A preset has none.
-    #[serde(skip)]
-    pub files: Vec<PathBuf>,
-}
-
-/// The sheet.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Paper {
-    /// Multiplies every colour.
-    pub color: Color,
-    /// How much of its grain shows, 0 to 1.
-    pub grain: f32,
-}
-
-impl Default for Paper {
-    fn default() -> Self {
-        Self { color: Color::WHITE, grain: 0.0 }
+parameters! {
+    /// A style.
+    pub struct Style {
+        /// Name of the style, for people and reports.
+        name: String;
+        /// What the style draws, in a line.
+        description: String;
+        /// Lines that are found in pictures of the surface; without the section none are drawn.
+        lines: Option<Lines>;
+        /// Pen strokes along contours; without the section none are drawn.
+        strokes: Option<Strokes>;
+        /// How light becomes tone and colour.
+        tone: Tone;
+        /// How light falls, for tones in steps and for marks.
+        light: Shading;
+        /// Tones that run and settle as water and pigment do; without the section they stay as they are.
+        watercolor: Option<Watercolor>;
+        /// Tones made of marks; without the section none are drawn.
+        hatching: Option<hatching::Hatching>;
+        /// The sheet that is drawn on.
+        paper: Paper;
+        /// What is above the horizon.
+        sky: Sky;
+        /// What distance does.
+        haze: Haze;
+    } beside {
+        /// All files that it was read from: its own, those of its recipes, and their pictures. A preset has none.
+        files: Vec<PathBuf>;
     }
 }
 
-/// The sky's gradient.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Sky {
-    /// High up.
-    pub zenith: Color,
-    /// Low down.
-    pub horizon: Color,
-}
-
-impl Default for Sky {
-    fn default() -> Self {
-        Self { zenith: Color::WHITE, horizon: Color::WHITE }
+parameters! {
+    /// The sheet.
+    pub struct Paper {
+        /// Colour of the sheet, which multiplies every colour.
+        color: Color = Color::WHITE;
+        /// How much of the sheet's grain shows.
+        grain: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
-/// What distance does.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Haze {
-    /// What far things fade to.
-    pub color: Color,
-    /// What is left of a tone in full haze, 0 to 1.
-    pub faintest_tone: f32,
-}
-
-impl Default for Haze {
-    fn default() -> Self {
-        Self { color: Color::WHITE, faintest_tone: 0.0 }
+parameters! {
+    /// The sky's gradient.
+    pub struct Sky {
+        /// Colour of the sky high up.
+        zenith: Color = Color::WHITE;
+        /// Colour of the sky low down.
+        horizon: Color = Color::WHITE;
     }
 }
 
-fn one() -> f32 {
-    1.0
-}
-
-fn yes() -> bool {
-    true
-}
-
-/// Says which number is not what it may be.
-fn within(what: &str, value: f32, low: f32, high: f32) -> Result<(), String> {
-    (low..=high)
-        .contains(&value)
-        .then_some(())
-        .ok_or_else(|| format!("{what} is {value}, not between {low} and {high}"))
+parameters! {
+    /// What distance does.
+    pub struct Haze {
+        /// What far things fade to.
+        color: Color = Color::WHITE;
+        /// What is left of a tone in full haze.
+        faintest_tone: f32 = 0.0 => Range::Within(0.0, 1.0);
+    }
 }
 
 /// The names of the presets.
@@ -219,14 +111,6 @@ pub fn names() -> Vec<&'static str> {
 /// The text of a preset.
 pub fn preset_text(name: &str) -> Option<&'static str> {
     PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
-}
-
-/// A number that is not what it may be: `cause` begins with its key, whose place in the text is told.
-fn misplaced(name: &str, text: &str, cause: &str) -> StyleError {
-    let (key, rest) = cause.split_once(' ').unwrap_or((cause, ""));
-    // The place tells which entry of a list it is.
-    let told = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect::<String>();
-    toml_text::wrong(name, text, key, format!("{told} {rest}")).into()
 }
 
 impl Style {
@@ -263,42 +147,34 @@ impl Style {
         Ok(style)
     }
 
-    /// A style from its text; `name` is for errors, and a stroke texture that is a file lies beside it.
+    /// A style from its text, with all that it names: recipes and their pictures. `name` is for errors, and files lie
+    /// beside it.
     ///
     /// # Errors
-    /// [`StyleError`], but for [`StyleError::Unknown`] and [`StyleError::Read`].
+    /// [`StyleError::Parse`] and [`StyleError::Named`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let mut style: Self = toml_text::read(name, text)?;
-        style.check().map_err(|cause| misplaced(name, text, &cause))?;
+        let mut style: Self = parameters::read(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        let named = |key: &str, source: StyleError| StyleError::Named {
+            place: Wrong::told(key, source.to_string()).in_text(name, text),
+            source: Box::new(source),
+        };
         if let Some(hatching) = &mut style.hatching {
-            hatching.check().map_err(|cause| misplaced(name, text, &cause))?;
-            hatching.complete(folder)?;
-            style.files.extend(hatching.layers.iter().flat_map(|layer| layer.files(folder)));
+            for (number, layer) in hatching.layers.iter_mut().enumerate() {
+                layer.complete(folder).map_err(|error| named(&format!("hatching.layers[{number}].marks"), error))?;
+                style.files.extend(layer.files(folder));
+            }
+            hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
         }
         if let Some(strokes) = &mut style.strokes {
-            let load = |texture: &String| texture::Recipe::load(texture, folder);
-            strokes.texture = strokes.texture_name.as_ref().map(load).transpose()?;
-            style.files.extend(strokes.texture_name.as_ref().and_then(|name| texture::file(name, folder)));
+            strokes.complete(folder).map_err(|error| named("strokes.texture", error))?;
+            style.files.extend(strokes.files(folder));
         }
         Ok(style)
     }
 
-    fn check(&self) -> Result<(), String> {
-        if let Some(lines) = &self.lines {
-            lines.check()?;
-        }
-        if let Some(strokes) = &self.strokes {
-            strokes.check()?;
-        }
-        if let Tone::Toon(toon) = &self.tone {
-            toon.check()?;
-        }
-        if let Some(watercolor) = &self.watercolor {
-            watercolor.check()?;
-        }
-        self.light.check()?;
-        within("paper.grain", self.paper.grain, 0.0, 1.0)?;
-        within("haze.faintest_tone", self.haze.faintest_tone, 0.0, 1.0)
+    /// The style as a text with every parameter that has a value. The text reads back as an equal style.
+    pub fn text(&self) -> String {
+        parameters::text(self)
     }
 }

@@ -34,7 +34,7 @@ pub fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
         _ if is_noisy => Some(format!("hachure {arguments:?} says {error:?}")),
         (Some(0), _) if told.chars().any(is_foreign) => Some(format!("hachure {arguments:?} tells {told:?}")),
         (Some(0), _) => None,
-        (Some(1), Some(line)) => rule::fault(kind.name, seed, line),
+        (Some(1), Some(line)) => rule::fault(seed, line),
         (status, _) => Some(format!("hachure {arguments:?} ends with {status:?} and says {error:?}")),
     }
 }

@@ -117,7 +117,7 @@ impl Watch {
             Err(RecvTimeoutError::Disconnected) => case.what = Some("its thread ended".to_owned()),
             Ok(Err(())) => case.what = Some(String::new()),
             Ok(Ok(refusal)) => {
-                case.what = refusal.as_ref().and_then(|message| rule::fault(kind.name, seed, message));
+                case.what = refusal.as_ref().and_then(|message| rule::fault(seed, message));
                 case.refusal = refusal;
             }
         }

@@ -44,6 +44,7 @@ fn errors_tell_their_causes_once() {
     let remote = || RemoteError::Io { name: "b.tif".to_owned(), source: full() };
     let boxed = || -> Box<dyn Error + Send + Sync> { Box::new(Planted { words: "the block is odd", source: full() }) };
     let name = || "x".to_owned();
+    let unknown = format!("{}[strokes]\nwidth_px = 3\ntexture = \"crayon\"\n", crate::toml::STYLE);
     let scene = || SceneError::Open { path: path(), cause: full() };
     let bad_scene = hachure::scene::Scene::parse(Path::new("s.toml"), "[world]\nx = 1\n").unwrap_err();
     let errors: Vec<Box<dyn Error>> = vec![
@@ -63,6 +64,8 @@ fn errors_tell_their_causes_once() {
         Box::new(StyleError::ReadTexture { path: name(), source: full() }),
         Box::new(StyleError::ReadMarks { path: name(), source: full() }),
         Box::new(Style::parse("x.toml", "name = 3").unwrap_err()),
+        Box::new(Style::parse("x.toml", &unknown).unwrap_err()),
+        Box::new(Style::parse("x.toml", &unknown.replace("crayon", "none.toml")).unwrap_err()),
         Box::new(scene()),
         Box::new(PathError::Open { path: path(), cause: full() }),
         Box::new(WorldError::from(bad_scene)),

@@ -10,6 +10,7 @@ fn toml_has_places_and_near_names() {
     let place = Place::new();
     place.file("hut.obj", "v 0 0 0\nv 1 0 0\n# far\nv 0 1 0\nf 1 2 9\n");
     place.file("mine.toml", "description = \"\"\nkind = \"dash\"\nlenght_px = 3\n");
+    place.file("stack.toml", "description = \"\"\nkind = \"stack\"\nimages = [\"light.png\"]\n");
     place.file("tool.toml", "description = \"\"\n\n[tile]\nalong_px = 1.5\n");
     for (text, words) in [
         (
@@ -57,18 +58,41 @@ fn toml_has_places_and_near_names() {
             STYLE.replace("plain", "toon") + "steps = \"many\"\ndarkest = 0\n",
             "f.toml:5:9: tone.steps must be a whole number",
         ),
+        // A number with 300 digits is cut.
+        (
+            STYLE.replace("plain", "toon") + "steps = 1e300\ndarkest = 0\n",
+            "tone must be a whole number, 0 or more, and 1000",
+        ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"line\"\n[[hatching.layers]]\nmarks = \"line\"\nfrom = 2\n"),
             "f.toml:9:8: hatching.layers.from is 2",
         ),
-        (format!("{STYLE}[[hatching.layers]]\nmarks = \"lien\"\n"), "lien: no such marks; did you mean \"line\"?"),
+        (
+            format!("{STYLE}[[hatching.layers]]\nmarks = \"lien\"\n"),
+            "f.toml:6:9: lien: no such marks; did you mean \"line\"?",
+        ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"mine.toml\"\n"),
-            "mine.toml:3:1: there is no key \"lenght_px\"; did you mean \"length_px\"?",
+            "f.toml:6:9: mine.toml:3:1: there is no key \"lenght_px\"; did you mean \"length_px\"?",
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"tool.toml\"\n"),
-            "tool.toml:4:12: tile.along_px must be a whole number",
+            "f.toml:7:11: tool.toml:4:12: tile.along_px must be a whole number",
+        ),
+        (
+            format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"crayon\"\n"),
+            "f.toml:7:11: crayon: no such stroke texture; there is pen, brush, pencil, charcoal, dry-ink",
+        ),
+        (
+            format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"none.toml\"\n"),
+            "f.toml:7:11: none.toml: cannot read the stroke texture: ",
+        ),
+        // The second layer of the text is the first of the style, which has them sorted.
+        (
+            format!(
+                "{STYLE}[[hatching.layers]]\nmarks = \"line\"\nfrom = 0.5\n[[hatching.layers]]\nmarks = \"stack.toml\"\n"
+            ),
+            "f.toml:9:9: light.png: cannot read the picture: ",
         ),
     ] {
         place.file("f.toml", &text);

@@ -45,10 +45,13 @@ fn a_style_names_a_texture_or_a_file_beside_it() {
     assert_eq!(style("pencil").unwrap(), recipe("pencil"));
     hachure::file::atomic::write(&folder.path().join("mine.toml"), RECIPE.as_bytes()).unwrap();
     assert_eq!(style("mine.toml").unwrap(), Recipe::parse("test", RECIPE).unwrap());
-    // What is wrong is told with the texture's own name.
+    // What is wrong is told with the texture's own name, after the place of the style that names it.
     let error = style("crayon").unwrap_err();
-    assert!(matches!(error, StyleError::UnknownTexture { .. }));
-    assert!(error.to_string().starts_with("crayon: no such stroke texture; "), "{error}");
+    assert!(
+        matches!(&error, StyleError::Named { source, .. } if matches!(**source, StyleError::UnknownTexture { .. }))
+    );
+    let told = format!("{}:5:11: crayon: no such stroke texture; ", folder.path().join("style.toml").display());
+    assert!(error.to_string().starts_with(&told), "{error}");
     assert!(style("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml: cannot read the stroke texture: "));
     hachure::file::atomic::write(&folder.path().join("broken.toml"), b"tile = 3").unwrap();
     let error = style("broken.toml").unwrap_err().to_string();

@@ -167,7 +167,8 @@ fn found(unexpected: &Unexpected<'_>) -> String {
         Unexpected::Bool(value) => format!("it is {value}"),
         Unexpected::Unsigned(number) => format!("{number} is a number"),
         Unexpected::Signed(number) => format!("{number} is a number"),
-        Unexpected::Float(number) => format!("{number} is a number"),
+        // Without an exponent it may have 300 digits.
+        Unexpected::Float(number) => format!("{} is a number", shown(&number.to_string())),
         Unexpected::Str(text) => format!("{} is a text", quoted(text)),
         Unexpected::Seq => "it is a list".to_owned(),
         Unexpected::Map | Unexpected::StructVariant => "it is a table".to_owned(),

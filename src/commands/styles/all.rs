@@ -1,0 +1,171 @@
+//! `hachure styles show NAME --all`: every parameter with its value in a style.
+
+use std::path::Path;
+
+use anyhow::Context;
+use serde::{Serialize, Serializer};
+use toml_edit::{DocumentMut, Item};
+
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::file::message::shown;
+use crate::style::parameters::{Definition, Parameter, Setting, Tree, ValueKind, find, parameters_of};
+use crate::style::{Style, preset_text};
+
+/// Characters of a value in the table, at most.
+const LONGEST_VALUE: usize = 24;
+
+/// A parameter of a style.
+#[derive(Serialize)]
+pub(super) struct Row {
+    /// With its sections.
+    key: String,
+    /// In the style; none where the style does not have its section, or nothing is given and there is no default.
+    #[serde(serialize_with = "as_json")]
+    value: Option<Item>,
+    /// Whether the style's text has it.
+    is_set: bool,
+    kind: &'static str,
+    unit: Option<&'static str>,
+    /// In words.
+    range: String,
+    least: Option<f32>,
+    most: Option<f32>,
+    /// Of a name, all that it may be.
+    choices: Option<Vec<String>>,
+    is_required: bool,
+    #[serde(serialize_with = "as_json")]
+    default: Option<Item>,
+    help: &'static str,
+    #[serde(skip)]
+    is_section: bool,
+}
+
+fn as_json<S: Serializer>(item: &Option<Item>, serializer: S) -> Result<S::Ok, S::Error> {
+    Tree(item.as_ref()).serialize(serializer)
+}
+
+/// The rows of a style, sections before their parameters; `text` is what it was read from.
+pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
+    let whole = style.item().context("a style is a table")?;
+    let document: DocumentMut = text.parse().context("the text of a style is TOML")?;
+    let entries = in_order(document.as_item());
+    let row = |Parameter { key, definition }: Parameter| {
+        let Definition { help, unit, range, is_required, .. } = definition;
+        let is_section = definition.section().is_some();
+        let choices = match &definition.kind {
+            ValueKind::Choice(all) => Some(all.iter().map(|choice| choice.name.clone()).collect()),
+            _ => None,
+        };
+        let [least, most] = range.ends();
+        Row {
+            value: find(&whole, &key).cloned(),
+            is_set: find(document.as_item(), &as_written(&key, &entries)).is_some(),
+            kind: definition.kind.name(),
+            range: definition.allowed(),
+            default: definition.default.filter(|_| !is_section),
+            key,
+            unit,
+            least,
+            most,
+            choices,
+            is_required,
+            help,
+            is_section,
+        }
+    };
+    Ok(parameters_of(&Style::kind(), Some(&whole)).into_iter().map(row).collect())
+}
+
+/// Which entry of the text each layer of hatching is: a style has them sorted.
+fn in_order(document: &Item) -> Vec<usize> {
+    let count = find(document, "hatching.layers").map_or(0, |layers| {
+        layers.as_array_of_tables().map_or_else(|| layers.as_array().map_or(0, |list| list.len()), |list| list.len())
+    });
+    let from = |number: &usize| {
+        let from = find(document, &format!("hatching.layers[{number}].from"));
+        from.and_then(|from| from.as_float().or_else(|| from.as_integer().map(|whole| whole as f64))).unwrap_or(0.0)
+    };
+    let mut entries: Vec<usize> = (0..count).collect();
+    entries.sort_by(|a, b| from(a).total_cmp(&from(b)));
+    entries
+}
+
+/// A key of the style as a key of its text.
+fn as_written(key: &str, entries: &[usize]) -> String {
+    let layer = key.strip_prefix("hatching.layers[").and_then(|rest| rest.split_once(']'));
+    let written = layer.and_then(|(number, rest)| Some((entries.get(number.parse::<usize>().ok()?)?, rest)));
+    written.map_or_else(|| key.to_owned(), |(number, rest)| format!("hatching.layers[{number}]{rest}"))
+}
+
+/// A preset or a style file, with its text.
+pub(super) fn load(name: &str) -> anyhow::Result<(Style, String)> {
+    if let Some(text) = preset_text(name) {
+        return Ok((Style::parse(name, text)?, text.to_owned()));
+    }
+    let style = crate::commands::arguments::style(name)?;
+    let text = read_text(Path::new(name), LARGEST_STYLE_BYTES).with_context(|| shown(name))?;
+    Ok((style, text))
+}
+
+/// As a table for people, with a heading for each section.
+pub(super) fn table(style: &Style, rows: &[Row]) -> String {
+    let parameters: Vec<&Row> = rows.iter().filter(|row| !row.is_section).collect();
+    let width = |of: &dyn Fn(&Row) -> String| parameters.iter().map(|row| of(row).chars().count()).max().unwrap_or(0);
+    let columns: [&dyn Fn(&Row) -> String; 5] =
+        [&Row::name, &Row::shown_value, &Row::shown_unit, &Row::shown_range, &Row::shown_default];
+    let widths = columns.map(|column| width(column));
+    let mut lines = vec![
+        format!("{}: {}", shown(&style.name), style.description),
+        "A * marks what the style sets; a dash stands where there is no value.".to_owned(),
+        String::new(),
+        line(" ", &["", "value", "unit", "range", "default"].map(str::to_owned), &widths, ""),
+    ];
+    for row in rows {
+        if row.is_section {
+            let state = if row.value.is_none() { ", not in this style" } else { "" };
+            lines.extend([String::new(), format!("[{}]{state}: {}", row.key, row.help)]);
+            continue;
+        }
+        let mark = if row.is_set { "*" } else { " " };
+        lines.push(line(mark, &columns.map(|column| column(row)), &widths, row.help));
+    }
+    lines.join("\n")
+}
+
+/// Cells beside each other; numbers are easier to compare at the left, where all columns begin.
+fn line(mark: &str, cells: &[String; 5], widths: &[usize; 5], help: &str) -> String {
+    let cells = cells.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+    let line = format!("{mark} {}  {help}", cells.collect::<Vec<_>>().join("  "));
+    line.trim_end().to_owned()
+}
+
+impl Row {
+    fn name(&self) -> String {
+        self.key.rsplit_once('.').map_or(self.key.as_str(), |(_, name)| name).to_owned()
+    }
+
+    fn shown_value(&self) -> String {
+        let value = self.value.as_ref().map_or("–".to_owned(), |value| value.to_string().trim().to_owned());
+        let count = value.chars().count();
+        if count <= LONGEST_VALUE {
+            return value;
+        }
+        value.chars().take(LONGEST_VALUE - 1).chain(['…']).collect()
+    }
+
+    fn shown_unit(&self) -> String {
+        self.unit.unwrap_or_default().to_owned()
+    }
+
+    fn shown_range(&self) -> String {
+        self.range.clone()
+    }
+
+    fn shown_default(&self) -> String {
+        match &self.default {
+            Some(default) => default.to_string().trim().to_owned(),
+            None if self.is_required => "required".to_owned(),
+            None => "–".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Styles and recipes as texts: written as a whole, or one value set in a text that somebody wrote, whose comments and
+//! order stay.
+
+use serde::ser::{SerializeMap, SerializeSeq};
+use serde::{Serialize, Serializer};
+use toml_edit::{DocumentMut, Item, Table, Value};
+
+use super::{Definition, Setting, parameters_of};
+use crate::file::message::{did_you_mean, shown};
+use crate::file::toml_text::{self, TomlError, Wrong};
+
+/// All of a style or recipe as a text, with every parameter that has a value, so that no default is left to guess.
+pub fn text(of: &impl Setting) -> String {
+    let table = of.item().and_then(|item| item.into_table().ok()).unwrap_or_default();
+    DocumentMut::from(table).to_string()
+}
+
+/// A name in a key, and which entry of the list that it names.
+fn steps(key: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
+    key.split('.').map(|step| match step.strip_suffix(']').and_then(|step| step.split_once('[')) {
+        Some((name, number)) => (name, number.parse().ok()),
+        None => (step, None),
+    })
+}
+
+/// What stands at a key: `hatching.layers[0].from`.
+pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
+    steps(key).try_fold(item, |item, (name, number)| {
+        let named = item.as_table_like()?.get(name)?;
+        number.map_or(Some(named), |number| named.get(number))
+    })
+}
+
+/// The text of a style or recipe (`T`) with another value at a key. Comments, order and the other values stay as they
+/// are; a section or key that is not there is added at the end. `name` stands for the file in errors.
+///
+/// # Errors
+/// A text that is no TOML; a key that no parameter has, or of an entry that its list does not have. Whether the value
+/// makes sense is known when the text is read.
+pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
+    // For the place of a mistake, which is told as everywhere.
+    toml_text::keys(name, text)?;
+    let wrong = |told: String| Wrong::told(key, told).in_text(name, text);
+    known::<T>(key).map_err(&wrong)?;
+    let mut document: DocumentMut =
+        text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;
+    let (sections, last) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut item = document.as_item_mut();
+    for (step, number) in steps(sections).filter(|(step, _)| !step.is_empty()) {
+        let table = item.as_table_like_mut().ok_or_else(|| wrong(format!("{}: it must be a table", shown(key))))?;
+        item = table.entry(step).or_insert_with(|| Item::Table(Table::new()));
+        if let Some(number) = number {
+            let entry = item.get_mut(number);
+            item = entry.ok_or_else(|| wrong(format!("{}: there is no such entry in the list", shown(key))))?;
+        }
+    }
+    let table = item.as_table_like_mut().ok_or_else(|| wrong(format!("{}: it must be a table", shown(key))))?;
+    let mut value = value.into();
+    match table.get_mut(last).and_then(Item::as_value_mut) {
+        Some(there) => {
+            // A comment behind a value belongs to its line.
+            *value.decor_mut() = there.decor().clone();
+            *there = value;
+        }
+        None => {
+            table.insert(last, Item::Value(value));
+        }
+    }
+    Ok(document.to_string())
+}
+
+/// That a parameter has this key, whichever entry of a list it is of.
+fn known<T: Setting>(key: &str) -> Result<(), String> {
+    let bare = |key: &str| steps(key).map(|(name, _)| name).collect::<Vec<_>>().join(".");
+    let all = parameters_of(&T::kind(), None);
+    let is_value = |definition: &Definition| definition.section().is_none();
+    let keys: Vec<String> =
+        all.iter().filter(|parameter| is_value(&parameter.definition)).map(|parameter| bare(&parameter.key)).collect();
+    if keys.contains(&bare(key)) {
+        return Ok(());
+    }
+    let meant = did_you_mean(&bare(key), keys.iter().map(String::as_str));
+    Err(format!("there is no parameter {}{meant}", shown(key)))
+}
+
+/// Items of TOML for serde, with the keys of the file.
+pub struct Tree<'a>(pub Option<&'a Item>);
+
+impl Serialize for Tree<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            None | Some(Item::None) => serializer.serialize_none(),
+            Some(Item::Value(value)) => Leaf(value).serialize(serializer),
+            Some(Item::Table(table)) => {
+                let mut map = serializer.serialize_map(Some(table.len()))?;
+                for (key, item) in table {
+                    map.serialize_entry(key, &Tree(Some(item)))?;
+                }
+                map.end()
+            }
+            Some(Item::ArrayOfTables(tables)) => {
+                let mut list = serializer.serialize_seq(Some(tables.len()))?;
+                for table in tables {
+                    list.serialize_element(&Tree(Some(&Item::Table(table.clone()))))?;
+                }
+                list.end()
+            }
+        }
+    }
+}
+
+/// A value of TOML for serde.
+struct Leaf<'a>(&'a Value);
+
+impl Serialize for Leaf<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Value::String(text) => serializer.serialize_str(text.value()),
+            Value::Integer(number) => serializer.serialize_i64(*number.value()),
+            Value::Float(number) => serializer.serialize_f64(*number.value()),
+            Value::Boolean(flag) => serializer.serialize_bool(*flag.value()),
+            Value::Datetime(time) => serializer.collect_str(time.value()),
+            Value::Array(list) => serializer.collect_seq(list.iter().map(Leaf)),
+            Value::InlineTable(table) => serializer.collect_map(table.iter().map(|(key, value)| (key, Leaf(value)))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::style::parameters::ValueKind;
+    use crate::style::{Style, preset_text};
+
+    #[test]
+    fn a_value_is_set_and_all_else_stays() {
+        let text = "# mine\nname = \"x\"  # short\ndescription = \"y\"\n\n[strokes]  # a pen\n# thin\nwidth_px = 2.0  # was 3\n\
+                    [tone]\nkind = \"plain\"\n[[hatching.layers]]\nmarks = \"line\"\n[[hatching.layers]]\nmarks = \"dash\"\n";
+        let set = |key: &str, value: Value| set::<Style>("x.toml", text, key, value).map_err(|error| error.to_string());
+        assert_eq!(set("strokes.width_px", 2.5.into()).unwrap(), text.replace("2.0  # was", "2.5  # was"));
+        assert_eq!(set("name", "z".into()).unwrap(), text.replacen("\"x\"", "\"z\"", 1));
+        let second = text.replace("marks = \"dash\"\n", "marks = \"dash\"\nfrom = 0.5\n");
+        assert_eq!(set("hatching.layers[1].from", 0.5.into()).unwrap(), second);
+        // What is not there is added.
+        let added = text.replace("# was 3\n", "# was 3\ntaper_px = 9.0\n");
+        assert_eq!(set("strokes.taper_px", 9.0.into()).unwrap(), added);
+        assert_eq!(set("paper.grain", 0.5.into()).unwrap(), format!("{text}\n[paper]\ngrain = 0.5\n"));
+        // The section of layers was never written.
+        let soft = set("hatching.softness", 0.25.into()).unwrap();
+        let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching.unwrap());
+        assert_eq!((soft.softness, hard.softness, soft.layers), (0.25, 0.0, hard.layers));
+        for (key, words) in [
+            ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
+            ("strokes", "x.toml:5:1: there is no parameter strokes"),
+            ("hatching.layers[2].from", "x.toml:10:1: hatching.layers[2].from: there is no such entry in the list"),
+            ("", "x.toml: there is no parameter "),
+        ] {
+            let error = set(key, 1.into()).unwrap_err();
+            assert!(error.starts_with(words), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_serde_has_are_the_keys_of_the_file() {
+        let style = Style::parse("wash", preset_text("wash").unwrap()).unwrap();
+        let json = serde_json::to_value(&style).unwrap();
+        assert_eq!((&json["strokes"]["texture"], &json["tone"]["kind"]), (&"brush".into(), &"toon".into()));
+        assert_eq!(json["tone"]["ramp"]["stops"][1]["at"], 0.35);
+        assert_eq!(json["tone"]["ramp"]["stops"][3]["colors"][3], "#ffffff");
+        assert!(json.get("hatching").is_none() && json.get("files").is_none(), "{json}");
+        let ValueKind::Section(all) = Style::kind() else { panic!("a style has sections") };
+        let keys: Vec<&str> = all.iter().map(|definition| definition.key).collect();
+        assert!(json.as_object().unwrap().keys().all(|key| keys.contains(&key.as_str())));
+    }
+}
