@@ -18,7 +18,7 @@ pub(crate) struct HorizonsUniform {
 crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/horizons": to_sun, pad_a, pad_b);
 
 /// The tiles to make.
-const JOBS: BufferKind = BufferKind::storage("seen jobs");
+const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 
 /// Makes the tiles that `seen` has planned for this frame; none most of the time. Reads `terrain`.
 pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &HorizonMaps) {
@@ -30,7 +30,7 @@ pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &HorizonMaps) {
     let mut resources = vec![
         ("horizons", cx.uniform("horizons", &uniform)),
         ("jobs", cx.upload(&JOBS, jobs).binding()),
-        ("seen_tiles", Resource::Texture("seen tiles", seen.view().clone())),
+        ("seen_tiles", Resource::Texture("horizon maps", seen.view().clone())),
     ];
     resources.extend(terrain.iter().cloned());
     // Tiles stand below each other.

@@ -297,7 +297,7 @@ impl Terrain {
             levels,
             rows,
             tiles,
-            ("seen_tiles", Resource::Texture("seen tiles", maps.view().clone())),
+            ("seen_tiles", Resource::Texture("horizon maps", maps.view().clone())),
             ("seen_sampler", Resource::Sampler(maps.sampler().clone())),
         ])
     }

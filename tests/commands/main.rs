@@ -181,7 +181,9 @@ fn styles_are_listed_shown_and_checked() {
         assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
         let info = place.json(&["info", file.to_str().unwrap(), "--json"]);
         assert_eq!((&info["kind"], &info["name"]), (&"style".into(), &name.into()));
-        assert_eq!(info["passes"][0], "surface/vertices");
+        let draws: Vec<_> = info["draws"].as_array().unwrap().iter().map(|part| part.as_str().unwrap()).collect();
+        assert_eq!(draws.contains(&"LSA contours"), shown.contains("detector = \"lsa\""), "{name}: {draws:?}");
+        assert!(draws.iter().any(|part| part.ends_with(" shading")), "{name}: {draws:?}");
     }
     // Those of measurements too.
     for file in fs::read_dir(checked_in("benches/styles")).unwrap() {

@@ -175,7 +175,8 @@ mod tests {
     fn what_does_not_follow_on_the_last_frame_takes_nothing_over() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
         assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP).takes_over);
-        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP);
+        let step = Step { origin_m: DVec3::X, ..STEP };
+        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), step);
         assert!(next.takes_over && next.step_m == DVec3::X * -1.0);
         // Another camera's frame came in between.
         assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP).takes_over);
