@@ -80,6 +80,7 @@ struct Seen<'a> {
     style: &'a Style,
     light: &'a Light,
     step_s: f64,
+    land_changes: bool,
     wants_motion: bool,
 }
 
@@ -187,7 +188,8 @@ impl Frame {
         let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
         let (step_s, wants_motion) = (self.step_s, self.wants_motion);
-        let seen = Seen { terrain, mesh, rig, style, light, step_s, wants_motion };
+        let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
+        let seen = Seen { terrain, mesh, rig, style, light, step_s, land_changes, wants_motion };
         for (eye, memory) in self.eyes.iter_mut().enumerate() {
             render_eye(&mut cx, &seen, eye, memory);
         }
@@ -210,7 +212,7 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
     let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
         let mesh_m = placed.map_or(f64::INFINITY, |placed| placed.nearest_m(rig.origin_m));
         let nearest_m = terrain.nearest_m(rig.origin_m).min(mesh_m);
-        let step = Step { step_s: seen.step_s, nearest_m, origin_m: rig.origin_m };
+        let step = Step { step_s: seen.step_s, nearest_m, origin_m: rig.origin_m, land_changes: seen.land_changes };
         FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step)
     });
     let edges = strokes.as_ref().filter(|strokes| strokes.finds_edges());

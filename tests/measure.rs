@@ -76,7 +76,7 @@ fn report_has_the_names_that_scripts_rely_on() {
     );
     assert_eq!(keys(&run["frame_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
-    assert_eq!(keys(&run["passes"][0]), "gpu_ms name");
+    assert_eq!(keys(&run["passes"][0]), "frames gpu_ms mean_ms name");
     assert_eq!(keys(&run["passes"][0]["gpu_ms"]), "p50 p95 p99");
     assert_eq!(keys(&run["memory"]), "cpu_tile_bytes gpu_bytes rss_bytes tile_cache_bytes");
     assert_eq!(keys(&run["tiles"]), "cancelled evicted failed full_detail_ms late_frames late_frames_after_1s loaded");
@@ -212,4 +212,24 @@ fn a_missing_reference_is_an_error() {
     assert_eq!(compare_with_file(&smaller, &path, TOLERANCE), Err(CompareError::Size([256, 255], [256, 256])));
     let broken = Picture { width: 2, height: 2, rgba: vec![] };
     assert!(matches!(compare(&broken, &broken, TOLERANCE), Err(CompareError::Bytes { bytes: 0, .. })));
+}
+
+#[test]
+fn a_pass_that_runs_now_and_then_is_not_stacked_as_if_it_always_ran() {
+    // One frame in ten has horizon maps to make, for 100 ms.
+    let frame = |frame: u64| {
+        let mut passes = vec![("lines/lsa".to_owned(), 2.0)];
+        passes.extend((frame % 10 == 0).then(|| ("surface/horizons".to_owned(), 100.0)));
+        FrameRecord { frame, gpu_ms: Some(2.0), pass_gpu_ms: passes, ..FrameRecord::default() }
+    };
+    let frames: Vec<FrameRecord> = (0..50).map(frame).collect();
+    let run = Run::of_frames("wash", "mono", &frames);
+    let of = |name: &str| run.passes.iter().find(|pass| pass.name == name).unwrap();
+    let (always, sometimes) = (of("lines/lsa"), of("surface/horizons"));
+    assert_eq!((always.frames, always.mean_ms), (Some(50), Some(2.0)));
+    assert_eq!((sometimes.frames, sometimes.mean_ms), (Some(5), Some(10.0)));
+    assert!((sometimes.gpu_ms.unwrap().p50 - 100.0).abs() < 1e-9, "of the frames that had it");
+    let report = Report { runs: vec![run], ..Report::default() };
+    let page = html(&report, &[RunFrames { style: "wash".to_owned(), eyes: "mono".to_owned(), frames }]);
+    assert!(page.contains(">12.0 ms<") || page.contains(">12 ms<"), "the stack is as long as a frame on average");
 }

@@ -396,7 +396,9 @@ impl Flight {
             // Nothing was timed: the passes themselves are known.
             let mut known = FxHashSet::default();
             let names = self.passes.iter().filter(|name| known.insert(**name));
-            run.passes = names.map(|name| Pass { name: (*name).to_owned(), gpu_ms: None }).collect();
+            run.passes = names
+                .map(|name| Pass { name: (*name).to_owned(), gpu_ms: None, frames: None, mean_ms: None })
+                .collect();
         }
         run.temporal = self.steadiness.metrics();
         let counts = self.world.terrain.tile_counts();

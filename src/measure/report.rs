@@ -82,8 +82,12 @@ pub struct Run {
 pub struct Pass {
     /// As the profiler and `frame_passes.md` name it.
     pub name: String,
-    /// Its time on the GPU; null where the GPU has no timers.
+    /// Its time on the GPU in the frames that had it; null where the GPU has no timers.
     pub gpu_ms: Option<PassTime>,
+    /// The frames that had it: some passes run now and then.
+    pub frames: Option<u64>,
+    /// Its time on the GPU by the frame, over all frames of the run, also those that did not have it.
+    pub mean_ms: Option<f64>,
 }
 
 /// Percentiles of a pass's time, in milliseconds.
@@ -156,10 +160,13 @@ impl Run {
     /// unmeasured, for the caller to fill in.
     pub fn of_frames(style: &str, eyes: &str, frames: &[FrameRecord]) -> Self {
         let passes = pass_names(frames).into_iter().map(|name| {
-            let times_ms = frames.iter().flat_map(|frame| &frame.pass_gpu_ms).filter(|(pass, _)| pass == name);
-            let gpu_ms = Percentiles::of(times_ms.map(|&(_, time_ms)| time_ms));
+            let times = frames.iter().flat_map(|frame| &frame.pass_gpu_ms).filter(|(pass, _)| pass == name);
+            let times_ms: Vec<f64> = times.map(|&(_, time_ms)| time_ms).collect();
+            let gpu_ms = Percentiles::of(times_ms.iter().copied());
             Pass {
                 name: name.to_owned(),
+                frames: gpu_ms.map(|_| times_ms.len() as u64),
+                mean_ms: gpu_ms.map(|_| times_ms.iter().sum::<f64>() / frames.len() as f64),
                 gpu_ms: gpu_ms.map(|Percentiles { p50, p95, p99, .. }| PassTime { p50, p95, p99 }),
             }
         });

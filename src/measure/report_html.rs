@@ -128,15 +128,16 @@ fn plot(runs: &[RunFrames], value: fn(&FrameRecord) -> Option<f64>) -> Option<St
     Some(svg + &key(names))
 }
 
-/// A bar for each run, stacked from the medians of its passes.
+/// A bar for each run, stacked from the means of its passes over all frames: what runs now and then counts for what it
+/// takes on average.
 fn bars(runs: &[Run]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for pass in runs.iter().flat_map(|run| &run.passes) {
-        if pass.gpu_ms.is_some() && !names.contains(&pass.name.as_str()) {
+        if pass.mean_ms.is_some() && !names.contains(&pass.name.as_str()) {
             names.push(&pass.name);
         }
     }
-    let total_ms = |run: &Run| run.passes.iter().filter_map(|pass| Some(pass.gpu_ms?.p50)).sum::<f64>();
+    let total_ms = |run: &Run| run.passes.iter().filter_map(|pass| pass.mean_ms).sum::<f64>();
     let longest_ms = runs.iter().map(total_ms).fold(0.0, f64::max);
     if longest_ms <= 0.0 {
         return String::new();
@@ -150,8 +151,8 @@ fn bars(runs: &[Run]) -> String {
         svg += &format!("<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{name}</text>\n", bar_left - 8.0, y + 14.0);
         let mut x = bar_left;
         for pass in &run.passes {
-            let Some(time) = pass.gpu_ms else { continue };
-            let width = time.p50 / longest_ms * (WIDTH - bar_left - 70.0);
+            let Some(mean_ms) = pass.mean_ms else { continue };
+            let width = mean_ms / longest_ms * (WIDTH - bar_left - 70.0);
             let place = names.iter().position(|name| *name == pass.name).unwrap_or(0);
             svg += &format!(
                 "<rect x=\"{x:.1}\" y=\"{y}\" width=\"{width:.2}\" height=\"{}\" fill=\"{}\">\
@@ -159,7 +160,7 @@ fn bars(runs: &[Run]) -> String {
                 row - 6.0,
                 color(place),
                 escape(&pass.name),
-                short(time.p50)
+                short(mean_ms)
             );
             x += width;
         }
@@ -167,7 +168,10 @@ fn bars(runs: &[Run]) -> String {
     }
     svg += "</svg></div>\n";
     let names = names.iter().map(|&name| name.to_owned());
-    format!("<h2>Passes</h2>\n<p class=\"faint\">Median GPU time of each pass</p>\n{svg}{}", key(names))
+    format!(
+        "<h2>Passes</h2>\n<p class=\"faint\">GPU time of each pass by the frame, on average</p>\n{svg}{}",
+        key(names)
+    )
 }
 
 fn table(runs: &[Run]) -> String {

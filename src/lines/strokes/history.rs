@@ -41,6 +41,8 @@ pub struct Step {
     pub nearest_m: f64,
     /// The rig's origin in the world, which positions of samples count from.
     pub origin_m: DVec3,
+    /// Tiles came, or are on their way: the land is not what it was in the last frame.
+    pub land_changes: bool,
 }
 
 /// What a frame does.
@@ -82,7 +84,7 @@ impl History {
         };
         // What a new line replaces is gone after it has come.
         let settles_s = if strokes.carry && plan.frame > 0 { 2.0 * f64::from(strokes.fade_s) } else { 0.0 };
-        self.restless_s = if rests { self.restless_s - step.step_s } else { settles_s };
+        self.restless_s = if rests && !step.land_changes { self.restless_s - step.step_s } else { settles_s };
         self.frames = plan.frame;
         self.frames_since_update = if plan.is_update { 0 } else { self.frames_since_update + 1 };
         if plan.is_update {
@@ -117,7 +119,7 @@ mod tests {
     use crate::style::Style;
     use crate::surface::view::{Part, Pose};
 
-    const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO };
+    const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO, land_changes: false };
 
     fn pose(yaw_deg: f64) -> Pose {
         let (sin, cos) = yaw_deg.to_radians().sin_cos();
@@ -169,6 +171,21 @@ mod tests {
             frames += 1;
         }
         assert!((10..30).contains(&frames) && last == Some(true), "{frames} {last:?}");
+    }
+
+    #[test]
+    fn land_that_changes_at_rest_settles_anew() {
+        let (mut history, strokes) = (History::default(), strokes(1, true));
+        let mut rest = |land_changes| {
+            history.plan(&strokes, &view(pose(0.0), pose(0.0)), Step { land_changes, ..STEP });
+            history.is_settling()
+        };
+        (0..100).for_each(|_| _ = rest(false));
+        assert!(!rest(false));
+        // A tile comes: its strokes have to grow, for as long as others do.
+        assert!(rest(true));
+        let frames = (0..1000).take_while(|_| rest(false)).count();
+        assert!((5..30).contains(&frames), "{frames}");
     }
 
     #[test]
