@@ -219,7 +219,7 @@ fn a_pass_that_runs_now_and_then_is_not_stacked_as_if_it_always_ran() {
     // One frame in ten has horizon maps to make, for 100 ms.
     let frame = |frame: u64| {
         let mut passes = vec![("lines/lsa".to_owned(), 2.0)];
-        passes.extend((frame % 10 == 0).then(|| ("surface/horizons".to_owned(), 100.0)));
+        passes.extend(frame.is_multiple_of(10).then(|| ("surface/horizons".to_owned(), 100.0)));
         FrameRecord { frame, gpu_ms: Some(2.0), pass_gpu_ms: passes, ..FrameRecord::default() }
     };
     let frames: Vec<FrameRecord> = (0..50).map(frame).collect();

@@ -196,7 +196,7 @@ impl Shader {
     /// What a pipeline of these entry points binds, by binding.
     ///
     /// # Errors
-    /// As [`Reflection::variables`].
+    /// [`ShaderError`] when the shader lacks one of them.
     pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
         self.reflection.variables(entry_points)
     }

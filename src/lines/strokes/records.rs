@@ -33,7 +33,7 @@ pub struct StrokeCounts {
     pub edges: u32,
     /// Pieces to chain, at byte 4. More than there is room for are passed over.
     pub pieces: u32,
-    /// Chains: what [`chain::ChainPass`](super::chain::ChainPass) writes.
+    /// Chains: what [`chain::run`](super::chain::run) writes.
     pub chains: u32,
     /// Points of strokes.
     pub points: u32,

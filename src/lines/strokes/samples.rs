@@ -189,7 +189,7 @@ pub struct SampleWork {
     pub now: SampleList,
     /// Of the frame before.
     pub before: SampleList,
-    /// [`DRAWS`].
+    /// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
     pub draws: Buffer,
     carry: Resource,
     starts: Buffer,
