@@ -74,8 +74,17 @@ fn none_is_forgotten() {
                 naga::TypeInner::Array { base, .. } => *base,
                 _ => variable.ty,
             };
-            if let naga::Type { name: Some(name), inner: naga::TypeInner::Struct { .. } } = &module.types[inner] {
+            if let naga::Type { name: Some(name), inner: naga::TypeInner::Struct { members, .. } } =
+                &module.types[inner]
+            {
                 let bare = name.split("X_naga_oil_mod_").next().unwrap_or(name);
+                if bare == "Order" {
+                    // It ends with a list, so Rust has no struct for it: `Ordered` writes two numbers, and sums what
+                    // begins at byte 256.
+                    let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();
+                    assert_eq!(offsets, [0, 4, 8, 256]);
+                    continue;
+                }
                 assert!(known.contains(&bare), "{shader}.wgsl: {bare}");
             }
         }

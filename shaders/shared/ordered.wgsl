@@ -6,6 +6,18 @@
 // place: by workgroup, then by thread.
 #define_import_path hachure::ordered
 
+// In one buffer, for bindings are few.
+struct Order {
+    // Which of the runs this is.
+    stage: u32,
+    // How many workgroups there are.
+    groups: u32,
+    // Sums want their values at an aligned offset.
+    padding: array<u32, 62>,
+    // Where the entries of each workgroup begin, and their sum; then what the pass keeps from stage to stage.
+    starts: array<u32>,
+}
+
 // What the threads of this workgroup have: a bit for each, in the order of the list.
 var<workgroup> marks: array<atomic<u32>, 40>;
 

@@ -61,7 +61,9 @@ struct SampleCounts {
     // Strokes that took over from others.
     carried: u32,
     least_class: u32,
-    padding: array<u32, 2>,
+    // Chains of this frame, as in StrokeCounts.
+    chains: u32,
+    padding: u32,
 }
 
 struct Carry {

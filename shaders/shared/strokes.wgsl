@@ -21,7 +21,9 @@ struct StrokeCounts {
     points: u32,
     edges_lost: u32,
     pieces_lost: u32,
-    padding: array<u32, 2>,
+    // Which rounds of ranking had something to do: see chain_rank.wgsl.
+    progress: u32,
+    padding: u32,
 }
 
 // Pieces that run on from each other: `count` places of the order, from `first` on.
@@ -35,8 +37,10 @@ struct Chain {
     padding: array<u32, 3>,
 }
 
-// A place of the order: its chain, and how far its piece begins from the chain's start.
+// A place of the order: twice the number of its piece, and 1 more if it runs from b to a; its chain; and how far the
+// piece begins from the chain's start.
 struct Place {
+    state: u32,
     chain: u32,
     begin_units: u32,
 }

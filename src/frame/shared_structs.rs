@@ -22,7 +22,7 @@ pub fn shared_structs() -> Vec<crate::gpu::shared::SharedStruct> {
         crate::lines::strokes::Piece::shared(),
         crate::lines::strokes::StrokeCounts::shared(),
         crate::lines::strokes::Chain::shared(),
-        crate::lines::strokes::Place::shared(),
+        crate::lines::strokes::PieceInOrder::shared(),
         crate::lines::strokes::ChainRulesUniform::shared(),
         crate::lines::strokes::ChainPlan::shared(),
         crate::lines::strokes::samples::Sample::shared(),

@@ -93,6 +93,19 @@ impl Gpu {
         Self::open_with(wgpu::Instance::new(instance_descriptor()), wish, None)
     }
 
+    /// Opens a device with no more than `limits` and no features, which complies strictly with WebGPU: what every WebGPU
+    /// device has, for [`wgpu::Limits::default`].
+    ///
+    /// # Errors
+    /// As [`Gpu::open`]; [`GpuError::NoDevice`] also where the adapter has less.
+    pub fn open_within(wish: &AdapterWish, limits: wgpu::Limits) -> Result<Self, GpuError> {
+        let mut descriptor = instance_descriptor();
+        descriptor.flags |= wgpu::InstanceFlags::STRICT_WEBGPU_COMPLIANCE;
+        let instance = wgpu::Instance::new(descriptor);
+        let adapter = choose_adapter(&instance, wish, None)?;
+        Self::of(instance, adapter, wgpu::Features::empty(), limits)
+    }
+
     /// Opens a device that can present to `surface`.
     ///
     /// # Errors
@@ -103,17 +116,24 @@ impl Gpu {
         surface: Option<&wgpu::Surface>,
     ) -> Result<Self, GpuError> {
         let adapter = choose_adapter(&instance, wish, surface)?;
-        let info = adapter.get_info();
-        let available = adapter.features();
-        let wanted = wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
+        let features = adapter.features() & wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
         let limits = adapter.limits();
+        Self::of(instance, adapter, features, limits)
+    }
+
+    fn of(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        required_features: wgpu::Features,
+        required_limits: wgpu::Limits,
+    ) -> Result<Self, GpuError> {
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("hachure"),
-            required_features: available & wanted,
-            required_limits: limits,
+            required_features,
+            required_limits,
             ..Default::default()
         }))
-        .map_err(|source| GpuError::NoDevice { adapter: info.name.clone(), source })?;
+        .map_err(|source| GpuError::NoDevice { adapter: adapter.get_info().name, source })?;
 
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);

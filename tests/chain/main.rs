@@ -21,7 +21,7 @@ use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::timer::Timer;
 use hachure::lines::strokes::chain;
 use hachure::lines::strokes::twin::Chained;
-use hachure::lines::strokes::{ChainRules, Piece, StrokeCounts};
+use hachure::lines::strokes::{ChainRules, Piece, PieceInOrder, Place, StrokeCounts};
 
 /// A GPU and what chaining needs there.
 struct Bench {
@@ -70,10 +70,14 @@ impl Bench {
         let counts = read_buffer::<StrokeCounts>(&self.gpu, &self.counts.raw, 1).unwrap()[0];
         let raw = |kind| self.pools.buffers.get(kind).unwrap().raw;
         assert_eq!(counts.points, 5, "only the number of chains is ours");
+        let pieces: Vec<PieceInOrder> = read_buffer(&self.gpu, &raw(&chain::PLACES), pieces).unwrap();
         Chained {
-            ordered: read_buffer(&self.gpu, &raw(&chain::ORDERED), pieces).unwrap(),
+            ordered: pieces.iter().map(|piece| piece.state).collect(),
             chains: read_buffer(&self.gpu, &raw(&chain::CHAINS), counts.chains as usize).unwrap(),
-            places: read_buffer(&self.gpu, &raw(&chain::PLACES), pieces).unwrap(),
+            places: pieces
+                .iter()
+                .map(|&PieceInOrder { chain, begin_units, .. }| Place { chain, begin_units })
+                .collect(),
         }
     }
 }

@@ -65,7 +65,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
             all_numbers(&run["gpu_ms"], &["p50", "p95", "p99", "max"])?;
         }
         for pass in run["passes"].as_array().ok_or("passes is no list")? {
-            keys(pass, &["name", "gpu_ms"])?;
+            keys(pass, &["name", "gpu_ms", "frames", "mean_ms"])?;
             if !pass["gpu_ms"].is_null() {
                 all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
             }

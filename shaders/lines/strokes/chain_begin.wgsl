@@ -7,7 +7,6 @@
 @group(0) @binding(2) var<storage, read_write> plan: ChainPlan;
 // Workgroups for each piece, each end, each bucket.
 @group(0) @binding(3) var<storage, read_write> arguments: array<u32, 9>;
-@group(0) @binding(4) var<storage, read_write> progress: u32;
 
 @compute @workgroup_size(1)
 fn main() {
@@ -24,6 +23,6 @@ fn main() {
     arguments[0] = (pieces + 255u) / 256u;
     arguments[3] = (ends + 255u) / 256u;
     arguments[6] = buckets / 256u;
-    progress = 0u;
+    counts.progress = 0u;
     counts.chains = 0u;
 }

@@ -1,11 +1,11 @@
 // Each chain was ranked in both directions: takes the one whose first end is less by (key, piece, end), and marks the
 // pieces that begin a chain. A cut loop begins at its least piece by the same rule.
-#import hachure::strokes::{ChainPlan, Piece}
+#import hachure::strokes::{ChainPlan, Piece, StrokeCounts}
 
 @group(0) @binding(0) var<uniform> plan: ChainPlan;
 @group(0) @binding(1) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(2) var<storage, read> ranks: array<vec4<u32>>;
-@group(0) @binding(3) var<storage, read> progress: u32;
+@group(0) @binding(3) var<storage, read> counts: StrokeCounts;
 // The state of each piece in the direction that is taken.
 @group(0) @binding(4) var<storage, read_write> states: array<u32>;
 // For each piece 1 if it begins a chain; then, for each piece again, how many pieces the chain has that it begins.
@@ -21,7 +21,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if piece >= plan.pieces {
         return;
     }
-    let half = (countOneBits(progress & ROUNDS) & 1u) * plan.ends;
+    let half = (countOneBits(counts.progress & ROUNDS) & 1u) * plan.ends;
     let forward = ranks[half + 2u * piece];
     let backward = ranks[half + 2u * piece + 1u];
     let first = forward.x & ~FOUND;

@@ -6,13 +6,10 @@
 @group(0) @binding(1) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(2) var<storage, read> links: array<u32>;
 @group(0) @binding(3) var<storage, read> ranks: array<vec4<u32>>;
-@group(0) @binding(4) var<storage, read> progress: u32;
 @group(0) @binding(5) var<storage, read> states: array<u32>;
 // Prefix sums of what chain_heads.wgsl wrote: the chain that a piece begins; then its first place, plus the number of
 // chains.
 @group(0) @binding(6) var<storage, read> heads: array<u32>;
-// Twice the piece, and 1 more if it runs from b to a: that is its state.
-@group(0) @binding(7) var<storage, read_write> ordered: array<u32>;
 @group(0) @binding(8) var<storage, read_write> places: array<Place>;
 @group(0) @binding(9) var<storage, read_write> chains: array<Chain>;
 @group(0) @binding(10) var<storage, read_write> counts: StrokeCounts;
@@ -34,14 +31,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x == 0u {
         counts.chains = chain_count;
     }
-    let half = (countOneBits(progress & ROUNDS) & 1u) * plan.ends;
+    let half = (countOneBits(counts.progress & ROUNDS) & 1u) * plan.ends;
     let state = states[id.x];
     let rank = ranks[half + state];
     let head = (rank.x & ~FOUND) / 2u;
     let chain = heads[head];
     let first = heads[plan.pieces + head] - chain_count;
-    ordered[first + rank.y] = state;
-    places[first + rank.y] = Place(chain, rank.w);
+    places[first + rank.y] = Place(state, chain, rank.w);
     if rank.y > 0u {
         return;
     }

@@ -18,8 +18,10 @@
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> plan: ChainPlan;
 @group(0) @binding(2) var<storage, read_write> ranks: array<vec4<u32>>;
-@group(0) @binding(3) var<storage, read_write> progress: atomic<u32>;
+// StrokeCounts: the progress is the seventh number.
+@group(0) @binding(3) var<storage, read_write> counts: array<atomic<u32>>;
 
+const PROGRESS: u32 = 6u;
 const FOUND: u32 = 0x80000000u;
 const ROUNDS: u32 = 0x1ffbffu;
 
@@ -29,7 +31,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if state >= plan.ends {
         return;
     }
-    let done = atomicLoad(&progress);
+    let done = atomicLoad(&counts[PROGRESS]);
     if (done & (1u << turn)) == 0u {
         return;
     }
@@ -56,8 +58,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             jumped += stride;
         }
         let next = 2u << turn;
-        if ((rank.x & FOUND) != 0u || rank.y != known.y) && (atomicLoad(&progress) & next) == 0u {
-            atomicOr(&progress, next);
+        if ((rank.x & FOUND) != 0u || rank.y != known.y) && (atomicLoad(&counts[PROGRESS]) & next) == 0u {
+            atomicOr(&counts[PROGRESS], next);
         }
     }
     ranks[write + state] = rank;

@@ -10,9 +10,11 @@
 @group(0) @binding(2) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(3) var<storage, read> links: array<u32>;
 @group(0) @binding(4) var<storage, read_write> ranks: array<vec4<u32>>;
-@group(0) @binding(5) var<storage, read_write> progress: atomic<u32>;
+// StrokeCounts: the progress is the seventh number.
+@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 // As in chain_rank.wgsl.
+const PROGRESS: u32 = 6u;
 const FOUND: u32 = 0x80000000u;
 const FIRST_ROUNDS: u32 = 0x3ffu;
 
@@ -26,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var is_head = link == NONE;
     var at = state;
     if stage > 0u {
-        at += (countOneBits(atomicLoad(&progress) & FIRST_ROUNDS) & 1u) * plan.ends;
+        at += (countOneBits(atomicLoad(&counts[PROGRESS]) & FIRST_ROUNDS) & 1u) * plan.ends;
         let rank = ranks[at];
         if (rank.x & FOUND) != 0u {
             return;
@@ -46,7 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let way = length_units(end - end_position(before, link ^ 1u)) + length_units(end_position(piece, state) - end);
         ranks[at] = vec4<u32>(link ^ 1u, state / 2u, piece.key, way);
     }
-    if (atomicLoad(&progress) & (1u << stage)) == 0u {
-        atomicOr(&progress, 1u << stage);
+    if (atomicLoad(&counts[PROGRESS]) & (1u << stage)) == 0u {
+        atomicOr(&counts[PROGRESS], 1u << stage);
     }
 }

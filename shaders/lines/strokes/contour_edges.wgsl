@@ -17,7 +17,7 @@
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
 #import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
-#import hachure::ordered::{all_marks, clear_marks, mark, marks_before}
+#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
@@ -26,11 +26,8 @@
 @group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(5) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(6) var<storage, read> stage: u32;
-// How many workgroups there are.
-@group(0) @binding(7) var<storage, read_write> group_count: u32;
-// Where the edges of each workgroup begin, and their sum; then what each quad has: two bits for each of its edges.
-@group(0) @binding(8) var<storage, read_write> group_starts: array<u32>;
+// It keeps what each quad has: two bits for each of its edges.
+@group(0) @binding(6) var<storage, read_write> order: Order;
 
 const RING: i32 = QUADS + 3;
 const RING_VERTICES: u32 = 361u;
@@ -184,9 +181,9 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if stage == 2u {
+    if order.stage == 2u {
         if thread == 0u {
-            edge_draw[0] += 2u * group_starts[group_count];
+            edge_draw[0] += 2u * order.starts[order.groups];
         }
         return;
     }
@@ -196,22 +193,21 @@ fn main(
     let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
     let kept_at = groups.x + 1u + group.x * 256u + thread;
     clear_marks(thread);
-    if stage == 0u {
+    if order.stage == 0u {
         look(quads, step, group.x, thread);
-        group_starts[kept_at] = edges_of(quads, step, ij);
+        order.starts[kept_at] = edges_of(quads, step, ij);
     }
     workgroupBarrier();
-    let edges_found = group_starts[kept_at];
+    let edges_found = order.starts[kept_at];
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {
         if ((edges_found >> (2u * slot)) & 3u) != 0u {
             mark(thread * QUAD_EDGES + slot);
         }
     }
     workgroupBarrier();
-    if stage == 0u {
+    if order.stage == 0u {
         if thread == 0u {
-            group_starts[group.x] = all_marks();
-            group_count = groups.x;
+            order.starts[group.x] = all_marks();
         }
         return;
     }
@@ -227,7 +223,7 @@ fn main(
     let begins = array<vec3<f32>, 5>(nw, nw, nw, ne, sw);
     let ends = array<vec3<f32>, 5>(se, sw, ne, se, se);
     let key = quads.id ^ (thread * 0x9e3779b1u);
-    var index = edge_draw[0] / 2u + group_starts[group.x] + marks_before(thread * QUAD_EDGES);
+    var index = edge_draw[0] / 2u + order.starts[group.x] + marks_before(thread * QUAD_EDGES);
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {
         let kind = (edges_found >> (2u * slot)) & 3u;
         if kind != 0u && index < strokes.edge_capacity {

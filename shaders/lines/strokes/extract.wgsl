@@ -12,7 +12,7 @@
 #import hachure::view::View
 #import hachure::stroke_edges::{Edge, Strokes, EdgeOnPicture, edge_on_picture}
 #import hachure::strokes::Piece
-#import hachure::ordered::{all_marks, clear_marks, mark, marks_before}
+#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -21,11 +21,7 @@
 @group(0) @binding(4) var<storage, read_write> pieces: array<Piece>;
 // StrokeCounts: pieces are the second number.
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
-@group(0) @binding(6) var<storage, read> stage: u32;
-// How many workgroups there are.
-@group(0) @binding(7) var<storage, read_write> group_count: u32;
-// Where the pieces of each workgroup begin, and their sum.
-@group(0) @binding(8) var<storage, read_write> group_starts: array<u32>;
+@group(0) @binding(6) var<storage, read_write> order: Order;
 
 const UNITS: f32 = 16.0;
 
@@ -154,17 +150,16 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if stage == 0u {
+    if order.stage == 0u {
         if thread == 0u {
-            group_starts[own_group] = all_marks();
-            group_count = groups.x * groups.y;
+            order.starts[own_group] = all_marks();
         }
         return;
     }
     if own_group == 0u && thread == 0u {
-        counts[1] = group_starts[groups.x * groups.y];
+        counts[1] = order.starts[groups.x * groups.y];
     }
-    let index = group_starts[own_group] + marks_before(thread);
+    let index = order.starts[own_group] + marks_before(thread);
     if is_begin && index < strokes.piece_capacity {
         pieces[index] = piece_from(pixel, id);
     }

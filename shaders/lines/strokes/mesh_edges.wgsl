@@ -9,7 +9,7 @@
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
 #import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
-#import hachure::ordered::{all_marks, clear_marks, mark, marks_before}
+#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> mesh_sides: array<vec4<f32>>;
 @group(0) @binding(1) var<uniform> view: View;
@@ -17,11 +17,7 @@
 @group(0) @binding(3) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(4) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(5) var<storage, read> stage: u32;
-// How many workgroups there are.
-@group(0) @binding(6) var<storage, read_write> group_count: u32;
-// Where the edges of each workgroup begin, and their sum.
-@group(0) @binding(7) var<storage, read_write> group_starts: array<u32>;
+@group(0) @binding(5) var<storage, read_write> order: Order;
 
 const ROW: u32 = 65535u;
 
@@ -75,9 +71,9 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if stage == 2u {
+    if order.stage == 2u {
         if thread == 0u {
-            edge_draw[0] += 2u * group_starts[group_count];
+            edge_draw[0] += 2u * order.starts[order.groups];
         }
         return;
     }
@@ -89,14 +85,13 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if stage == 0u {
+    if order.stage == 0u {
         if thread == 0u {
-            group_starts[own_group] = all_marks();
-            group_count = groups.x * groups.y;
+            order.starts[own_group] = all_marks();
         }
         return;
     }
-    let first = edge_draw[0] / 2u + group_starts[own_group] + marks_before(thread * 3u);
+    let first = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread * 3u);
     for (var i = 0u; i < found.count; i++) {
         if first + i < strokes.edge_capacity {
             edges[first + i] = found.edges[i];

@@ -8,7 +8,6 @@
 #import hachure::stroke_edges::{Edge, Point}
 
 @group(0) @binding(0) var<storage, read> pieces: array<Piece>;
-@group(0) @binding(1) var<storage, read> ordered: array<u32>;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;
 @group(0) @binding(3) var<storage, read> places: array<Place>;
 @group(0) @binding(4) var<storage, read> counts: StrokeCounts;
@@ -26,7 +25,7 @@ struct Ends {
 }
 
 fn ends_of(place: u32) -> Ends {
-    let entry = ordered[place];
+    let entry = places[place].state;
     let piece = pieces[entry >> 1u];
     let a = vec2<f32>(piece.a) / UNITS;
     let b = vec2<f32>(piece.b) / UNITS;
@@ -85,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let chain = chains[number];
     let i = i32(place - chain.first);
     let at = smoothed(chain, i);
-    let kind = edges[pieces[ordered[place] >> 1u].edge].kind;
+    let kind = edges[pieces[places[place].state >> 1u].edge].kind;
     points[place + number] = Point(at.xy, at.z, number, kind, 0u);
     if u32(i) + 1u == chain.count {
         let last = smoothed(chain, i + 1);

@@ -8,14 +8,13 @@
 // are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
-#import hachure::strokes::{Chain, StrokeCounts}
+#import hachure::strokes::Chain
 #import hachure::stroke_edges::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
 @group(0) @binding(2) var<uniform> carry: Carry;
-@group(0) @binding(3) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(4) var<storage, read> chains: array<Chain>;
 @group(0) @binding(5) var<storage, read> points: array<Point>;
 @group(0) @binding(6) var<storage, read> along_units: array<u32>;
@@ -41,7 +40,7 @@ const MOST_DEPTH_RATIO: f32 = 1.25;
 // The chain of a sample: the last one that begins at it or before.
 fn chain_of(sample: u32) -> u32 {
     var low = 0u;
-    var high = counts.chains;
+    var high = list.chains;
     while high - low > 1u {
         let middle = (low + high) / 2u;
         if starts[middle] <= sample {

@@ -2,12 +2,15 @@
 #import hachure::chain_lengths::{strokes, counts, chain_length_px}
 #import hachure::stroke_samples::{class_of, samples_of}
 
-// SampleCounts: strokes are the third number, then those left out, the class is the sixth.
+// SampleCounts: strokes are the third number, then those left out, the class is the sixth, the chains are the last.
 @group(0) @binding(4) var<storage, read_write> list: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> sizes: array<u32>;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x == 0u {
+        atomicStore(&list[6], counts.chains);
+    }
     if id.x >= counts.chains {
         return;
     }

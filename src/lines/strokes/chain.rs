@@ -12,7 +12,7 @@
 //! so short chains take few. The work grows with the number of pieces, and not with the picture. It also grows with the
 //! square of the ends in one neighbourhood: pieces all in one place are slow.
 
-use super::records::{Chain, ChainRules, ChainRulesUniform, Place};
+use super::records::{Chain, ChainRules, ChainRulesUniform, PieceInOrder};
 use super::scan::{self, MAX_VALUES};
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -36,17 +36,13 @@ const PER_BUCKET: u64 = 24;
 const PLAN: BufferKind =
     BufferKind { name: "chain plan", usage: wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::UNIFORM) };
 const ARGUMENTS: BufferKind = BufferKind::indirect("chain arguments");
-const PROGRESS: BufferKind = BufferKind::storage("chain progress");
 const BUCKETS: BufferKind = BufferKind::storage("chain buckets");
 const SLOTS: BufferKind = BufferKind::storage("chain slots");
 const CHOICES: BufferKind = BufferKind::storage("chain choices");
 const LINKS: BufferKind = BufferKind::storage("chain links");
 const RANKS: BufferKind = BufferKind::storage("chain ranks");
 const HEADS: BufferKind = BufferKind::storage("chain heads");
-/// For each place the number of a piece, times two, plus 1 if it runs from b to a: `u32`. The pieces of a chain follow
-/// each other; chains stand in the order of the pieces that begin them.
-pub const ORDERED: BufferKind = BufferKind::storage("ordered pieces");
-/// For each place a [`Place`].
+/// [`PieceInOrder`]s. The pieces of a chain follow each other; chains stand in the order of the pieces that begin them.
 pub const PLACES: BufferKind = BufferKind::storage("places");
 /// The [`Chain`]s. How many there are stands in the counts.
 pub const CHAINS: BufferKind = BufferKind::storage("chains");
@@ -65,8 +61,6 @@ pub struct Inputs<'a> {
 
 /// What comes out.
 pub struct Chains {
-    /// [`ORDERED`].
-    pub ordered: Buffer,
     /// [`PLACES`].
     pub places: Buffer,
     /// [`CHAINS`].
@@ -99,7 +93,6 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let ends = 2 * most;
     let plan = cx.buffer(&PLAN, 16);
     let arguments = cx.buffer(&ARGUMENTS, 36);
-    let progress = named(cx, "progress", &PROGRESS, 4);
     let buckets = cx.buffer(&BUCKETS, 4 * ends.next_power_of_two().max(256));
     let slots = named(cx, "slots", &SLOTS, 16 * ends);
     let choices = cx.buffer(&CHOICES, 4 * ends);
@@ -107,8 +100,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let ranks = named(cx, "ranks", &RANKS, 2 * 16 * ends);
     let heads = cx.buffer(&HEADS, 4 * ends);
     let chains = Chains {
-        ordered: cx.buffer(&ORDERED, 4 * most),
-        places: cx.buffer(&PLACES, size_of::<Place>() as u64 * most),
+        places: cx.buffer(&PLACES, size_of::<PieceInOrder>() as u64 * most),
         chains: cx.buffer(&CHAINS, size_of::<Chain>() as u64 * most),
     };
     let rules = inputs.rules.in_range();
@@ -125,8 +117,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let named_buckets = ("buckets", buckets.binding());
     let named_choices = ("choices", choices.binding());
 
-    let resources =
-        [rules.clone(), counts.clone(), named_plan.clone(), ("arguments", arguments.binding()), progress.clone()];
+    let resources = [rules.clone(), counts.clone(), named_plan.clone(), ("arguments", arguments.binding())];
     cx.groups("lines/strokes/chain_begin", [1, 1], &resources);
 
     // Sort the ends by cells.
@@ -164,11 +155,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     // Rank the pieces of open chains, then of loops.
     for first in [0, LOOP_ROUNDS] {
         let stage = ("stage", cx.uniform("stage", &first));
-        let resources = [stage, named_plan.clone(), pieces.clone(), links.clone(), ranks.clone(), progress.clone()];
+        let resources = [stage, named_plan.clone(), pieces.clone(), links.clone(), ranks.clone(), counts.clone()];
         cx.indirect("lines/strokes/chain_rank_begin", &arguments, PER_END, &resources);
         for round in first..first + RANK_ROUNDS {
             let turn = ("turn", cx.uniform("turn", &round));
-            let resources = [turn, named_plan.clone(), ranks.clone(), progress.clone()];
+            let resources = [turn, named_plan.clone(), ranks.clone(), counts.clone()];
             cx.indirect("lines/strokes/chain_rank", &arguments, PER_END, &resources);
         }
     }
@@ -177,7 +168,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let states = ("states", choices.binding());
     let named_heads = ("heads", heads.binding());
     let resources =
-        [named_plan.clone(), pieces.clone(), ranks.clone(), progress.clone(), states.clone(), named_heads.clone()];
+        [named_plan.clone(), pieces.clone(), ranks.clone(), counts.clone(), states.clone(), named_heads.clone()];
     cx.indirect("lines/strokes/chain_heads", &arguments, PER_PIECE, &resources);
     scan::run(cx, &scan::Inputs { numbers: &plan, index: 1, capacity: MAX_VALUES, values: &heads });
     let resources = [
@@ -185,10 +176,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
         pieces,
         links,
         ranks,
-        progress,
         states,
         named_heads,
-        ("ordered", chains.ordered.binding()),
         ("places", chains.places.binding()),
         chains.named(),
         counts,

@@ -34,7 +34,7 @@ use bytemuck::{Pod, Zeroable};
 
 use self::history::History;
 pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
-pub use self::records::{Chain, ChainRules, Piece, Place, StrokeCounts, UNITS_PER_PX};
+pub use self::records::{Chain, ChainRules, Piece, PieceInOrder, Place, StrokeCounts, UNITS_PER_PX};
 pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
 use self::samples::{CarryUniform, SampleList, SampleWork};
 use self::stroke::Which;

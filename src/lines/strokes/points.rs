@@ -74,7 +74,6 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, chains: &Chains) -> Points {
     cx.groups("lines/strokes/arguments", [1, 1], &resources);
     let resources = [
         ("pieces", lists.pieces.binding()),
-        ("ordered", chains.ordered.binding()),
         chains.named(),
         ("places", chains.places.binding()),
         lists.counts(),

@@ -41,12 +41,14 @@ pub struct StrokeCounts {
     pub edges_lost: u32,
     /// Pieces that found no room.
     pub pieces_lost: u32,
+    /// Which rounds of ranking chains had something to do.
+    pub progress: u32,
     /// Nothing.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 describe!(StrokeCounts as "StrokeCounts" in "lines/strokes/chain_begin":
-    edges, pieces, chains, points, edges_lost, pieces_lost, padding);
+    edges, pieces, chains, points, edges_lost, pieces_lost, progress, padding);
 
 /// Pieces that run on from each other.
 #[repr(C)]
@@ -78,7 +80,19 @@ pub struct Place {
     pub begin_units: u32,
 }
 
-describe!(Place as "Place" in "lines/strokes/chain_order": chain, begin_units);
+/// A [`Place`] with the piece that has it, as the GPU writes it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Pod, Zeroable)]
+pub struct PieceInOrder {
+    /// Twice the number of the piece, and 1 more if it runs from b to a.
+    pub state: u32,
+    /// The chain that has it.
+    pub chain: u32,
+    /// From the chain's start to the start of the piece. Modulo 2³².
+    pub begin_units: u32,
+}
+
+describe!(PieceInOrder as "Place" in "lines/strokes/chain_order": state, chain, begin_units);
 
 /// Which ends are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

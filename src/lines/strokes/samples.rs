@@ -109,12 +109,14 @@ pub struct SampleCounts {
     pub carried: u32,
     /// The shortest class of strokes that the budget had room for, four to an octave of pixels.
     pub least_class: u32,
+    /// Chains of this frame.
+    pub chains: u32,
     /// Nothing.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 describe!(SampleCounts as "SampleCounts" in "lines/strokes/samples":
-    samples, fresh, strokes, left_out, carried, least_class, padding);
+    samples, fresh, strokes, left_out, carried, least_class, chains, padding);
 
 /// `Carry` in `shaders/shared/stroke_samples.wgsl`.
 #[repr(C)]
@@ -281,7 +283,6 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("view", view.clone()),
         lists.strokes(),
         work.carry(),
-        lists.counts(),
         chains.named(),
         ("points", points.list.binding()),
         along(),

@@ -1,8 +1,5 @@
 //! Exclusive prefix sum of whole numbers, in place. See `shaders/lines/strokes/scan.wgsl`.
 
-use std::convert::Infallible;
-use std::sync::Arc;
-
 use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::bind::Named;
@@ -72,17 +69,17 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     }
 }
 
-/// How many workgroups an ordered pass has.
-const GROUP_COUNT: BufferKind = BufferKind::storage("group count");
-/// Where each of them begins to write, and what it keeps from stage to stage.
-const GROUP_STARTS: BufferKind = BufferKind::storage("group starts");
+/// `Order` in `shaders/shared/ordered.wgsl`.
+const ORDER: BufferKind = BufferKind::storage("order");
+/// Where its list begins: the largest alignment of offsets.
+const ORDER_HEAD_BYTES: u64 = 256;
 
 /// A pass that writes a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
 pub struct Ordered {
     /// Its shader.
     pub shader: &'static str,
     /// Two, or three: the third is a single workgroup.
-    pub stages: usize,
+    pub stages: u32,
     /// In x and y.
     pub groups: [u32; 2],
     /// Numbers that each workgroup may keep.
@@ -92,37 +89,19 @@ pub struct Ordered {
 impl Ordered {
     /// Runs all stages.
     pub fn run(&self, cx: &mut Cx<'_>, resources: &[Named]) {
-        let numbers = stage_numbers(cx);
-        let count = u64::from(self.groups[0]) * u64::from(self.groups[1]);
-        let group_count = cx.buffer(&GROUP_COUNT, 4);
-        let group_starts = cx.buffer(&GROUP_STARTS, (4 * (count * (1 + self.kept) + 1)).next_power_of_two());
-        for (stage, number) in numbers.0[..self.stages].iter().enumerate() {
-            let mut all = vec![
-                ("stage", number.binding()),
-                ("group_count", group_count.binding()),
-                ("group_starts", group_starts.binding()),
-            ];
-            all.extend(resources.iter().cloned());
+        let count = self.groups[0] * self.groups[1];
+        let bytes = 4 * (u64::from(count) * (1 + self.kept) + 1);
+        let order = cx.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
+        let starts = order.slice(ORDER_HEAD_BYTES, order.raw.size() - ORDER_HEAD_BYTES);
+        let mut all = vec![("order", order.binding())];
+        all.extend(resources.iter().cloned());
+        for stage in 0..self.stages {
+            cx.write(&order, &[stage, count]);
             cx.groups(Compute::from(self.shader), if stage < 2 { self.groups } else { [1, 1] }, &all);
             if stage == 0 {
-                run(cx, &Inputs { numbers: &group_count, index: 0, capacity: MAX_VALUES, values: &group_starts });
+                // The number of groups is the second of the head.
+                run(cx, &Inputs { numbers: &order, index: 1, capacity: MAX_VALUES, values: &starts });
             }
         }
     }
-}
-
-/// 0, 1 and 2 in storage buffers. No uniforms: a fourth uniform buffer makes lavapipe 22.3 write past its memory. See
-/// `docs/decisions/software-drivers.md`.
-struct StageNumbers([Buffer; 3]);
-
-fn stage_numbers(cx: &mut Cx<'_>) -> Arc<StageNumbers> {
-    let made = cx.kept(
-        |_: &StageNumbers| true,
-        |gpu| {
-            let kind = BufferKind::storage("stage number");
-            Ok::<_, Infallible>(StageNumbers([0_u32, 1, 2].map(|number| Buffer::with(gpu, &kind, &[number]))))
-        },
-    );
-    let Ok(numbers) = made;
-    numbers
 }
