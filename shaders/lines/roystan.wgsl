@@ -3,6 +3,12 @@
 // An edge where 100 sqrt(sum of squared depth differences) > 1.5 depth k, with k growing from 1 to 8 as the surface
 // turns away from the eye, or where the normals, packed to [0, 1], differ by more than 0.4. The depth is the
 // reversed device depth, near / distance, as in its original.
+//
+// Three things are not as in the original (Roystan, "Outline Shader", 2019). Its crosses span one pixel and lie between
+// pixels; these span two and have the pixel in their middle, so that lines stand where those of the other detectors
+// stand. The threshold grows with the depth of the pixel itself or of the corner, whichever is nearer; there with that
+// of the corner alone, which misses edges from one side. And the turn of the surface is that of the pixel, not of the
+// corner.
 #import hachure::view::{View, ray_of_pixel}
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -1,0 +1,122 @@
+//! Inks, haze and sky of the composite, without the paper's grain.
+
+use glam::{DVec2, DVec3};
+use hachure::composite::{self, PICTURE};
+use hachure::frame::Light;
+use hachure::lines::strokes::stroke::INK;
+use hachure::lines::threshold::LINE;
+use hachure::style::Style;
+use hachure::style::color::linear_from_srgb;
+use hachure::surface::resolve::POSITION;
+use hachure::tones::TONE;
+use hachure::tones::balance::MARKS;
+
+use crate::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
+
+/// What is composed, in f64.
+struct Layers {
+    position: Vec<[f32; 4]>,
+    tone: Vec<[half::f16; 4]>,
+    line: Vec<f32>,
+    ink: Vec<[half::f16; 1]>,
+    marks: Vec<f32>,
+}
+
+/// A slope that goes far away, sky above it, and some of every ink.
+fn layers() -> Layers {
+    let view = view();
+    let part = |x: i64, y: i64, turn: i64, share: f64| (chance(x, y, turn) - 1.0 + share).max(0.0) / share;
+    let position = places().map(|(x, y)| {
+        let depth_m = if y < 12 { 0.0 } else { 40_000.0 / (y - 11) as f64 * (1.0 + 0.3 * chance(x / 9, y / 7, 1)) };
+        let at = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)) * depth_m;
+        let [x, y, z] = at.as_vec3().to_array();
+        [x, y, z, depth_m as f32]
+    });
+    Layers {
+        position: position.collect(),
+        tone: places().map(|(x, y)| std::array::from_fn(|i| half::f16::from_f64(chance(x, y, 2 + i as i64)))).collect(),
+        line: places().map(|(x, y)| part(x, y, 7, 0.4) as f32).collect(),
+        ink: places().map(|(x, y)| [half::f16::from_f64(part(x, y, 8, 0.2))]).collect(),
+        marks: places().map(|(x, y)| part(x, y, 9, 0.5) as f32).collect(),
+    }
+}
+
+fn linear(color: hachure::style::Color) -> DVec3 {
+    DVec3::from_array(color.linear().map(f64::from))
+}
+
+fn mix(a: DVec3, b: DVec3, t: f64) -> DVec3 {
+    a + (b - a) * t
+}
+
+/// `behind`: what is farther than this, of the nearest around it, lies behind a line.
+fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> {
+    let view = view();
+    let lines = style.lines.as_ref().unwrap();
+    let at = |x: i64, y: i64| layers.position[inside(x, y)].map(f64::from);
+    let away = |[x, y, z, _]: [f64; 4]| DVec3::new(x, y, z).length();
+    let clearness = |distance_m: f64, reach: f64| (-(distance_m / (light.haze_m * reach)).powi(2)).exp();
+    let haze = light.haze_srgb.map_or(linear(style.haze.color), |color| {
+        DVec3::from_array(color.map(|value| f64::from(linear_from_srgb(value))))
+    });
+    let faintest = |faintest: f32, clear: f64| f64::from(faintest) + (1.0 - f64::from(faintest)) * clear;
+    places()
+        .flat_map(|(x, y)| {
+            let i = inside(x, y);
+            let here = at(x, y);
+            let mut color = if here[3] <= 0.0 {
+                let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
+                mix(linear(style.sky.horizon), linear(style.sky.zenith), (2.0 * up).clamp(0.0, 1.0))
+            } else {
+                let [red, green, blue, _] = layers.tone[i].map(half::f16::to_f64);
+                mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clearness(away(here), 1.0)))
+            };
+            color *= linear(style.paper.color);
+            color = mix(color, linear(style.hatching.as_ref().unwrap().ink), f64::from(layers.marks[i]));
+            let drawn = f64::from(layers.line[i]);
+            if drawn > 0.0 {
+                let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))).map(|(x, y)| at(x, y));
+                let nearest = around.filter(|at| at[3] > 0.0).map(away).fold(1e30, f64::min);
+                let clear = clearness(nearest, f64::from(lines.reach));
+                let side = if here[3] <= 0.0 || away(here) > behind * nearest { clear } else { 1.0 };
+                color = mix(color, linear(lines.ink), drawn * side * faintest(lines.faintest, clear));
+            }
+            color = mix(color, linear(style.strokes.as_ref().unwrap().ink), layers.ink[i][0].to_f64());
+            color.to_array()
+        })
+        .collect()
+}
+
+#[test]
+fn the_composite_is_its_twin() {
+    let Some(mut bench) = Bench::new() else { return };
+    let mut style = Style::load("ink").unwrap();
+    style.strokes = Style::load("pen").unwrap().strokes;
+    style.hatching = Style::load("hachures").unwrap().hatching;
+    style.paper.grain = 0.0;
+    let layers = layers();
+    let position = bench.picture(&POSITION, SIZE_PX, &layers.position);
+    let tone = bench.picture(&TONE, SIZE_PX, &bits(&layers.tone));
+    let line = bench.picture(&LINE, SIZE_PX, &layers.line);
+    let ink = bench.picture(&INK, SIZE_PX, &bits(&layers.ink));
+    let marks = bench.picture(&MARKS, SIZE_PX, &layers.marks);
+    for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
+        let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb };
+        let picture = bench.out(&PICTURE);
+        bench.run(|cx| {
+            let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
+            let (style, light) = (&style, &light);
+            let (position, tone, line) = (&position, &tone, &line);
+            let (ink, marks, picture) = (&ink, &marks, &picture);
+            let inputs = composite::Inputs { view, style, light, position, tone, line, ink, marks, picture };
+            composite::run(cx, &inputs);
+        });
+        let found: Vec<f64> =
+            bench.halves(&picture).into_iter().flat_map(|[red, green, blue, _]| [red, green, blue]).collect();
+        let differing = |behind: f64, light: &Light| off(&found, &twin(&layers, &style, light, behind), 2e-3);
+        assert_eq!(differing(1.01, &light), 0);
+        // Planted: lines keep both of their sides in the distance; haze that is nearer.
+        assert!(differing(1e9, &light) > 50);
+        assert!(differing(1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
+    }
+}
