@@ -104,6 +104,8 @@ fn traces() -> Option<Traces> {
     let pose = world.pose("900,-900,+20,315,3,60");
     // Between updates strokes are moved along.
     let next = Pose { position_m: pose.position_m + DVec3::X * 0.01, ..pose };
+    // A turn makes them anew, and they take over from those of the frame before.
+    let turned = world.pose("900,-900,+20,326,3,60");
     // The frames that have most come first: their order is that of all.
     traces.presets.sort_by_key(|name| (!["pen", "wash"].contains(name), *name));
     for name in traces.presets.clone() {
@@ -111,7 +113,7 @@ fn traces() -> Option<Traces> {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let first = draw(&mut world, &mut frame, &style, [pose; 2]);
         let then = draw(&mut world, &mut frame, &style, [pose, next]);
-        let last = draw(&mut world, &mut frame, &style, [next, next]);
+        let last = draw(&mut world, &mut frame, &style, [next, turned]);
         [first, then, last].iter().for_each(|trace| traces.add(name, trace));
     }
     let style = Style::load("pen").unwrap();

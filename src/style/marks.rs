@@ -2,7 +2,7 @@
 //! (`tones/tonal_art_map`). Ten come with the program, and a style may name a file of its own, which may in turn name
 //! pictures that somebody drew.
 
-mod pictures;
+pub(crate) mod pictures;
 
 use std::path::{Path, PathBuf};
 

@@ -6,29 +6,37 @@ use std::path::Path;
 use super::{Recipe, SIDES_PX};
 use crate::file::input::open_regular;
 use crate::file::one_line;
-use crate::file::png::read_rgba8;
+use crate::file::png::{Picture, read_rgba8};
 use crate::style::StyleError;
 
-/// That every picture is there and can be decoded, is a square with a side that tiles may have, and is as wide as the
-/// first.
+/// That every picture is there and holds: see [`read`].
 ///
 /// # Errors
-/// [`StyleError::MarkImage`].
+/// As [`read`].
 pub fn check(recipe: &Recipe) -> Result<(), StyleError> {
-    let mut first_px = None;
-    for path in &recipe.images {
-        let wrong = |cause| StyleError::MarkImage { path: path.display().to_string(), cause };
-        let side_px = side_px(path).map_err(wrong)?;
-        let first_px = *first_px.get_or_insert(side_px);
-        if side_px != first_px {
-            return Err(wrong(format!("it is {side_px} px wide, but the first picture is {first_px}")));
-        }
-    }
-    Ok(())
+    read(recipe).map(|_| ())
 }
 
-/// The side of a picture that holds, or what is wrong with it.
-fn side_px(path: &Path) -> Result<u32, String> {
+/// The pictures of a recipe: squares with a side that tiles may have, all as wide as the first.
+///
+/// # Errors
+/// [`StyleError::MarkImage`] when one is not there, cannot be decoded, or is of another size.
+pub fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
+    let mut pictures: Vec<Picture> = Vec::with_capacity(recipe.images.len());
+    for path in &recipe.images {
+        let wrong = |cause| StyleError::MarkImage { path: path.display().to_string(), cause };
+        let picture = picture(path).map_err(wrong)?;
+        if let Some(first) = pictures.first().filter(|first| first.width != picture.width) {
+            let cause = format!("it is {} px wide, but the first picture is {}", picture.width, first.width);
+            return Err(wrong(cause));
+        }
+        pictures.push(picture);
+    }
+    Ok(pictures)
+}
+
+/// A picture that holds, or what is wrong with it.
+fn picture(path: &Path) -> Result<Picture, String> {
     let unread = |words: &str| format!("cannot read the picture: {}", one_line(words));
     // The words of an error that names the file end with those of its cause, and the file is named already.
     let told = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
@@ -48,5 +56,5 @@ fn side_px(path: &Path) -> Result<u32, String> {
     if picture.rgba.len() != 4 * width as usize * height as usize {
         return Err(unread("it has another size than its header says"));
     }
-    Ok(width)
+    Ok(picture)
 }

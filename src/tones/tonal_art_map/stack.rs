@@ -6,14 +6,11 @@
 //! distance from ink. All of it is replaced by its rank, so a picture appears just at its own darkness, and in between
 //! part of its marks.
 
-use std::path::Path;
-
 use super::TonalArtMap;
 use super::chance::Chance;
-use crate::file::input::open_regular;
-use crate::file::png::read_rgba8;
+use crate::file::png::Picture;
 use crate::style::StyleError;
-use crate::style::marks::{Recipe, SIDES_PX};
+use crate::style::marks::{Recipe, pictures};
 
 /// Texels at least this dark are ink.
 const INK: f32 = 0.5;
@@ -26,49 +23,19 @@ struct Image {
 
 /// The map of a recipe's pictures.
 pub(super) fn read(recipe: &Recipe) -> Result<TonalArtMap, StyleError> {
-    let mut images: Vec<Image> = Vec::with_capacity(recipe.images.len());
-    for path in &recipe.images {
-        let image = image(path).map_err(|cause| StyleError::MarkImage { path: path.display().to_string(), cause })?;
-        if let Some(first) = images.first().filter(|first| first.side_px != image.side_px) {
-            let cause = format!("it is {} px wide, but the first picture is {}", image.side_px, first.side_px);
-            return Err(StyleError::MarkImage { path: path.display().to_string(), cause });
-        }
-        images.push(image);
-    }
+    let images: Vec<Image> = pictures::read(recipe)?.iter().map(image).collect();
     let side_px = images.first().map_or(recipe.side_px as usize, |image| image.side_px);
     Ok(TonalArtMap::of_ranks(side_px as u32, &super::equalise::ranks(&order(&images, side_px, recipe.seed))))
 }
 
-/// What a picture says, or what is wrong with it.
-fn image(path: &Path) -> Result<Image, String> {
-    let one_line = |error: &dyn std::error::Error| {
-        let mut text = error.source().map_or_else(|| error.to_string(), ToString::to_string);
-        text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        format!("cannot read the picture: {text}")
-    };
-    // The header first: a damaged one may claim a size that no memory holds.
-    let file = open_regular(path).map_err(|error| format!("cannot read the picture: {error}"))?;
-    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
-    let header = decoder.read_header_info().map_err(|error| one_line(&error))?;
-    let [width, height] = [header.width, header.height];
-    let [least, most] = SIDES_PX;
-    if width != height || !width.is_power_of_two() || !(least..=most).contains(&width) {
-        return Err(format!(
-            "it is {width} × {height} px; pictures of marks are squares with a side that is a power of two from \
-             {least} to {most}"
-        ));
-    }
-    let picture = read_rgba8(path).map_err(|error| one_line(&error))?;
+/// What a picture says.
+fn image(picture: &Picture) -> Image {
     let darkness = picture.rgba.chunks_exact(4).map(|pixel| {
         // Rec. 709, on the paper's white where the picture is transparent.
         let [r, g, b, a] = [pixel[0], pixel[1], pixel[2], pixel[3]].map(|byte| f32::from(byte) / 255.0);
         a * (1.0 - (0.2126 * r + 0.7152 * g + 0.0722 * b))
     });
-    let darkness: Vec<f32> = darkness.collect();
-    match darkness.len() == (width * height) as usize {
-        true => Ok(Image { side_px: width as usize, darkness }),
-        false => Err("cannot read the picture: it has another size than its header says".to_owned()),
-    }
+    Image { side_px: picture.width as usize, darkness: darkness.collect() }
 }
 
 /// A number for each texel that rises in the order in which texels are inked.
