@@ -91,6 +91,6 @@ fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
         // Planted: an eye that is where the origin is.
         let elsewhere = crate::differs(&at, &drawn(away, away));
         println!("{name}: {differs:.4} of the pixels differ, {elsewhere:.4} from elsewhere");
-        assert!(differs < 0.03 && elsewhere > 3.0 * differs, "{name}: {differs} {elsewhere}");
+        assert!(differs < 0.03 && elsewhere > 1.5 * differs, "{name}: {differs} {elsewhere}");
     }
 }
