@@ -88,6 +88,7 @@ struct Shelf {
 pub struct Buffers {
     shelves: FxHashMap<&'static str, Shelf>,
     frame: u64,
+    has_replaced: bool,
 }
 
 impl Buffers {
@@ -96,8 +97,18 @@ impl Buffers {
         let shelf = self.shelf(kind);
         match &shelf.scratch {
             Some(buffer) if buffer.raw.size() >= bytes => buffer.clone(),
-            _ => shelf.scratch.insert(Buffer::new(gpu, kind, bytes)).clone(),
+            known => {
+                let replaces = known.is_some();
+                let buffer = shelf.scratch.insert(Buffer::new(gpu, kind, bytes)).clone();
+                self.has_replaced |= replaces;
+                buffer
+            }
         }
+    }
+
+    /// Whether a buffer had to grow since the last time: bind groups still hold the smaller one.
+    pub fn take_replaced(&mut self) -> bool {
+        std::mem::take(&mut self.has_replaced)
     }
 
     /// What was last asked for of a kind, for measurements.

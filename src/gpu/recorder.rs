@@ -108,7 +108,11 @@ impl<'a> Cx<'a> {
     /// The buffer of a kind, which only the GPU writes: of at least `bytes`. Passes and eyes that use it follow each
     /// other.
     pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {
-        self.pools.buffers.scratch(self.gpu, kind, bytes)
+        let buffer = self.pools.buffers.scratch(self.gpu, kind, bytes);
+        if self.pools.buffers.take_replaced() {
+            self.pools.groups.clear();
+        }
+        buffer
     }
 
     /// A buffer with `content`, for as many passes of this frame as want it.

@@ -76,7 +76,8 @@ impl Target {
 #[derive(Default)]
 pub struct Targets {
     size_px: [u32; 2],
-    targets: FxHashMap<&'static str, (Target, u64)>,
+    /// By name and size: styles that take turns may want the same picture in two sizes.
+    targets: FxHashMap<(&'static str, [u32; 2]), (Target, u64)>,
     frame: u64,
 }
 
@@ -107,25 +108,18 @@ impl Targets {
         self.sized(gpu, kind, self.size_px)
     }
 
-    /// The picture of a kind, of another size. It is made anew when that changes.
+    /// The picture of a kind, of another size.
     pub fn sized(&mut self, gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Target {
-        let frame = self.frame;
-        match self.targets.get_mut(kind.name) {
-            Some((target, used_in)) if target.size_px() == size_px => {
-                *used_in = frame;
-                target.clone()
-            }
-            _ => {
-                let target = Target::new(gpu, kind, size_px);
-                self.targets.insert(kind.name, (target.clone(), frame));
-                target
-            }
-        }
+        let make = || (Target::new(gpu, kind, size_px), 0);
+        let (target, used_in) = self.targets.entry((kind.name, size_px)).or_insert_with(make);
+        *used_in = self.frame;
+        target.clone()
     }
 
     /// The picture of a kind, if the last frame had it.
     pub fn get(&self, kind: &TargetKind) -> Option<&Target> {
-        self.targets.get(kind.name).filter(|(_, used_in)| *used_in == self.frame).map(|(target, _)| target)
+        let mut used = self.targets.values().filter(|(_, used_in)| *used_in == self.frame);
+        used.find(|(target, _)| target.name == kind.name).map(|(target, _)| target)
     }
 
     /// Width and height of a whole picture.
