@@ -9,10 +9,11 @@ use crate::file::one_line;
 use crate::file::png::{Picture, read_rgba8};
 use crate::style::StyleError;
 
-/// That every picture is there and holds: see [`read`].
+/// That every picture of a recipe is there and can be decoded, is a square with a side that tiles may have, and is as
+/// wide as the first.
 ///
 /// # Errors
-/// As [`read`].
+/// [`StyleError::MarkImage`] for the first that does not hold.
 pub fn check(recipe: &Recipe) -> Result<(), StyleError> {
     read(recipe).map(|_| ())
 }
