@@ -46,7 +46,7 @@ pub fn terrain_view_of(rig: &Rig) -> TerrainView {
         camera_m: rig.origin_m,
         frusta: rig.eyes.iter().map(View::frustum).collect(),
         focal_px: rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max),
-        pixels: rig.eyes.iter().flat_map(|eye| eye.part.size_px.map(f64::from)).product(),
+        pixels: rig.eyes.iter().map(|eye| eye.part.size_px.map(f64::from).iter().product::<f64>()).sum(),
     }
 }
 

@@ -57,13 +57,17 @@ fn every_preset_draws_within_the_default_limits() {
     terrain.set_meshes(placed.clone());
     let mut names = style::names();
     names.sort_unstable();
+    let mut drawn = Vec::new();
     for name in names {
         let style = Style::load(name).unwrap();
         let (within, beyond) =
             (draw(&gpu, &mut terrain, &style, pose), draw(&world.gpu, &mut world.terrain, &style, pose));
         // What a device could do besides changes nothing.
         assert!(within == beyond, "{name}");
+        drawn.push(within);
     }
+    // Planted: another style.
+    assert!(drawn[0] != drawn[drawn.len() - 1]);
     // Planted: a device that has less refuses, and says so.
     let less = wgpu::Limits { max_storage_buffers_per_shader_stage: 7, ..wgpu::Limits::default() };
     let gpu = Gpu::open_within(&AdapterWish::Best, less).unwrap();

@@ -81,7 +81,7 @@ impl Drawing {
 /// What a render pass draws on.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachments<'a> {
-    /// Pictures, and whether they are cleared.
+    /// Pictures of one size, in the order of the shader's outputs.
     pub colors: &'a [&'a Target],
     /// Of the same size; nearer is greater.
     pub depth: Option<&'a Target>,

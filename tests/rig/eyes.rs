@@ -48,6 +48,18 @@ fn two_eyes_at_once_are_the_two_alone() {
 }
 
 #[test]
+fn a_rig_is_prepared_for_the_pixels_of_all_its_eyes() {
+    let Some(world) = hill() else { return };
+    let pixels = f64::from(crate::SIZE_PX[0] * crate::SIZE_PX[1]);
+    for rig in rigs(&world) {
+        let asked = hachure::frame::terrain_view_of(&rig);
+        assert!((asked.pixels - 2.0 * pixels).abs() < 1e-9 && asked.frusta.len() == 2);
+        let one = hachure::frame::terrain_view_of(&Rig { eyes: vec![rig.eyes[0]], ..rig });
+        assert!((one.pixels - pixels).abs() < 1e-9 && one.frusta.len() == 1);
+    }
+}
+
+#[test]
 fn one_submit_draws_what_many_draw() {
     let Some(mut world) = hill() else { return };
     for name in style::names() {
@@ -66,6 +78,8 @@ fn one_submit_draws_what_many_draw() {
         for (passes, whole) in passes.iter().flatten().zip(whole.iter().flatten()) {
             assert_eq!(differing(passes, whole), 0, "{name}");
         }
+        // Planted: another frame.
+        assert!(differing(&passes[0][0], &whole[2][0]) > 1000, "{name}");
     }
 }
 
