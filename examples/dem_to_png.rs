@@ -22,7 +22,7 @@ fn main() -> anyhow::Result<()> {
     let style = Style::load("ink")?;
     let eye = world.pose(&world.default_camera());
     let request = PictureRequest::still(eye, [1600, 900], &style, world.light());
-    let report = picture::write_png(&gpu, &mut world.terrain, &request, Path::new(&png))?;
+    let report = picture::write_png(&gpu, &mut world.surfaces, &request, Path::new(&png))?;
     println!("{png}: {} triangles in {:.0} ms", report.triangles, report.wall_ms);
     Ok(())
 }

@@ -20,20 +20,21 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::{PassTime, Timer};
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::history::Step;
-use crate::lines::strokes::{self, DrawnStrokes, FrameStrokes, contour_edges};
+use crate::lines::strokes::{self, DrawnStrokes, FrameStrokes};
 use crate::lines::{detector, smooth, threshold};
 pub use crate::scene::Light;
+use crate::scene::view::{Rig, View};
 use crate::style::hatching::Scale;
 use crate::style::{Style, Tone};
-use crate::surface::mesh_vertices::SeenMeshes;
-use crate::surface::vertices::PatchMesh;
-use crate::surface::view::{Rig, View};
-use crate::surface::{form, horizons, mesh_resolve, mesh_vertices, meshes, motion, resolve, terrain as draw, vertices};
-use crate::tiles::Terrain;
+use crate::surface::edges::EdgeList;
+use crate::surface::land::vertices::PatchMesh;
+use crate::surface::meshes::DrawnMeshes;
+use crate::surface::{self, land, mark_normal, meshes, motion};
 use crate::tiles::terrain::{Prepared, TerrainView};
 use crate::tones::light::LightUniform;
 use crate::tones::plain::PlainLight;
 use crate::tones::{TONE, balance, fractal_hatching, hatching, plain, toon, watercolor};
+use crate::world::Surfaces;
 
 /// What the terrain is asked for a view.
 pub fn terrain_view(view: &View) -> TerrainView {
@@ -51,7 +52,8 @@ pub fn terrain_view_of(rig: &Rig) -> TerrainView {
 }
 
 /// Tiles and patches of a rig's next frame, with the horizons that the style's shadows ask for.
-pub fn prepare(gpu: &Gpu, terrain: &mut Terrain, rig: &Rig, style: &Style, light: &Light) -> Prepared {
+pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light: &Light) -> Prepared {
+    let terrain = &mut world.terrain;
     terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig))
 }
@@ -74,7 +76,7 @@ pub struct Frame {
 
 /// What an eye's passes share.
 struct Seen<'a> {
-    terrain: &'a Terrain,
+    world: &'a Surfaces,
     mesh: &'a PatchMesh,
     rig: &'a Rig,
     style: &'a Style,
@@ -143,32 +145,32 @@ impl Frame {
         self.trace.as_deref().unwrap_or_default()
     }
 
-    /// Prepares the terrain and renders the view of one eye. The pictures are there when the GPU is done.
+    /// Prepares the world and renders the view of one eye. The pictures are there when the GPU is done.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when a picture or a list is larger than the device can hold.
     pub fn render(
         &mut self,
         gpu: &Gpu,
-        terrain: &mut Terrain,
+        world: &mut Surfaces,
         view: &View,
         style: &Style,
         light: &Light,
     ) -> Result<Prepared, GpuError> {
         let rig = Rig::mono(*view);
-        let prepared = prepare(gpu, terrain, &rig, style, light);
-        self.render_rig(gpu, terrain, &prepared, &rig, style, light)?;
+        let prepared = prepare(gpu, world, &rig, style, light);
+        self.render_rig(gpu, world, &prepared, &rig, style, light)?;
         Ok(prepared)
     }
 
-    /// Renders all eyes of a rig, for which `terrain` was prepared, in one frame.
+    /// Renders all eyes of a rig, for which `world` was prepared, in one frame.
     ///
     /// # Errors
     /// As [`Frame::render`].
     pub fn render_rig(
         &mut self,
         gpu: &Gpu,
-        terrain: &Terrain,
+        world: &Surfaces,
         prepared: &Prepared,
         rig: &Rig,
         style: &Style,
@@ -184,12 +186,12 @@ impl Frame {
             self.pools.groups.clear();
         }
         let begun = Instant::now();
-        let light = &light.from_above(rig.origin_m.z - f64::from(terrain.range_m()[1]));
+        let light = &light.from_above(rig.origin_m.z - f64::from(world.terrain.range_m()[1]));
         let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
         let (step_s, wants_motion) = (self.step_s, self.wants_motion);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
-        let seen = Seen { terrain, mesh, rig, style, light, step_s, land_changes, wants_motion };
+        let seen = Seen { world, mesh, rig, style, light, step_s, land_changes, wants_motion };
         for (eye, memory) in self.eyes.iter_mut().enumerate() {
             render_eye(&mut cx, &seen, eye, memory);
         }
@@ -201,48 +203,48 @@ impl Frame {
 
 /// The passes of one eye.
 fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemory) {
-    let &Seen { terrain, mesh, rig, style, light, .. } = seen;
+    let &Seen { world, mesh, rig, style, light, .. } = seen;
+    let terrain = &world.terrain;
     let gpu = cx.gpu();
     let view_of_eye = &rig.eyes[eye];
     let view = &cx.uniform("view", &view_of_eye.uniform(rig.origin_m));
-    let world = &terrain.resources();
-    let placed = terrain.meshes();
+    let heights = &terrain.resources();
     let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
 
     let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
-        let mesh_m = placed.map_or(f64::INFINITY, |placed| placed.nearest_m(rig.origin_m));
-        let nearest_m = terrain.nearest_m(rig.origin_m).min(mesh_m);
+        let nearest_m = world.nearest_m(rig.origin_m);
         let step = Step { step_s: seen.step_s, nearest_m, origin_m: rig.origin_m, land_changes: seen.land_changes };
         FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step)
     });
-    let edges = strokes.as_ref().filter(|strokes| strokes.finds_edges());
+    let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(cx, rules));
+    let edges = edges.as_ref();
 
     // Surface: place the vertices, rasterise depth and id, compute the rest.
-    let (depth, surface_id) = (&targets.whole(gpu, &draw::DEPTH), &targets.whole(gpu, &draw::SURFACE_ID));
+    let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
     for &batch in &mesh.batches {
         if eye == 0 || mesh.batches.len() > 1 {
-            mesh.place(cx, batch, world);
+            mesh.place(cx, batch, heights);
         }
-        draw::run(cx, &draw::Inputs { view, terrain: world, mesh, batch, depth, surface_id });
+        land::raster::run(cx, &land::raster::Inputs { view, terrain: heights, mesh, batch, depth, surface_id });
         if let Some(edges) = edges {
-            edges.find(cx, &contour_edges::Inputs { view, terrain: world, mesh, batch });
+            land::edges::run(cx, edges, &land::edges::Inputs { view, terrain: heights, mesh, batch });
         }
     }
     // What stands on the land: the same once more.
-    let meshes = placed.map(|placed| {
-        let meshes =
-            SeenMeshes::upload(cx, placed, view_of_eye, rig.origin_m, &terrain.earth_curvature(rig.origin_m.z));
-        meshes.place(cx, terrain.uniform());
-        meshes::run(cx, &meshes::Inputs { view, meshes: &meshes, depth, surface_id });
+    let meshes = world.meshes().map(|placed| {
+        let meshes = DrawnMeshes::of(cx, placed);
+        meshes::cull::run(cx, view, rig.origin_m, terrain.uniform(), &meshes);
+        meshes::vertices::run(cx, &meshes, terrain.uniform());
+        meshes::raster::run(cx, &meshes::raster::Inputs { view, meshes: &meshes, depth, surface_id });
         if let Some(edges) = edges {
-            edges.find_on_meshes(cx, view, &meshes);
+            meshes::edges::run(cx, edges, view, &meshes);
         }
         meshes
     });
-    let (position, normal) = (&targets.whole(gpu, &resolve::POSITION), &targets.whole(gpu, &resolve::NORMAL));
-    resolve::run(cx, &resolve::Inputs { view, terrain: world, depth, position, normal });
+    let (position, normal) = (&targets.whole(gpu, &surface::POSITION), &targets.whole(gpu, &surface::NORMAL));
+    land::resolve::run(cx, &land::resolve::Inputs { view, terrain: heights, depth, position, normal });
     if let Some(meshes) = &meshes {
-        mesh_resolve::run(cx, &mesh_resolve::Inputs { view, meshes, surface_id, depth, position, normal });
+        meshes::resolve::run(cx, &meshes::resolve::Inputs { view, meshes, surface_id, depth, position, normal });
     }
     if seen.wants_motion {
         let motion = &targets.whole(gpu, &motion::MOTION);
@@ -252,7 +254,7 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
     // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
     let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     if let (0, Some(tiles)) = (eye, horizon_tiles) {
-        horizons::run(cx, world, tiles);
+        land::horizons::run(cx, heights, tiles);
     }
 
     // Lines: detect, threshold, smooth.
@@ -273,7 +275,7 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
     // Strokes: see what is visible of the edges, chain it, draw it.
     let ink = match (&style.strokes, &strokes) {
         (Some(style), Some(strokes)) => {
-            strokes.draw(cx, strokes::Inputs { view, depth, targets, resolution: style.resolution })
+            strokes.draw(cx, strokes::Inputs { view, depth, edges, targets, resolution: style.resolution })
         }
         _ => nothing.clone(),
     };
@@ -310,11 +312,13 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
         washed
     });
     let marks = style.hatching.as_ref().map_or(nothing, |hatching| {
-        let form = &targets.sized(gpu, &form::FORM, form::form_size(targets.size_px()));
-        form::run(cx, &form::Inputs { view, terrain: world, surface_id, position, normal, form });
+        let size = mark_normal::mark_normal_size(targets.size_px());
+        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
+        let seen = mark_normal::Inputs { view, terrain: heights, surface_id, position, normal, mark_normal };
+        mark_normal::run(cx, &seen);
         let balance = balance::Inputs::new(cx, targets, view, hatching);
         let (tone, cover, origin_m) = (&tone, &balance.cover, rig.origin_m);
-        let inputs = hatching::Inputs { view, hatching, origin_m, position, normal, form, tone, cover };
+        let inputs = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
         match hatching.scale {
             Scale::Blend => hatching::run(cx, &inputs),
             Scale::Add => fractal_hatching::run(cx, &inputs),
@@ -363,10 +367,10 @@ impl Frame {
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let Some(positions) = self.buffer(&vertices::POSITIONS) else {
+        let Some(positions) = self.buffer(&land::vertices::POSITIONS) else {
             return Ok(None);
         };
-        vertices::read(gpu, &positions, drawn.selection.leaves.len())
+        land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 
     /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does; those of what is not in view mean
@@ -374,8 +378,8 @@ impl Frame {
     ///
     /// # Errors
     /// As [`Frame::drawn_vertices`].
-    pub fn drawn_mesh_vertices(&self, gpu: &Gpu, terrain: &Terrain) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let (Some(placed), Some(positions)) = (terrain.meshes(), self.buffer(&mesh_vertices::POSITIONS)) else {
+    pub fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
             return Ok(None);
         };
         crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.vertices() as usize).map(Some)

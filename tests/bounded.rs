@@ -16,8 +16,8 @@ use hachure::frame::terrain_view;
 use hachure::measure::lod_error;
 use hachure::picture::PartRule;
 use hachure::pyramid::TileStore;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::source::{HeightGrid, HeightReader, OpenOptions, Window, WorldMapping, open_reader_with};
-use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::budget::most_patches;
 use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::patches::AllPatches;
@@ -115,7 +115,7 @@ fn an_error_that_takes_too_much_is_told_and_kept() {
     assert!(report.error_px > 1e-6 && report.error_px < 0.1, "{} px", report.error_px);
     // Position follows the surface itself, so the measured error is smaller than the mesh's.
     let drawn = frame.as_ref().unwrap();
-    let measured = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.terrain, 0).unwrap().unwrap();
+    let measured = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap().unwrap();
     assert!(measured < report.error_px.max(0.01), "{measured} px, told {} px", report.error_px);
     // A picture stands for itself: what was drawn before changes nothing.
     let other = world.pose("9,30,+20,180,-20,40");
@@ -134,7 +134,7 @@ fn toward_steep_land_the_surface_gets_coarser_step_by_step() {
     for step in 0..60 {
         let pose = world.pose(&format!("3,{},120,2,-20,60", -300.0 * 0.96_f64.powi(step)));
         let view = View { pose, previous: pose, picture_px, part: Part::whole(picture_px) };
-        let prepared = world.terrain.prepare(&world.gpu, &terrain_view(&view));
+        let prepared = world.surfaces.terrain.prepare(&world.gpu, &terrain_view(&view));
         let error_px = prepared.detail.error_px;
         let change = before.replace(error_px).map_or(1.0, |before: f64| (error_px / before).max(before / error_px));
         // The camera comes nearer by a 25th of its way.
@@ -156,10 +156,10 @@ fn parts_of_a_picture_have_one_error() {
     // A part that sees little would do with less, and has the error of all parts.
     let part = Part { origin_px: [60, 40], size_px: [8, 8] };
     let view = View { pose, previous: pose, picture_px: [128, 72], part };
-    let alone_px = world.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
+    let alone_px = world.surfaces.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
     assert!(alone_px < 0.9 * shot.report.error_px, "{alone_px} of {} px", shot.report.error_px);
-    world.terrain.hold_error_px(shot.report.error_px);
-    let held_px = world.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
+    world.surfaces.terrain.hold_error_px(shot.report.error_px);
+    let held_px = world.surfaces.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
     assert!((held_px / shot.report.error_px - 1.0).abs() < 1e-9, "{held_px}");
 }
 

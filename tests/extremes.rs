@@ -40,11 +40,11 @@ fn is_sound(shot: &Shot) -> Result<usize, String> {
 
 /// Sky where the ray comes out under the land, inside its extent: it must have met the land. For cameras above it.
 fn holes(world: &World, shot: &Shot) -> usize {
-    let [east_m, north_m] = world.terrain.extent_m();
+    let [east_m, north_m] = world.surfaces.terrain.extent_m();
     let camera_m = shot.view.pose.position_m;
     let goes_under = |pixel: usize| {
         let ray = shot.ray(pixel);
-        let along_m = (f64::from(world.terrain.range_m()[0]) - camera_m.z) / ray.z;
+        let along_m = (f64::from(world.surfaces.terrain.range_m()[0]) - camera_m.z) / ray.z;
         let under = camera_m + ray * along_m;
         // Land smaller than a pixel may fall between the pixels' centres.
         let pixel_m = along_m / shot.focal_px();
@@ -142,7 +142,7 @@ fn the_earth_bends_away() {
         let Some(mut world) = World::new(grid_of(701, 701, 500.0, |_, _| 0.0), 1.0) else { return };
         let options =
             TerrainOptions { inverse_radius: Earth { refraction }.inverse_radius(), ..TerrainOptions::default() };
-        world.terrain = Terrain::new(&world.gpu, Arc::clone(world.terrain.store()), options).unwrap();
+        world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
         let pose = world.pose("0,-120000,1500,0,-0.9,4");
         let shot = shoot(&mut world, &mut None, pose, [64, 400]);
         is_sound(&shot).unwrap();
@@ -172,18 +172,18 @@ fn relief_on_a_bent_earth_keeps_its_error() {
     };
     let inverse_radius = Earth { refraction: 0.13 }.inverse_radius();
     let options = TerrainOptions { inverse_radius, ..TerrainOptions::default() };
-    world.terrain = Terrain::new(&world.gpu, Arc::clone(world.terrain.store()), options).unwrap();
+    world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
     let mut frame = None;
     for view in ["-20000,-60000,+500,10,-3,50", "3000,-2000,+40,200,-8,70", "0,-90000,60000,0,-35,60"] {
         let pose = world.pose(view);
         let shot = shoot(&mut world, &mut frame, pose, [240, 135]);
-        let earth_curvature = world.terrain.earth_curvature(pose.position_m.z);
+        let earth_curvature = world.surfaces.terrain.earth_curvature(pose.position_m.z);
         let errors = |raised_m: f64| {
             let mut errors: Vec<f64> = (0..shot.depth_m.len())
                 .filter(|&pixel| !shot.is_sky(pixel))
                 .filter_map(|pixel| {
                     let flat = earth_curvature.unbend(shot.position_m[pixel]) + pose.position_m;
-                    let true_m = world.terrain.height_m(flat.truncate())?;
+                    let true_m = world.surfaces.terrain.height_m(flat.truncate())?;
                     Some((flat.z + raised_m - true_m).abs() * shot.focal_px() / shot.position_m[pixel].length())
                 })
                 .collect();
@@ -207,7 +207,7 @@ fn tints_follow_the_height_above_the_sea() {
     let Some(mut world) = World::new(grid_of(701, 701, 20.0, height_m), 1.0) else { return };
     // A hundredth of the earth: at 5 km the land lies 196 m lower.
     let options = TerrainOptions { inverse_radius: 1.0 / 63_710.0, ..TerrainOptions::default() };
-    world.terrain = Terrain::new(&world.gpu, Arc::clone(world.terrain.store()), options).unwrap();
+    world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
     let lines = "\n[lines]\ndetector = \"lsa\"\nepsilon = \"footprint\"\nramp = [0.25, 0.5]\ndensity = 2.0\nink = \"#14120f\"\nfaintest = 0.12\nreach = 1.4\n";
     let style = Style::parse("tint", &(preset_text("plain").unwrap().to_owned() + lines)).unwrap();
     let pose = world.pose("0,-3000,300,0,-5.6,4");

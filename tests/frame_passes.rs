@@ -16,8 +16,8 @@ use glam::DVec3;
 use hachure::frame::{Frame, Light};
 use hachure::gpu::recorder::{PassTrace, Traced};
 use hachure::gpu::shader::SHADERS;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::{self, Style};
-use hachure::surface::view::{Part, Pose, View};
 
 use crate::common::World;
 
@@ -93,7 +93,7 @@ fn draw(world: &mut World, frame: &mut Frame, style: &Style, poses: [Pose; 2]) -
     let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     frame.set_traces(true);
-    frame.render(&world.gpu, &mut world.terrain, &view, style, &light).unwrap();
+    frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();
     world.gpu.check().unwrap();
     frame.trace().to_vec()
 }
@@ -154,7 +154,7 @@ fn the_table_is_that_of_the_frames() {
     // Planted: a pass that reads one thing more, and one that nobody has listed.
     let more = Traced { name: "nothing", format: None, bytes: 0 };
     let planted = |name| PassTrace { name, reads: vec![more.clone()], writes: Vec::new() };
-    for name in ["surface/resolve", "surface/none"] {
+    for name in ["surface/land/resolve", "surface/none"] {
         traces.add("ink", &[planted(name)]);
         assert!(traces.table() != table, "{name}");
     }

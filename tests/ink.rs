@@ -13,8 +13,8 @@ use hachure::frame::Frame;
 use hachure::gpu::timer::FRAME;
 use hachure::picture::{self, PictureRequest};
 use hachure::scene::Scene;
+use hachure::scene::view::{Part, View};
 use hachure::style::{Style, preset_text};
-use hachure::surface::view::{Part, View};
 
 /// The views of the README, and their files.
 const VIEWS: [(&str, &str); 2] = [
@@ -27,10 +27,10 @@ const AREA_PX: usize = 64;
 
 /// The picture as grey values of 0 to 1, as they are encoded for a screen.
 fn grey(world: &mut World, style: &Style, camera: &str) -> Vec<f64> {
-    let light = Scene::default().light(world.terrain.extent_m());
+    let light = Scene::default().light(world.surfaces.terrain.extent_m());
     let request = PictureRequest::still(world.pose(camera), SIZE_PX, style, light);
     let mut grey = Vec::new();
-    let taken = picture::render(&world.gpu, &mut None, &mut world.terrain, &request, |band| {
+    let taken = picture::render(&world.gpu, &mut None, &mut world.surfaces, &request, |band| {
         let bytes = picture::srgb8(&band.picture);
         grey.extend(bytes.chunks_exact(4).map(|texel| {
             (0.2126 * f64::from(texel[0]) + 0.7152 * f64::from(texel[1]) + 0.0722 * f64::from(texel[2])) / 255.0
@@ -93,12 +93,12 @@ fn no_part_of_a_drawing_is_mush() {
 fn quickest_ms(world: &mut World, styles: &[Style], camera: &str, size_px: [u32; 2]) -> Vec<Vec<(String, f64)>> {
     let pose = world.pose(camera);
     let view = View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) };
-    let light = Scene::default().light(world.terrain.extent_m());
+    let light = Scene::default().light(world.surfaces.terrain.extent_m());
     let mut frames: Vec<_> = styles.iter().map(|_| Frame::new(&world.gpu).unwrap()).collect();
     let mut quickest: Vec<Vec<(String, f64)>> = vec![Vec::new(); styles.len()];
     for _ in 0..6 {
         for ((frame, style), quickest) in frames.iter_mut().zip(styles).zip(&mut quickest) {
-            frame.render(&world.gpu, &mut world.terrain, &view, style, &light).unwrap();
+            frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();
             world.gpu.wait();
             for time in frame.take_times().unwrap_or_default() {
                 match quickest.iter_mut().find(|(name, _)| *name == time.name) {

@@ -13,9 +13,9 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback;
 use hachure::gpu::target::Target;
 use hachure::scene::Sun;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::Style;
-use hachure::surface::resolve::{NORMAL, POSITION};
-use hachure::surface::view::{Part, Pose, View};
+use hachure::surface::{NORMAL, POSITION};
 use hachure::tiles::Terrain;
 use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, TILES_PER_FRAME};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
@@ -61,7 +61,7 @@ fn floats(world: &World, target: &Target) -> Vec<[f32; 4]> {
 
 fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
-    let prepared = frame.render(&world.gpu, &mut world.terrain, &view, style, light).unwrap();
+    let prepared = frame.render(&world.gpu, &mut world.surfaces, &view, style, light).unwrap();
     world.gpu.wait();
     let target = |kind| frame.target(kind).unwrap();
     let bytes = readback::read(&world.gpu, target(&TONE), [0, 0], SIZE_PX).unwrap();
@@ -79,7 +79,7 @@ fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose
         place_m,
         normal,
         passes: times.into_iter().map(|time| time.name).collect(),
-        jobs: world.terrain.horizon_maps().map_or(0, |seen| seen.jobs().len()),
+        jobs: world.surfaces.terrain.horizon_maps().map_or(0, |seen| seen.jobs().len()),
         late: prepared.tiles.late,
         toon_ms,
     }
@@ -277,10 +277,10 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     let mut frame = Frame::new(&world.gpu).unwrap();
     let first = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
     assert!(first.jobs > TILES_PER_FRAME && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
-    assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/horizons"));
+    assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/land/horizons"));
     let second = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
     assert_eq!((second.jobs, &second.tone), (0, &first.tone), "at rest");
-    assert!(second.passes.iter().all(|pass| pass != "surface/horizons"));
+    assert!(second.passes.iter().all(|pass| pass != "surface/land/horizons"));
     // Higher, and nothing has to be made; turned, and everything has.
     let higher = draw(&mut world, &mut frame, &style, &sun(100.0, 35.0), pose);
     assert!(higher.jobs == 0 && higher.tone != first.tone);
@@ -300,7 +300,7 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
     let expected = shot(&mut still, &style, &light, CAMERA);
     let mut world = rough().unwrap();
     let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
-    world.terrain = Terrain::new(&world.gpu, Arc::clone(world.terrain.store()), options).unwrap();
+    world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
     let mut frame = Frame::new(&world.gpu).unwrap();
     let (mut frames, mut most, mut last) = (0, 0, None);
     while frames < 400 {
@@ -332,15 +332,18 @@ fn only_who_asks_pays() {
     let pose = world.pose(CAMERA);
     let mut frame = Frame::new(&world.gpu).unwrap();
     let first = draw(&mut world, &mut frame, &plain, &light, pose);
-    let (bytes, targets) = (world.terrain.gpu_bytes(), frame.target_bytes());
-    assert!(world.terrain.horizon_maps().is_none() && first.passes.iter().all(|pass| pass != "surface/horizons"));
+    let (bytes, targets) = (world.surfaces.terrain.gpu_bytes(), frame.target_bytes());
+    assert!(
+        world.surfaces.terrain.horizon_maps().is_none()
+            && first.passes.iter().all(|pass| pass != "surface/land/horizons")
+    );
 
     let (mut quickest, mut quickest_lit) = (first.toon_ms, f64::INFINITY);
     for _ in 0..3 {
         quickest_lit = quickest_lit.min(draw(&mut world, &mut frame, &lit, &light, pose).toon_ms);
     }
-    let more = world.terrain.gpu_bytes() - bytes;
-    let tiles = world.terrain.horizon_maps().unwrap().bytes();
+    let more = world.surfaces.terrain.gpu_bytes() - bytes;
+    let tiles = world.surfaces.terrain.horizon_maps().unwrap().bytes();
     println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / HORIZON_MAP_BYTES);
     // The tables may grow by what lies beside the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");

@@ -15,16 +15,16 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::samples::Sample;
-use hachure::lines::strokes::{COUNTS, EDGES, PIECES};
-use hachure::lines::strokes::{Edge, Piece, StrokeCounts};
+use hachure::lines::strokes::{COUNTS, PIECES, Piece, StrokeCounts};
 use hachure::picture::{self, PictureRequest};
 use hachure::pyramid::store::{Ground, MosaicStore};
 use hachure::pyramid::surface::statistics::TileStatistics;
 use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
 use hachure::scene::camera::Camera;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::source::{HeightGrid, Silent, WorldMapping};
 use hachure::style::{Style, names};
-use hachure::surface::view::{Part, Pose, View};
+use hachure::surface::edges::{EDGES, Edge};
 use hachure::tiles::Terrain;
 use hachure::tiles::earth_curvature::EarthCurvature;
 use hachure::tiles::grid_projection::GridProjection;
@@ -76,7 +76,7 @@ impl Easel {
 
     fn draw(&mut self, store: &Arc<dyn TileStore>, memory_bytes: u64, poses: &[Pose]) -> Vec<Vec<[u32; 4]>> {
         let options = TerrainOptions { tile_memory_bytes: memory_bytes, ..TerrainOptions::default() };
-        let mut terrain = Terrain::new(&self.gpu, Arc::clone(store), options).unwrap();
+        let mut surfaces = Terrain::new(&self.gpu, Arc::clone(store), options).unwrap().into();
         let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.3).normalize(), haze_m: 30_000.0, haze_srgb: None };
         if let Some(frame) = &mut self.frame {
             frame.forget();
@@ -88,7 +88,7 @@ impl Easel {
                 let still = PictureRequest::still(*pose, SIZE_PX, &self.style, light);
                 let request = PictureRequest { previous: std::mem::replace(&mut previous, *pose), ..still };
                 let mut bits = Vec::new();
-                picture::render(&self.gpu, &mut self.frame, &mut terrain, &request, |band| {
+                picture::render(&self.gpu, &mut self.frame, &mut surfaces, &request, |band| {
                     bits.extend(band.picture.iter().map(|texel| texel.map(f32::to_bits)));
                     Ok::<_, std::convert::Infallible>(())
                 })

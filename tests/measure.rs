@@ -219,13 +219,13 @@ fn a_pass_that_runs_now_and_then_is_not_stacked_as_if_it_always_ran() {
     // One frame in ten has horizon maps to make, for 100 ms.
     let frame = |frame: u64| {
         let mut passes = vec![("lines/lsa".to_owned(), 2.0)];
-        passes.extend(frame.is_multiple_of(10).then(|| ("surface/horizons".to_owned(), 100.0)));
+        passes.extend(frame.is_multiple_of(10).then(|| ("surface/land/horizons".to_owned(), 100.0)));
         FrameRecord { frame, gpu_ms: Some(2.0), pass_gpu_ms: passes, ..FrameRecord::default() }
     };
     let frames: Vec<FrameRecord> = (0..50).map(frame).collect();
     let run = Run::of_frames("wash", "mono", &frames);
     let of = |name: &str| run.passes.iter().find(|pass| pass.name == name).unwrap();
-    let (always, sometimes) = (of("lines/lsa"), of("surface/horizons"));
+    let (always, sometimes) = (of("lines/lsa"), of("surface/land/horizons"));
     assert_eq!((always.frames, always.mean_ms), (Some(50), Some(2.0)));
     assert_eq!((sometimes.frames, sometimes.mean_ms), (Some(5), Some(10.0)));
     assert!((sometimes.gpu_ms.unwrap().p50 - 100.0).abs() < 1e-9, "of the frames that had it");

@@ -7,7 +7,7 @@ use common::shot::{Shot, ink, shoot_style};
 use common::{World, grid_of, rough_height_m};
 use glam::{DQuat, DVec2, DVec3};
 use hachure::picture::PartRule;
-use hachure::surface::view::Pose;
+use hachure::scene::view::Pose;
 
 const SIZE_PX: [u32; 2] = [320, 180];
 

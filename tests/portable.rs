@@ -15,15 +15,16 @@ use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
 use hachure::mesh::placed::Placed;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::{self, Style};
-use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::Surfaces;
 
 const SIZE_PX: [u32; 2] = [96, 54];
 
 /// The picture after two frames, so that strokes take over from the first.
-fn draw(gpu: &Gpu, terrain: &mut Terrain, style: &Style, pose: Pose) -> Vec<u8> {
+fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8> {
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     let mut frame = Frame::new(gpu).unwrap();
     let mut previous = pose;
@@ -31,7 +32,7 @@ fn draw(gpu: &Gpu, terrain: &mut Terrain, style: &Style, pose: Pose) -> Vec<u8> 
         let now = Pose { position_m: pose.position_m + pose.forward * f64::from(i), ..pose };
         let view = View { pose: now, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
         previous = now;
-        frame.render(gpu, terrain, &view, style, &light).unwrap();
+        frame.render(gpu, surfaces, &view, style, &light).unwrap();
         gpu.check().unwrap_or_else(|error| panic!("{}: {error}", style.name));
     }
     read(gpu, frame.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()
@@ -51,17 +52,17 @@ fn every_preset_draws_within_the_default_limits() {
     let stance = shapes::stance(at_m, 0.0, 10.0);
     let mesh = Arc::new(shapes::mesh(shapes::cube()));
     shapes::place(&mut world, &mesh, &stance);
-    let store = Arc::clone(world.terrain.store());
-    let mut terrain = Terrain::new(&gpu, store, TerrainOptions::default()).unwrap();
-    let placed: &Placed = world.terrain.meshes().unwrap();
-    terrain.set_meshes(placed.clone());
+    let store = Arc::clone(world.surfaces.terrain.store());
+    let mut surfaces = Surfaces::from(Terrain::new(&gpu, store, TerrainOptions::default()).unwrap());
+    let placed: &Placed = world.surfaces.meshes().unwrap();
+    surfaces.set_meshes(placed.clone());
     let mut names = style::names();
     names.sort_unstable();
     let mut drawn = Vec::new();
     for name in names {
         let style = Style::load(name).unwrap();
         let (within, beyond) =
-            (draw(&gpu, &mut terrain, &style, pose), draw(&world.gpu, &mut world.terrain, &style, pose));
+            (draw(&gpu, &mut surfaces, &style, pose), draw(&world.gpu, &mut world.surfaces, &style, pose));
         // What a device could do besides changes nothing.
         assert!(within == beyond, "{name}");
         drawn.push(within);
@@ -71,10 +72,11 @@ fn every_preset_draws_within_the_default_limits() {
     // Planted: a device that has less refuses, and says so.
     let less = wgpu::Limits { max_storage_buffers_per_shader_stage: 7, ..wgpu::Limits::default() };
     let gpu = Gpu::open_within(&AdapterWish::Best, less).unwrap();
-    let mut terrain = Terrain::new(&gpu, Arc::clone(world.terrain.store()), TerrainOptions::default()).unwrap();
+    let store = Arc::clone(world.surfaces.terrain.store());
+    let mut surfaces = Terrain::new(&gpu, store, TerrainOptions::default()).unwrap().into();
     let style = Style::load("pen").unwrap();
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
-    Frame::new(&gpu).unwrap().render(&gpu, &mut terrain, &view, &style, &light).unwrap();
+    Frame::new(&gpu).unwrap().render(&gpu, &mut surfaces, &view, &style, &light).unwrap();
     assert!(gpu.check().is_err_and(|error| error.to_string().contains("storage")));
 }

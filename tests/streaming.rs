@@ -15,7 +15,7 @@ use hachure::frame::Frame;
 use hachure::pyramid::store::Exaggerated;
 use hachure::pyramid::tile::TILE_STRIDE;
 use hachure::pyramid::{LoadedTile, TileAddress, TileStore};
-use hachure::surface::view::{Part, View};
+use hachure::scene::view::{Part, View};
 use hachure::tiles::Terrain;
 use hachure::tiles::cache::{TILE_BYTES, TileCache};
 use hachure::tiles::needed::{Land, LevelRule, TilePlaces, needed};
@@ -28,10 +28,10 @@ const VIEW: &str = "-2000,-3000,+300,30,-12,60";
 /// A world whose tiles come by a bumpy road; every frame is drawn as in a window.
 fn bumpy(delay_ms: u64, memory_bytes: u64, accident: Accident) -> Option<(World, Arc<Bumpy>)> {
     let mut world = World::new(grid_of(1401, 1290, 20.0, rough_height_m), 1.0)?;
-    let store = Bumpy::new(Arc::clone(world.terrain.store()), delay_ms, accident);
+    let store = Bumpy::new(Arc::clone(world.surfaces.terrain.store()), delay_ms, accident);
     let options =
         TerrainOptions { loading: Loading::Stream, tile_memory_bytes: memory_bytes, ..TerrainOptions::default() };
-    world.terrain = Terrain::new(&world.gpu, Arc::clone(&store) as Arc<dyn TileStore>, options).unwrap();
+    world.surfaces = Terrain::new(&world.gpu, Arc::clone(&store) as Arc<dyn TileStore>, options).unwrap().into();
     Some((world, store))
 }
 
@@ -91,7 +91,7 @@ fn a_slow_store_stops_no_frame() {
         frames += 1;
         late += usize::from(shot.report.late);
         slowest_ms = slowest_ms.max(shot.report.prepare_ms);
-        let counts = world.terrain.tile_counts();
+        let counts = world.surfaces.terrain.tile_counts();
         assert!(counts.gpu_bytes <= ROOM && counts.cache_bytes <= ROOM);
         last = Some(shot.position_m.clone());
     });
@@ -163,7 +163,7 @@ fn memory_keeps_its_cap() {
         let pose = world.pose(view);
         for _ in 0..12 {
             let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
-            let counts = world.terrain.tile_counts();
+            let counts = world.surfaces.terrain.tile_counts();
             assert!(counts.gpu_bytes <= room && counts.cache_bytes <= room, "{counts:?}");
             assert_eq!(pinholes(&shot), 0);
             missed += shot.report.tiles_missing;
@@ -180,7 +180,7 @@ fn a_view_that_turns_away_takes_its_requests_back() {
         let pose = world.pose(&format!("{},{},+100,{},-10,30", -9000 + 2000 * turn, 5000 - 1000 * turn, 97 * turn));
         shoot(&mut world, &mut frame, pose, SIZE_PX);
     }
-    let cancelled = world.terrain.tile_counts().cancelled;
+    let cancelled = world.surfaces.terrain.tile_counts().cancelled;
     println!("{cancelled} cancelled, {} fetched", store.fetches.load(std::sync::atomic::Ordering::Relaxed));
     assert!(cancelled > 0);
 }
@@ -188,7 +188,7 @@ fn a_view_that_turns_away_takes_its_requests_back() {
 #[test]
 fn an_exaggerated_land_is_that_much_higher() {
     let Some((world, _)) = bumpy(0, ROOM, smooth()) else { return };
-    let store = Arc::clone(world.terrain.store());
+    let store = Arc::clone(world.surfaces.terrain.store());
     let address = TileAddress { level: 1, x: 1, y: 1 };
     let load = |factor: f64| Exaggerated::over(Arc::clone(&store), factor).load(address).unwrap();
     let (plain, twice) = (load(1.0), load(2.0));
@@ -240,7 +240,7 @@ proptest! {
 #[test]
 fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
     let Some((world, _)) = bumpy(0, ROOM, smooth()) else { return };
-    let store = Arc::clone(world.terrain.store());
+    let store = Arc::clone(world.surfaces.terrain.store());
     let mut known = std::collections::HashMap::new();
     for (level, size) in store.levels().iter().enumerate() {
         for (x, y) in (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| (x, y))) {
@@ -248,7 +248,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             known.insert(address, Arc::clone(&store).load(address).unwrap().statistics);
         }
     }
-    let land = Land { store: &*store, grid_projection: world.terrain.grid_projection() };
+    let land = Land { store: &*store, grid_projection: world.surfaces.terrain.grid_projection() };
     let mut checked = 0;
     for i in 0..60 {
         let [u, v, w] = [0, 1, 2].map(|k| random(i, k));
@@ -278,8 +278,8 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             for j in 0..400 {
                 // A place of the land in view, and the finest tile there.
                 let (column, row) = (random(i, 3 * j + 10) * 1400.0, random(i, 3 * j + 11) * 1289.0);
-                let place = world.terrain.grid_projection().world_from_grid(glam::DVec2::new(column, row));
-                let Some(height_m) = world.terrain.height_m(place) else { continue };
+                let place = world.surfaces.terrain.grid_projection().world_from_grid(glam::DVec2::new(column, row));
+                let Some(height_m) = world.surfaces.terrain.height_m(place) else { continue };
                 let from_eye: DVec3 = place.extend(height_m) - pose.position_m;
                 let clip = [pose.right, pose.up, pose.forward].map(|axis| axis.dot(from_eye));
                 let seen = clip[2] > 0.0

@@ -18,8 +18,8 @@ use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
 use hachure::lines::strokes::{COUNTS, PIECES};
 use hachure::lines::strokes::{Chain, Piece, StrokeCounts};
+use hachure::scene::view::{Part, View};
 use hachure::style::Style;
-use hachure::surface::view::{Part, View};
 
 const SIZE_PX: [u32; 2] = [640, 360];
 const SIDE: usize = 17;
@@ -49,7 +49,7 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Dra
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
-    let prepared = frame.render(gpu, &mut world.terrain, &view, &style, &light).unwrap();
+    let prepared = frame.render(gpu, &mut world.surfaces, &view, &style, &light).unwrap();
     gpu.wait();
     let strokes = frame.strokes().unwrap();
     let raw = |kind| strokes.buffer(kind).unwrap().raw;

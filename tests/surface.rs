@@ -27,7 +27,7 @@ const VIEWS: [(f64, f64, &str); 10] = [
 ];
 
 fn views(world: &World) -> Vec<String> {
-    let half_m = world.terrain.extent_m().map(|extent| 0.5 * extent);
+    let half_m = world.surfaces.terrain.extent_m().map(|extent| 0.5 * extent);
     VIEWS.iter().map(|(x, y, rest)| format!("{},{},{rest}", x * half_m[0], y * half_m[1])).collect()
 }
 
@@ -54,7 +54,7 @@ fn holds(p999_px: f64, max_px: f64, allowed_px: f64) -> bool {
 
 fn heights_hold(name: &str, world: Option<World>, allowed_px: f64) {
     let Some(mut world) = world else { return };
-    world.terrain.set_lod_error_px(allowed_px);
+    world.surfaces.terrain.set_lod_error_px(allowed_px);
     let mut frame = None;
     let mut failures = Vec::new();
     let mut planted = 0;
@@ -126,7 +126,7 @@ fn heights_of_a_projected_grid() {
 /// Length of the difference to the field's normal, where the pixel is finer than the samples: level 0 is drawn there.
 fn normal_errors(world: &World, shot: &Shot, turned: f64) -> Vec<f64> {
     let field = Field { grid: &world.grid, mapping: &world.mapping };
-    let (focal_px, spacing_m) = (shot.focal_px(), world.terrain.grid_projection().spacing_m());
+    let (focal_px, spacing_m) = (shot.focal_px(), world.surfaces.terrain.grid_projection().spacing_m());
     (0..shot.depth_m.len())
         .into_par_iter()
         .filter(|&pixel| !shot.is_sky(pixel) && shot.position_m[pixel].length() / focal_px < 0.9 * spacing_m)
@@ -212,7 +212,7 @@ fn no_crack(name: &str, world: Option<World>) {
     // Down: all of the picture is surface. Ahead: no hole in it. A step is a few pixels and a turn.
     let paths = [("+150,0,-90,50", true, 4.0), ("+900,30,-60,40", true, 40.0), ("+40,60,-6,60", false, 7.0)];
     for allowed_px in [1.0, 4.0] {
-        world.terrain.set_lod_error_px(allowed_px);
+        world.surfaces.terrain.set_lod_error_px(allowed_px);
         for (path, is_down, step_m) in &paths {
             let start = world.pose(&format!("300,-200,{path}"));
             let (mut holes, mut through, mut last) = (0, 0, None);

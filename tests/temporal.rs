@@ -11,9 +11,9 @@ use hachure::measure::temporal::{
     DrawnFrame, LINE_INK, PairMeasures, Share, StrokePictures, TemporalError, TemporalTotals, compare, count_strokes,
     read_drawn,
 };
+use hachure::scene::view::{Part, Pose, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::Style;
-use hachure::surface::view::{Part, Pose, View};
 
 const SIZE_PX: [u32; 2] = [240, 160];
 
@@ -373,7 +373,7 @@ fn a_real_drawing_is_measured() {
         let mut draw = |world: &mut common::World, camera: &str| {
             let pose = world.pose(camera);
             let view = View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) };
-            frame.render(&world.gpu, &mut world.terrain, &view, &style, &light).unwrap();
+            frame.render(&world.gpu, &mut world.surfaces, &view, &style, &light).unwrap();
             world.gpu.wait();
             let strokes = count_strokes(&world.gpu, &frame, &style).unwrap();
             (read_drawn(&world.gpu, &frame, &view, &style).unwrap(), strokes)

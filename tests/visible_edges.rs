@@ -13,11 +13,12 @@ use hachure::gpu::target::Target;
 use hachure::gpu::timer::Timer;
 use hachure::lines::strokes::id_image::{EDGE_DEPTH, EDGE_IDS};
 use hachure::lines::strokes::{
-    ChainRules, Edge, Lists, MOST_PIECES, Piece, StrokeCounts, chain, extract, id_image, image_px, points,
+    ChainRules, Lists, MOST_PIECES, Piece, StrokeCounts, chain, extract, id_image, image_px, points,
 };
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::Style;
-use hachure::surface::terrain::{DEPTH, DEPTH_FORMAT};
-use hachure::surface::view::{Part, Pose, View};
+use hachure::surface::edges::{Edge, EdgeList, EdgeRules};
+use hachure::surface::{DEPTH, DEPTH_FORMAT};
 
 /// As `surface/view.rs` has it: reversed depth is this by the distance.
 const NEAR_M: f32 = 1e-4;
@@ -138,15 +139,16 @@ impl Bench {
         let view = &cx.uniform("view", &view.uniform(DVec3::ZERO));
         let lists = &Lists::of(&mut cx, &style, self.size_px, 1e4);
         lists.clear(&mut cx);
-        cx.write(&lists.edge_draw, &[2 * edges.len() as u32, 1, 0, 0]);
-        self.gpu.queue.write_buffer(&lists.edges.raw, 0, bytemuck::cast_slice(edges));
-        id_image::run(&mut cx, lists, &id_image::Inputs { view, depth, ids, edge_depth });
-        extract::run(&mut cx, lists, view, ids);
+        let list = &EdgeList::begin(&mut cx, EdgeRules::default());
+        cx.write(&list.draw, &[2 * edges.len() as u32, 1, 0, 0]);
+        self.gpu.queue.write_buffer(&list.edges.raw, 0, bytemuck::cast_slice(edges));
+        id_image::run(&mut cx, list, &id_image::Inputs { view, depth, ids, edge_depth });
+        extract::run(&mut cx, lists, list, view, ids);
         if chains {
             let (rules, capacity) = (ChainRules::default(), MOST_PIECES);
             let inputs = chain::Inputs { rules, capacity, pieces: &lists.pieces, counts: &lists.counts };
             let chains = chain::run(&mut cx, &inputs);
-            points::run(&mut cx, lists, &chains);
+            points::run(&mut cx, lists, list, &chains);
         }
         cx.submit();
         self.gpu.wait();

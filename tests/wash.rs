@@ -11,9 +11,9 @@ use hachure::composite::PICTURE;
 use hachure::frame::{Frame, Light};
 use hachure::gpu::readback;
 use hachure::gpu::target::Target;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::Style;
-use hachure::surface::resolve::POSITION;
-use hachure::surface::view::{Part, Pose, View};
+use hachure::surface::POSITION;
 use hachure::tones::TONE;
 use hachure::tones::watercolor::WASHED;
 
@@ -44,7 +44,7 @@ fn draw(world: &mut World, style: &Style, pose: Pose) -> Drawn {
     let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None };
     let mut frame = Frame::new(&world.gpu).unwrap();
     let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
-    frame.render(&world.gpu, &mut world.terrain, &view, style, &light).unwrap();
+    frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();
     world.gpu.wait();
     world.gpu.check().unwrap();
     let target = |kind| frame.target(kind).unwrap();
@@ -128,7 +128,7 @@ type Attribute<'a> = &'a dyn Fn(DVec3) -> f64;
 #[test]
 fn tints_are_those_of_their_stops() {
     let Some((hill, mut world)) = hill() else { return };
-    let range_m = world.terrain.range_m().map(f64::from);
+    let range_m = world.surfaces.terrain.range_m().map(f64::from);
     let height = move |at: DVec3| (hill.height_m(at.x, at.y) - range_m[0]) / (range_m[1] - range_m[0]);
     let slope_deg = move |at: DVec3| {
         let east = hill.height_m(at.x + 0.5, at.y) - hill.height_m(at.x - 0.5, at.y);

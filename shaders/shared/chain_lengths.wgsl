@@ -2,7 +2,7 @@
 #define_import_path hachure::chain_lengths
 
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_edges::Strokes
+#import hachure::stroke_style::Strokes
 
 @group(0) @binding(0) var<uniform> strokes: Strokes;
 @group(0) @binding(1) var<storage, read> counts: StrokeCounts;

@@ -122,7 +122,7 @@ fn azimuth_axis(first: i32, step: i32) -> i32 {
     return first + (step & (AZIMUTHS - 1));
 }
 
-// The charts of a layer at a place with form n, seen along a ray. `zone` is the part of a step of azimuth in which two
+// The charts of a layer at a place with mark normal n, seen along a ray. `zone` is the part of a step of azimuth in which two
 // charts share the place.
 fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: f32) -> Charts {
     let own_across = FIRST_FIXED + 2 * index;

@@ -1,13 +1,13 @@
-// Meshes that stand on the land: their triangles, and those that this view sees.
+// Meshes that stand on the land: their triangles, and where they stand for this eye.
 #define_import_path hachure::meshes
 
-// One that stands in view.
+// One that stands in the world. What is not in view has no vertices and no triangles.
 struct MeshInstance {
     // Rows of the matrix from the mesh to the flat map, camera-relative; the mesh counts from its middle.
     east: vec4<f32>,
     north: vec4<f32>,
     up: vec4<f32>,
-    // Its vertices among those of all meshes, and how many of those in view come before.
+    // Its vertices among those of all meshes, and how many in view come before.
     first_vertex: u32,
     vertices: u32,
     vertices_before: u32,
@@ -22,8 +22,9 @@ struct MeshInstance {
     // Its first vertex and triangle among those of all that stands in the world, in view or not.
     first_place: u32,
     first_number: u32,
-    padding_a: u32,
-    padding_b: u32,
+    // How many triangles in view come before.
+    triangles_before: u32,
+    padding: u32,
 }
 
 struct MeshTriangle {
@@ -43,18 +44,17 @@ struct MeshTriangle {
 const BORDER: u32 = 0xffffffffu;
 const AGAIN: u32 = 0xfffffffeu;
 
-// Of a surface id: a mesh, not the land.
-const IS_MESH: u32 = 0x80000000u;
-
 @group(0) @binding(20) var<storage, read> mesh_instances: array<MeshInstance>;
 @group(0) @binding(21) var<storage, read> mesh_triangles: array<MeshTriangle>;
 // Of all that stands in the world, as drawn: camera-relative, in metres.
 @group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
 
-// What instances are counted by: vertices in view, triangles that are near enough, all triangles of the world.
+// What instances are counted by: vertices in view, triangles in view that are near enough for edges, triangles in view,
+// all triangles of the world.
 const BY_VERTEX: u32 = 0u;
 const BY_NEAR: u32 = 1u;
-const BY_NUMBER: u32 = 2u;
+const BY_TRIANGLE: u32 = 2u;
+const BY_NUMBER: u32 = 3u;
 
 // The instance that something belongs to: the last one that begins at its number or before.
 fn instance_of(number: u32, by: u32) -> u32 {
@@ -62,9 +62,10 @@ fn instance_of(number: u32, by: u32) -> u32 {
     var high = arrayLength(&mesh_instances);
     while high - low > 1u {
         let middle = (low + high) / 2u;
+        let instance = mesh_instances[middle];
         let begins = select(
-            select(mesh_instances[middle].first_number, mesh_instances[middle].near_before, by == BY_NEAR),
-            mesh_instances[middle].vertices_before, by == BY_VERTEX);
+            select(instance.first_number, instance.triangles_before, by == BY_TRIANGLE),
+            select(instance.near_before, instance.vertices_before, by == BY_VERTEX), by <= BY_NEAR);
         if begins <= number { low = middle; } else { high = middle; }
     }
     return low;

@@ -1,4 +1,4 @@
-// What a place sees of the sun and of the sky, from the tiles that `surface/horizons` makes.
+// What a place sees of the sun and of the sky, from the tiles that `surface/land/horizons` makes.
 //
 // Between texels, and between the tiles of two levels, horizons are interpolated and not shadows: the border of a
 // shadow then lies between texels, and is as smooth as the horizon is. The level is that of the pixel's footprint: it

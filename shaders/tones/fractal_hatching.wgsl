@@ -18,7 +18,7 @@
 // neighbours do not touch, the inked part is width times density, exactly. When the gaps are filled in, the width of
 // all grows such that the inked part remains the darkness that was asked for, up to black.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::form::form_at
+#import hachure::mark_normal::mark_normal_at
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
 #import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
@@ -49,7 +49,7 @@ struct Cell {
 @group(0) @binding(3) var<storage, read> cells: array<Cell>;
 @group(0) @binding(4) var position: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
-@group(0) @binding(6) var form: texture_2d<f32>;
+@group(0) @binding(6) var mark_normal: texture_2d<f32>;
 @group(0) @binding(7) var tone: texture_2d<f32>;
 // See `texel_of`.
 @group(0) @binding(8) var cover: texture_storage_2d<rgba16float, write>;
@@ -245,7 +245,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-    let n = form_at(view, form, pixel, at, textureLoad(normal, pixel, 0).xyz);
+    let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0).xyz);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
     let shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);

@@ -15,7 +15,7 @@
 // - With SWELLING there may be marks that swell; what they need is not worked out for all others.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::form::form_at
+#import hachure::mark_normal::mark_normal_at
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
 #import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
@@ -43,7 +43,7 @@ struct Axis {
 @group(0) @binding(4) var<storage, read> maps: array<vec2<u32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
 @group(0) @binding(8) var normal: texture_2d<f32>;
-@group(0) @binding(9) var form: texture_2d<f32>;
+@group(0) @binding(9) var mark_normal: texture_2d<f32>;
 @group(0) @binding(10) var tone: texture_2d<f32>;
 // See `texel_of`.
 @group(0) @binding(11) var cover: texture_storage_2d<rgba16float, write>;
@@ -220,7 +220,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-    let n = form_at(view, form, pixel, at, textureLoad(normal, pixel, 0).xyz);
+    let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0).xyz);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
     var shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);

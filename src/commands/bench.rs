@@ -37,9 +37,9 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
+use crate::scene::view::{Part, Pose, View};
 use crate::source::{Progress, Silent};
 use crate::style::Style;
-use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
 use crate::world::{self, OpenWorld};
 
@@ -151,7 +151,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 }
 
 fn world_size(world: &OpenWorld) -> WorldSize {
-    let finest = world.terrain.store().levels()[0];
+    let finest = world.surfaces.terrain.store().levels()[0];
     WorldSize { samples: Some(u64::from(finest.width) * u64::from(finest.height)), extent_m: world.extent_m() }
 }
 
@@ -290,7 +290,7 @@ impl Flight {
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
-        let prepared = self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light)?;
+        let prepared = self.frame.render(gpu, &mut self.world.surfaces, &view, &self.style, &light)?;
         gpu.wait();
         let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
         gpu.check()?;
@@ -319,7 +319,7 @@ impl Flight {
         }
         self.passes = self.frame.trace().iter().map(|pass| pass.name).collect();
         self.frame.set_traces(false);
-        self.before = self.world.terrain.tile_counts();
+        self.before = self.world.surfaces.terrain.tile_counts();
         Ok(())
     }
 
@@ -341,7 +341,7 @@ impl Flight {
         let is_pair = checks.begins_pair || self.pair.is_some();
         record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
         if checks.lod_error {
-            let terrain = &self.world.terrain;
+            let terrain = &self.world.surfaces.terrain;
             record.lod_error_px = lod_error::largest_px(gpu, &self.frame, &view, terrain, record.frame as u32)?;
         }
         if checks.lod_error || is_pair {
@@ -401,7 +401,7 @@ impl Flight {
                 .collect();
         }
         run.temporal = self.steadiness.metrics();
-        let counts = self.world.terrain.tile_counts();
+        let counts = self.world.surfaces.terrain.tile_counts();
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
             tile_cache_bytes: Some(counts.gpu_bytes),

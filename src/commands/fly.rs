@@ -78,7 +78,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
             light: world.light(),
             sun: world.scene.sun,
             start,
-            terrain: world.terrain,
+            surfaces: world.surfaces,
         })
     };
     Ok(windowing.run(options, Box::new(open))?)

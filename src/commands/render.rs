@@ -29,8 +29,8 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
+use crate::scene::view::Pose;
 use crate::style::Style;
-use crate::surface::view::Pose;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
 use crate::world::{self, OpenWorld};
@@ -281,7 +281,7 @@ impl Job<'_> {
         let light = self.world.light();
         let request =
             PictureRequest { planes: &self.planes, ..PictureRequest::still(eye, [64, 36], &self.style, light) };
-        picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, |_| Ok::<_, FileError>(()))?;
+        picture::render(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, |_| Ok::<_, FileError>(()))?;
         Ok(())
     }
 
@@ -372,7 +372,7 @@ impl Job<'_> {
         if let Some(frame) = &mut self.frame {
             frame.set_step_s(1.0 / self.args.fps);
         }
-        let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, take)?;
+        let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, take)?;
         self.whole(report)
     }
 
@@ -380,11 +380,11 @@ impl Job<'_> {
     fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
         self.world.ground_was_read()?;
         // A drawing of something else than the data is no drawing.
-        match (report.tiles_failed, self.world.terrain.failure()) {
+        match (report.tiles_failed, self.world.surfaces.terrain.failure()) {
             (0, _) => Ok(report),
             (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
             (tiles, Some(failure)) => Err(anyhow!(failure).context(format!("{tiles} tiles could not be read"))),
-            (tiles, None) => bail!("{}: {tiles} tiles could not be read", self.world.terrain.store().name()),
+            (tiles, None) => bail!("{}: {tiles} tiles could not be read", self.world.surfaces.terrain.store().name()),
         }
     }
 

@@ -4,8 +4,8 @@ use crate::gpu::pools::KEEP_FRAMES;
 use crate::gpu::target::Targets;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::StrokeMemory;
+use crate::scene::view::View;
 use crate::style::{Strokes, Style};
-use crate::surface::view::View;
 
 /// The memory of an eye.
 #[derive(Default)]

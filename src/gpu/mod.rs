@@ -10,6 +10,7 @@ pub mod pools;
 pub mod readback;
 pub mod recorder;
 mod reflection;
+pub mod scan;
 pub mod shader;
 pub mod shared;
 pub mod target;

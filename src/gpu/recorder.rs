@@ -127,6 +127,12 @@ impl<'a> Cx<'a> {
         self.encoder.copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
     }
 
+    /// Copies bytes between the passes recorded so far and those to come: from a place in a buffer to one in another.
+    pub fn copy(&mut self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
+        let at = |(buffer, offset): (&Buffer, u64)| buffer.offset + offset;
+        self.encoder.copy_buffer_to_buffer(&from.0.raw, at(from), &to.0.raw, at(to), bytes);
+    }
+
     /// What `find` knows among the values of a type that frames keep, or a new one; it goes when nobody has asked for a
     /// while.
     ///

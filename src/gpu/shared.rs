@@ -13,7 +13,7 @@ pub struct SharedStruct {
     pub fields: Vec<(&'static str, usize)>,
 }
 
-/// Describes a struct: `describe!(ViewUniform as "View" in "surface/resolve": every, field, in, order)`. It does not
+/// Describes a struct: `describe!(ViewUniform as "View" in "surface/land/resolve": every, field, in, order)`. It does not
 /// compile when a field is missing.
 macro_rules! describe {
     ($rust:ident as $name:literal in $shader:literal: $($field:ident),+ $(,)?) => {

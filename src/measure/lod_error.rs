@@ -6,10 +6,9 @@ use rayon::prelude::*;
 use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::tile::TILE_SAMPLES;
-use crate::surface::meshes::IS_MESH;
-use crate::surface::resolve::POSITION;
-use crate::surface::terrain::SURFACE_ID;
-use crate::surface::view::View;
+use crate::scene::view::View;
+use crate::surface::id::Kind;
+use crate::surface::{POSITION, SURFACE_ID};
 use crate::tiles::Terrain;
 
 /// Pixels looked at, at most; spread over the picture.
@@ -45,7 +44,7 @@ pub fn largest_px(
     let earth_curvature = terrain.earth_curvature(camera_m.z);
     let mut drawn: Vec<Drawn> = lattice
         .map(|(y, x)| y * width as usize + x)
-        .filter(|pixel| ids[*pixel] & IS_MESH == 0)
+        .filter(|pixel| Kind::of(ids[*pixel]) == Kind::Land)
         .map(|pixel| texels[pixel])
         .filter(|texel| texel[3] > 0.0)
         .map(|[x, y, z, _]| {

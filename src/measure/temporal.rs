@@ -36,7 +36,7 @@ use self::lines::Fates;
 pub use self::read::read_drawn;
 pub use self::read_strokes::{count_strokes, read_stroke_pictures, strokes_left_out};
 pub use self::totals::TemporalTotals;
-use crate::surface::view::View;
+use crate::scene::view::View;
 
 /// A pixel with at least this much ink is a line pixel: faint strokes of the far distance have 0.15.
 pub const LINE_INK: f32 = 0.1;

@@ -10,9 +10,9 @@ use crate::lines::detector::ERRORS;
 use crate::lines::strokes::stroke::STROKE_IDS;
 use crate::lines::threshold::LINE;
 use crate::style::{Detector, Style};
+use crate::surface::SURFACE_ID;
 use crate::surface::motion::MOTION;
-use crate::surface::resolve::{NORMAL, POSITION};
-use crate::surface::terrain::SURFACE_ID;
+use crate::surface::{NORMAL, POSITION};
 use crate::tones::TONE;
 use crate::tones::balance::MARKS;
 

@@ -23,12 +23,12 @@ use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
+use crate::scene::view::{Part, Pose, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
-use crate::surface::view::{Part, Pose, View};
-use crate::tiles::Terrain;
 use crate::tiles::terrain::{Loading, Prepared};
 use crate::tones::balance;
+use crate::world::Surfaces;
 
 /// Bytes of a band of rows in memory, at most.
 const BAND_BYTES: u64 = 512 << 20;
@@ -140,11 +140,11 @@ pub enum PictureError<E> {
 pub fn render<E>(
     gpu: &Gpu,
     frame: &mut Option<Frame>,
-    terrain: &mut Terrain,
+    world: &mut Surfaces,
     request: &PictureRequest<'_>,
     take: impl FnMut(Band) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
-    render_in_parts(gpu, frame, terrain, request, &PartRule::default(), take)
+    render_in_parts(gpu, frame, world, request, &PartRule::default(), take)
 }
 
 /// As [`render`], in parts of the caller's choice.
@@ -154,7 +154,7 @@ pub fn render<E>(
 pub fn render_in_parts<E>(
     gpu: &Gpu,
     frame: &mut Option<Frame>,
-    terrain: &mut Terrain,
+    world: &mut Surfaces,
     request: &PictureRequest<'_>,
     parts: &PartRule,
     mut take: impl FnMut(Band) -> Result<(), E>,
@@ -175,7 +175,7 @@ pub fn render_in_parts<E>(
     let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
     let margin_px = parts.margin_px.max(stroke_px).max(balance_px);
 
-    terrain.hold_error_px(0.0);
+    world.terrain.hold_error_px(0.0);
     if !single {
         // Both sides of a seam have the mesh of one allowed error: that of the part that needs the largest.
         let mut error_px = 0.0_f64;
@@ -186,9 +186,9 @@ pub fn render_in_parts<E>(
             let size = [part_columns.min(width - first_column), band_rows.min(height - first_row)];
             let (part, _) = part_with_margin([first_column, first_row], size, request.size_px, margin_px);
             let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
-            error_px = error_px.max(terrain.detail_of(gpu, &terrain_view(&view)).error_px);
+            error_px = error_px.max(world.terrain.detail_of(gpu, &terrain_view(&view)).error_px);
         }
-        terrain.hold_error_px(error_px);
+        world.terrain.hold_error_px(error_px);
     }
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);
@@ -200,7 +200,7 @@ pub fn render_in_parts<E>(
             planes: request.planes.iter().map(|plane| plane.source.samples(pixels)).collect(),
         };
         for first_column in (0..width).step_by(part_columns as usize) {
-            if report.tiles_failed > 0 && terrain.options().loading == Loading::Wait {
+            if report.tiles_failed > 0 && world.terrain.options().loading == Loading::Wait {
                 // The picture is of no use; the rest of it must not wait for tiles that cannot be read either.
                 break;
             }
@@ -210,7 +210,7 @@ pub fn render_in_parts<E>(
             let frame = Frame::or_new(frame, gpu)?;
             frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
             let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
-            let prepared = frame.render(gpu, terrain, &view, request.style, &request.light)?;
+            let prepared = frame.render(gpu, world, &view, request.style, &request.light)?;
             let window = Window { inset, size_px: [columns, rows], first_column, width };
             read_part(gpu, frame, &window, request, &mut band)?;
             if let Some(strokes) = frame.strokes() {
@@ -221,7 +221,7 @@ pub fn render_in_parts<E>(
         }
         take(band).map_err(PictureError::Sink)?;
     }
-    terrain.hold_error_px(0.0);
+    world.terrain.hold_error_px(0.0);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(report)
 }
@@ -232,13 +232,13 @@ pub fn render_in_parts<E>(
 /// [`PictureError`].
 pub fn write_png(
     gpu: &Gpu,
-    terrain: &mut Terrain,
+    world: &mut Surfaces,
     request: &PictureRequest<'_>,
     path: &Path,
 ) -> Result<PictureReport, PictureError<FileError>> {
     let [width, height] = request.size_px;
     let mut png = PngWriter::create(path, width, height).map_err(PictureError::Sink)?;
-    let report = render(gpu, &mut None, terrain, request, |band| png.write_rows(&srgb8(&band.picture)))?;
+    let report = render(gpu, &mut None, world, request, |band| png.write_rows(&srgb8(&band.picture)))?;
     png.finish().map_err(PictureError::Sink)?;
     Ok(report)
 }

@@ -6,8 +6,8 @@
 use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
-use crate::surface::view::{Part, View};
-use crate::tiles::Terrain;
+use crate::scene::view::{Part, View};
+use crate::world::Surfaces;
 
 use super::{PictureReport, PictureRequest};
 
@@ -47,7 +47,7 @@ pub enum StrokesError {
 pub fn render_strokes(
     gpu: &Gpu,
     frame: &mut Option<Frame>,
-    terrain: &mut Terrain,
+    world: &mut Surfaces,
     request: &PictureRequest<'_>,
 ) -> Result<(Vec<Polyline>, PictureReport), StrokesError> {
     let start = std::time::Instant::now();
@@ -59,7 +59,7 @@ pub fn render_strokes(
     let frame = Frame::or_new(frame, gpu)?;
     frame.set_wants_motion(false);
     let view = View { pose: request.pose, previous: request.previous, picture_px: size_px, part: Part::whole(size_px) };
-    let prepared = frame.render(gpu, terrain, &view, request.style, &request.light)?;
+    let prepared = frame.render(gpu, world, &view, request.style, &request.light)?;
     let Some(strokes) = frame.strokes() else {
         return Err(StrokesError::NoStrokes { style: request.style.name.clone() });
     };

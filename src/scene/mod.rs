@@ -1,10 +1,12 @@
-//! What is looked at and from where: camera, camera path, light, scene file.
+//! What is looked at and from where: camera, camera path, views and rigs of eyes, light, scene file.
 
 pub mod camera;
 pub mod earth;
+pub mod frustum;
 pub mod path;
 pub mod reach;
 pub mod scene_file;
+pub mod view;
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
 //! What a tile's horizons look at: tiles of its own level and of all coarser ones, near enough for the march of
-//! `shaders/surface/horizons.wgsl` to read them.
+//! `shaders/surface/land/horizons.wgsl` to read them.
 //!
 //! The march reads a level at most sixteen samples away, so a tile touches nine tiles of its own level and four of each
 //! coarser one at most. They have fixed places in a list, so a set of them is a number.

@@ -4,7 +4,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::frustum::Bounds;
+use crate::scene::frustum::Bounds;
 
 /// The earth as a camera sees it: flat in the map, bent around the camera's plumb line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,6 +66,12 @@ impl EarthCurvature {
             low_m: bent(low, true).extend(flat.low_m.z - most_taller * versine(farthest.min(pi)) / k),
             high_m: bent(high, false).extend(flat.high_m.z - least_taller.max(0.0) * versine(nearest.min(pi)) / k),
         })
+    }
+
+    /// Whether the earth hides all of what is within `radius_m` of a place of the flat map, camera-relative.
+    pub fn hides_sphere(&self, flat_m: DVec3, radius_m: f64) -> bool {
+        let nearest = (flat_m.truncate().length() - radius_m).max(0.0) * self.inverse_radius;
+        self.inverse_radius > 0.0 && self.is_beyond_horizon(nearest, flat_m.z + radius_m)
     }
 
     /// Whether the earth itself, at the lowest height of the land, hides everything from `angle` on, up to the

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-use super::frustum::Bounds;
+use crate::scene::frustum::Bounds;
 
 /// The fewest and the most directions.
 const FEWEST: usize = 1024;

@@ -36,7 +36,7 @@ pub struct HorizonJob {
     tile: [i32; 2],
 }
 
-crate::gpu::shared::describe!(HorizonJob as "SeenJob" in "surface/horizons": slot, level, tile);
+crate::gpu::shared::describe!(HorizonJob as "SeenJob" in "surface/land/horizons": slot, level, tile);
 
 /// How a map was made.
 struct Made {

@@ -2,7 +2,6 @@
 //!
 //! The modules are listed in order: each uses only those above it.
 
-pub mod frustum;
 pub mod grid_projection;
 pub mod earth_curvature;
 pub mod atlas;

@@ -10,12 +10,12 @@ use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::earth_curvature::EarthCurvature;
-use super::frustum::{Bounds, Frustum};
 use super::grid_projection::GridProjection;
 use crate::pyramid::surface::bicubic::OVERSHOOT;
 use crate::pyramid::surface::statistics::{TileStatistics, Voids};
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
+use crate::scene::frustum::{Bounds, Frustum};
 
 /// How the surface chooses its level; shared with the shader.
 #[derive(Clone, Debug)]

@@ -31,7 +31,7 @@ pub struct LevelInfo {
     pad: i32,
 }
 
-crate::gpu::shared::describe!(LevelInfo as "Level" in "surface/resolve": scale, fraction, cell, size, first_row, top, row_count, pad);
+crate::gpu::shared::describe!(LevelInfo as "Level" in "surface/land/resolve": scale, fraction, cell, size, first_row, top, row_count, pad);
 
 /// A row of tiles of a level, as the shader reads it.
 #[repr(C)]
@@ -45,7 +45,7 @@ pub struct TileRow {
     pad: i32,
 }
 
-crate::gpu::shared::describe!(TileRow as "TileRow" in "surface/resolve": left, count, first_tile, pad);
+crate::gpu::shared::describe!(TileRow as "TileRow" in "surface/land/resolve": left, count, first_tile, pad);
 
 /// A tile, as the shader reads it.
 #[repr(C)]
@@ -63,7 +63,7 @@ pub struct TileRecord {
     lit: u32,
 }
 
-crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/resolve": errors_m, blocked, slot, is_finest, lit);
+crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/land/resolve": errors_m, blocked, slot, is_finest, lit);
 
 /// What a record says of a tile that is not there.
 const NO_SLOT: u32 = u32::MAX;

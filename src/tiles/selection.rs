@@ -6,7 +6,7 @@
 //!
 //! Each leaf has a continuous level: its own, plus how far it is on the way to its parent's error. At that way's end
 //! all four siblings have the shape of their parent, so nothing pops. Where two leaves meet, both take the coarser of
-//! their continuous levels on the shared edge (`shaders/surface/vertices.wgsl` morphs to it): there is no crack and no
+//! their continuous levels on the shared edge (`shaders/surface/land/vertices.wgsl` morphs to it): there is no crack and no
 //! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
 //! levels, hence at most `MAX_LEVEL_STEP`.
 //!
@@ -30,9 +30,9 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 use super::earth_curvature::EarthCurvature;
-use super::frustum::Frustum;
 use crate::pyramid::LevelSize;
 use crate::pyramid::tile::PATCH_QUADS;
+use crate::scene::frustum::Frustum;
 
 /// Log2 of the grid units in a sample: positions of vertices are whole numbers of these. 4096 to a sample, or fewer in
 /// a world so wide that its patches would not fit into 31 bits.
@@ -89,7 +89,7 @@ pub struct PatchInstance {
     pub(crate) padding: [f32; 2],
 }
 
-crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, sides, padding);
+crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/land/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, sides, padding);
 
 /// The view that patches are chosen for.
 #[derive(Clone, Debug)]

@@ -17,7 +17,6 @@ use super::residency::Residency;
 use super::terrain_buffers::TerrainBuffers;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
-use crate::mesh::placed::Placed;
 use crate::pyramid::store::Ground;
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{PyramidError, TileAddress, TileStore};
@@ -113,7 +112,6 @@ pub struct Terrain {
     /// Whether the next frame asks for them, and the last frame that did.
     asks_for_horizons: bool,
     horizons_asked_in: u64,
-    meshes: Option<Arc<Placed>>,
 }
 
 impl Terrain {
@@ -145,18 +143,7 @@ impl Terrain {
             horizon_maps: None,
             asks_for_horizons: false,
             horizons_asked_in: 0,
-            meshes: None,
         })
-    }
-
-    /// What stands on the land, if anything does.
-    pub fn meshes(&self) -> Option<&Arc<Placed>> {
-        self.meshes.as_ref()
-    }
-
-    /// Puts meshes onto the land, in place of those that stood there. Frames want other passes then.
-    pub fn set_meshes(&mut self, placed: Placed) {
-        self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
     }
 
     /// Grid ↔ world ↔ CRS, exactly.

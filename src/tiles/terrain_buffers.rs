@@ -35,7 +35,7 @@ pub(crate) struct TerrainUniform {
     pad: f32,
 }
 
-crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, world_origin_m, focal_px, units_per_sample, inverse_radius, pad);
+crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/land/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, world_origin_m, focal_px, units_per_sample, inverse_radius, pad);
 
 impl TerrainUniform {
     /// For a view. `anchor` is the sample that grid coordinates count from.

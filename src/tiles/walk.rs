@@ -4,7 +4,6 @@
 use glam::DVec2;
 use rustc_hash::FxHashSet;
 
-use super::frustum::Bounds;
 use super::grid_projection::GridProjection;
 use super::horizon::Horizon;
 use super::leaves::{Leaf, Leaves, MAX_LEVEL_STEP};
@@ -15,6 +14,7 @@ use crate::pyramid::surface::bicubic::OVERSHOOT;
 use crate::pyramid::surface::occluder_minima::{BLOCK_SAMPLES, TILE_BLOCKS};
 use crate::pyramid::surface::statistics::{PatchStatistics, Voids};
 use crate::pyramid::tile::PATCH_QUADS;
+use crate::scene::frustum::Bounds;
 
 /// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
 const LEVEL_STEPS: f64 = 4096.0;

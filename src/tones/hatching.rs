@@ -35,7 +35,7 @@ pub struct Inputs<'a> {
     /// Of the surface.
     pub normal: &'a Target,
     /// The normal at the scale of marks.
-    pub form: &'a Target,
+    pub mark_normal: &'a Target,
     /// Its alpha is the tone that is asked for.
     pub tone: &'a Target,
     /// Out: what marks ink, and would if they were darker.
@@ -49,7 +49,7 @@ impl Inputs<'_> {
             ("view", self.view.clone()),
             ("position", self.position.into()),
             ("normal", self.normal.into()),
-            ("form", self.form.into()),
+            ("mark_normal", self.mark_normal.into()),
             ("tone", self.tone.into()),
             ("cover", self.cover.into()),
         ]

@@ -28,8 +28,8 @@ use crate::frame::{Frame, Light};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::lines::strokes::NumbersLater;
+use crate::scene::view::{Part, Pose, View};
 use crate::style::Style;
-use crate::surface::view::{Part, Pose, View};
 use crate::tiles::terrain::Prepared;
 
 /// The first step after a rest.
@@ -108,11 +108,11 @@ impl Flight {
         let world = open(&gpu).map_err(WindowError::World)?;
         let overlay = Overlay::new(&gpu, &window, screen.format());
 
-        let start = FlyCamera::new(&world.start, |at| ground_m(&world, at), world.terrain.extent_m());
+        let start = FlyCamera::new(&world.start, |at| ground_m(&world, at), world.surfaces.terrain.extent_m());
         let settings = Settings {
             style,
             scale: 0,
-            lod_error_px: world.terrain.options().lod_error_px,
+            lod_error_px: world.surfaces.terrain.options().lod_error_px,
             sun: world.sun,
             haze_m: world.light.haze_m,
         };
@@ -231,7 +231,7 @@ impl Flight {
     /// Lays the panel out and does what it asks.
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
         let prepared = &self.last.prepared;
-        let terrain = &self.world.terrain;
+        let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
         let facts = Facts {
             adapter: &self.adapter,
@@ -278,9 +278,9 @@ impl Flight {
         let frame = Frame::or_new(&mut self.frame, &self.gpu)?;
         let pose = self.camera.pose();
         let view = View { pose, previous: self.last.pose, picture_px, part: Part::whole(picture_px) };
-        self.world.terrain.set_lod_error_px(self.settings.lod_error_px);
+        self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
-        let prepared = frame.render(&self.gpu, &mut self.world.terrain, &view, style, &light)?;
+        let prepared = frame.render(&self.gpu, &mut self.world.surfaces, &view, style, &light)?;
         self.stroke_numbers.ask(&self.gpu, frame.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
@@ -321,5 +321,5 @@ impl Flight {
 /// Height of the ground in metres, as far as it is in memory: a frame does not wait for a file. In holes and outside,
 /// the lowest height.
 fn ground_m(world: &FlightWorld, at: glam::DVec2) -> f64 {
-    world.terrain.height_at_hand_m(at).unwrap_or_else(|| f64::from(world.terrain.range_m()[0]))
+    world.surfaces.terrain.height_at_hand_m(at).unwrap_or_else(|| f64::from(world.surfaces.terrain.range_m()[0]))
 }

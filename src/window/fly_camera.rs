@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::scene::camera::Camera;
-use crate::surface::view::Pose;
+use crate::scene::view::Pose;
 
 /// After this time, the velocity has come 63 % of its way to the wanted one.
 const MOVE_LAG_S: f64 = 0.09;

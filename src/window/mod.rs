@@ -26,7 +26,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::scene::Sun;
 use crate::scene::camera::Camera;
 use crate::style::StyleError;
-use crate::tiles::Terrain;
+use crate::world::Surfaces;
 
 /// Why there is no flight, or why it ended.
 #[derive(Debug, thiserror::Error)]
@@ -70,8 +70,8 @@ pub enum WindowError {
 pub struct FlightWorld {
     /// For the window's title.
     pub name: String,
-    /// The surface.
-    pub terrain: Terrain,
+    /// The land and what stands on it.
+    pub surfaces: Surfaces,
     /// The air; its sun is [`FlightWorld::sun`].
     pub light: Light,
     /// Where the light comes from.

@@ -8,7 +8,7 @@ use crate::file::png::PngWriter;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::picture::{self, PictureError, PictureRequest};
-use crate::tiles::Terrain;
+use crate::world::Surfaces;
 
 /// Renders `request` and writes it beside the other files of `folder`, under a name that is not taken.
 ///
@@ -17,7 +17,7 @@ use crate::tiles::Terrain;
 pub fn take(
     gpu: &Gpu,
     frame: &mut Option<Frame>,
-    terrain: &mut Terrain,
+    world: &mut Surfaces,
     request: &PictureRequest<'_>,
     folder: &Path,
 ) -> Result<PathBuf, PictureError<FileError>> {
@@ -25,7 +25,7 @@ pub fn take(
     let path = free_path(folder, &stem(now));
     let [width, height] = request.size_px;
     let mut writer = PngWriter::create(&path, width, height).map_err(PictureError::Sink)?;
-    picture::render(gpu, frame, terrain, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+    picture::render(gpu, frame, world, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
     writer.finish().map_err(PictureError::Sink)?;
     Ok(path)
 }

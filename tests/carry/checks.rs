@@ -2,8 +2,8 @@
 
 use glam::{Vec2, Vec3};
 use hachure::lines::strokes::samples::{MOST_SAMPLES, SPACING_PX, Sample, SampleCounts};
+use hachure::scene::view::View;
 use hachure::style::Style;
-use hachure::surface::view::View;
 
 use crate::SIZE_PX;
 

@@ -4,8 +4,8 @@ use glam::DVec3;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::samples::{MOST_SAMPLES, Sample, SampleCounts};
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
+use hachure::scene::view::Pose;
 use hachure::style::{self, Style};
-use hachure::surface::view::Pose;
 
 use crate::checks::{finite, inked};
 use crate::common::World;

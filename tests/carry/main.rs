@@ -16,9 +16,9 @@ use common::World;
 use glam::DVec3;
 use hachure::frame::{Frame, Light};
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
+use hachure::scene::view::{Part, Pose, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::{self, Style};
-use hachure::surface::view::{Part, Pose, View};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 /// A slow flight: a metre and an eighth of a degree in a frame.
@@ -73,7 +73,7 @@ impl Flight {
         let previous = self.last.map_or(pose, |last| last.pose);
         let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
         self.last = Some(view);
-        self.frame.render(&world.gpu, &mut world.terrain, &view, &self.style, &light()).unwrap();
+        self.frame.render(&world.gpu, &mut world.surfaces, &view, &self.style, &light()).unwrap();
         world.gpu.wait();
         world.gpu.check().unwrap();
         let (counts, samples) = self.frame.strokes().unwrap().samples().read(&world.gpu).unwrap();

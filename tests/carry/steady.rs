@@ -3,8 +3,8 @@
 use glam::DVec3;
 use hachure::measure::report::Metrics;
 use hachure::measure::temporal::{TemporalTotals, compare, read_drawn};
+use hachure::scene::view::Pose;
 use hachure::style::{self, Style};
-use hachure::surface::view::Pose;
 
 use crate::common::World;
 use crate::{Flight, mountains, pose, strokes};

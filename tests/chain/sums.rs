@@ -4,8 +4,8 @@ use hachure::gpu::buffer::{Buffer, BufferKind};
 use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
 use hachure::gpu::recorder::{Cx, Submits};
+use hachure::gpu::scan::{self, MAX_VALUES};
 use hachure::gpu::timer::Timer;
-use hachure::lines::strokes::scan::{self, MAX_VALUES};
 
 use crate::common::{self, random};
 

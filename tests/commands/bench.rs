@@ -130,7 +130,7 @@ fn a_bench_writes_what_scripts_rely_on() {
         assert_eq!((&run["tiles"]["failed"], &run["tiles"]["late_frames"]), (&0.into(), &0.into()));
         // The passes that ran are those of the style, in their order.
         let ran: Vec<_> = run["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap()).collect();
-        assert_eq!((ran[0], ran[ran.len() - 1]), ("surface/vertices", "composite/composite"));
+        assert_eq!((ran[0], ran[ran.len() - 1]), ("surface/land/vertices", "composite/composite"));
         for (pass, of_ink) in [("lines/lsa", true), ("lines/smooth", true), ("tones/plain", false)] {
             assert_eq!(ran.contains(&pass), of_ink == (name == "ink"), "{name}: {ran:?}");
         }

@@ -17,11 +17,12 @@ use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::pyramid::{self, BakeOptions, Pyramid, TileStore};
 use hachure::scene::camera::Camera;
+use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, Silent, WorldMapping};
-use hachure::surface::view::Pose;
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::Surfaces;
 
 /// A GPU, or none with a word about why; `HACHURE_REQUIRE_GPU=1` does not accept none.
 pub fn gpu() -> Option<Gpu> {
@@ -51,7 +52,7 @@ pub struct World {
     pub gpu: Gpu,
     pub grid: HeightGrid,
     pub mapping: WorldMapping,
-    pub terrain: Terrain,
+    pub surfaces: Surfaces,
     folder: tempfile::TempDir,
 }
 
@@ -73,8 +74,8 @@ impl World {
         let size = store.levels()[0];
         let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
         let options = TerrainOptions { lod_error_px, ..TerrainOptions::default() };
-        let terrain = Terrain::new(&gpu, store, options).unwrap();
-        Some(Self { gpu, grid, mapping, terrain, folder })
+        let surfaces = Terrain::new(&gpu, store, options).unwrap().into();
+        Some(Self { gpu, grid, mapping, surfaces, folder })
     }
 
     /// A real DEM; none where it is not there.
@@ -87,7 +88,8 @@ impl World {
     pub fn pose(&self, camera: &str) -> Pose {
         let camera: Camera = camera.parse().unwrap();
         pose_of(&camera.on_ground(|x, y| {
-            self.terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(self.terrain.range_m()[1]))
+            let terrain = &self.surfaces.terrain;
+            terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(terrain.range_m()[1]))
         }))
     }
 }

@@ -5,8 +5,8 @@ use hachure::file::exr::Samples;
 use hachure::frame::{Frame, Light};
 use hachure::picture::aov;
 use hachure::picture::{self, PartRule, PictureReport, PictureRequest};
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::{Style, preset_text};
-use hachure::surface::view::{Part, Pose, View};
 
 use super::World;
 
@@ -66,7 +66,7 @@ pub fn shoot_style(
         }
         Ok::<_, std::convert::Infallible>(())
     };
-    let report = picture::render_in_parts(&world.gpu, frame, &mut world.terrain, &request, parts, take).unwrap();
+    let report = picture::render_in_parts(&world.gpu, frame, &mut world.surfaces, &request, parts, take).unwrap();
     let place = |name: &str| planes.iter().position(|plane| plane.name == name).unwrap();
     let mut plane = |name: &str| std::mem::take(&mut floats[place(name)]);
     let zip = |x: Vec<f64>, y: Vec<f64>, z: Vec<f64>| -> Vec<DVec3> {

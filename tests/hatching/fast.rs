@@ -47,7 +47,7 @@ fn times_ms(world: &mut World, styles: &[Style]) -> Vec<(f64, f64)> {
             let take = |_| Ok::<_, std::convert::Infallible>(());
             let parts = PartRule::default();
             let report =
-                picture::render_in_parts(&world.gpu, frame, &mut world.terrain, &request, &parts, take).unwrap();
+                picture::render_in_parts(&world.gpu, frame, &mut world.surfaces, &request, &parts, take).unwrap();
             let sum_ms = |of: &[&str]| {
                 let named = report.passes.iter().filter(|pass| of.iter().any(|name| pass.name.starts_with(name)));
                 named.map(|pass| pass.gpu_ms).sum::<f64>()

@@ -2,8 +2,8 @@
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
+use hachure::scene::view::Pose;
 use hachure::style::Style;
-use hachure::surface::view::Pose;
 
 use crate::common::hill::Hill;
 use crate::common::{World, grid_of, quantile};

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
 use hachure::frame::{Frame, Light};
 use hachure::picture::{self, PartRule, PictureRequest, aov};
+use hachure::scene::view::{Part, Pose, View};
 use hachure::style::Style;
-use hachure::surface::view::{Part, Pose, View};
 
 use crate::common::{World, grid_of};
 
@@ -97,7 +97,7 @@ pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: 
         }
         Ok::<_, std::convert::Infallible>(())
     };
-    picture::render_in_parts(&world.gpu, frame, &mut world.terrain, &request, &PartRule::default(), take).unwrap();
+    picture::render_in_parts(&world.gpu, frame, &mut world.surfaces, &request, &PartRule::default(), take).unwrap();
     let [tone, x, y, z] = floats;
     let place = |i: usize| (patch[i] != 0).then(|| pose.position_m + DVec3::new(x[i], y[i], z[i]));
     Inked {

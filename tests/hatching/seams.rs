@@ -177,7 +177,7 @@ fn coarser_tiles_have_the_same_marks() {
         for scale in ["blend", "add"] {
             for direction in DIRECTIONS {
                 let shots = [(0.25, 0.0), (2.0, 0.0), (2.0, 8.0)].map(|(lod_error_px, turn_deg)| {
-                    land.world.terrain.set_lod_error_px(lod_error_px);
+                    land.world.surfaces.terrain.set_lod_error_px(lod_error_px);
                     land.shoot(camera, &style(scale, 0.4, &layers(direction, turn_deg)))
                 });
                 let patches = |shot: &Inked| shot.patch.iter().collect::<std::collections::BTreeSet<_>>().len();

@@ -7,7 +7,7 @@ use hachure::lines::strokes::stroke::INK;
 use hachure::lines::threshold::LINE;
 use hachure::style::Style;
 use hachure::style::color::linear_from_srgb;
-use hachure::surface::resolve::POSITION;
+use hachure::surface::POSITION;
 use hachure::tones::TONE;
 use hachure::tones::balance::MARKS;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use hachure::lines::detector::{self, ERRORS};
 use hachure::lines::threshold::{self, LINE};
 use hachure::style::{Detector, Lines, Style};
-use hachure::surface::resolve::{NORMAL, POSITION};
+use hachure::surface::{NORMAL, POSITION};
 
 use crate::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
 

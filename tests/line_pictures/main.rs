@@ -17,7 +17,7 @@ use hachure::gpu::readback::read;
 use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::timer::Timer;
-use hachure::surface::view::{Part, Pose, View};
+use hachure::scene::view::{Part, Pose, View};
 
 /// Not a multiple of a workgroup's side.
 const SIZE_PX: [u32; 2] = [61, 43];

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_buffer;
-use hachure::lines::strokes::Edge;
-use hachure::lines::strokes::{EDGE_DRAW, EDGES};
 use hachure::mesh::build::Soup;
 use hachure::mesh::{Across, Mesh};
+use hachure::scene::view::{Part, View};
 use hachure::style::Style;
-use hachure::surface::terrain::SURFACE_ID;
-use hachure::surface::view::{Part, View};
+use hachure::surface::SURFACE_ID;
+use hachure::surface::edges::Edge;
+use hachure::surface::edges::{EDGE_DRAW, EDGES};
 
 use crate::common::World;
 use crate::shapes;
@@ -62,13 +62,13 @@ impl Bench {
         let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
         let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
         let gpu = &self.world.gpu;
-        self.frame.render(gpu, &mut self.world.terrain, &view, &self.style, &light).unwrap();
+        self.frame.render(gpu, &mut self.world.surfaces, &view, &self.style, &light).unwrap();
         gpu.wait();
         gpu.check().unwrap();
         let strokes = self.frame.strokes().unwrap();
         let draw: Vec<u32> = read_buffer(gpu, &strokes.buffer(&EDGE_DRAW).unwrap().raw, 4).unwrap();
         let edges = read_buffer(gpu, &strokes.buffer(&EDGES).unwrap().raw, draw[0] as usize / 2).unwrap();
-        let drawn = self.frame.drawn_mesh_vertices(gpu, &self.world.terrain).unwrap().unwrap();
+        let drawn = self.frame.drawn_mesh_vertices(gpu, &self.world.surfaces).unwrap().unwrap();
         (edges, drawn.into_iter().map(|[x, y, z, _]| [x, y, z]).collect())
     }
 }

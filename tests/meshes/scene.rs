@@ -91,7 +91,7 @@ fn a_scene_opens_with_its_meshes_or_says_what_is_wrong() {
     write("tile.obj");
     std::fs::write(folder.path().join("tile.obj"), "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 2 3 4\n").unwrap();
     let world = open().unwrap();
-    let placed = world.terrain.meshes().unwrap();
+    let placed = world.surfaces.meshes().unwrap();
     assert_eq!((placed.meshes.len(), placed.standing.len()), (1, 2), "the file is read once");
     let ground_m = world.ground_m(10.0, 20.0);
     assert!((placed.standing[1].middle_m.z - ground_m - 1.0).abs() < 1e-9 && ground_m > 100.0);

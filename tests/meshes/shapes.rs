@@ -96,7 +96,7 @@ pub fn place(world: &mut World, mesh: &Arc<Mesh>, stance: &Stance) -> Standing {
     let mut placed = Placed::default();
     placed.add(mesh, stance).unwrap();
     let standing = placed.standing[0].clone();
-    world.terrain.set_meshes(placed);
+    world.surfaces.set_meshes(placed);
     standing
 }
 

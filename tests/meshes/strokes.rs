@@ -12,8 +12,8 @@ use hachure::lines::strokes::COUNTS;
 use hachure::lines::strokes::StrokeCounts;
 use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
+use hachure::scene::view::{Part, View};
 use hachure::style::Style;
-use hachure::surface::view::{Part, View};
 
 use crate::common::World;
 use crate::common::hill::Hill;
@@ -38,7 +38,7 @@ fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Poin
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
-    frame.render(gpu, &mut world.terrain, &view, style, &light).unwrap();
+    frame.render(gpu, &mut world.surfaces, &view, style, &light).unwrap();
     gpu.wait();
     let strokes = frame.strokes().unwrap();
     let counts: StrokeCounts = read_buffer(gpu, &strokes.buffer(&COUNTS).unwrap().raw, 1).unwrap()[0];
@@ -123,7 +123,7 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
     let mut all = Vec::new();
     for (camera, radius_m) in EYES {
         let middle_m = ball(&hill, radius_m);
-        world.terrain.set_meshes(Default::default());
+        world.surfaces.set_meshes(Default::default());
         let land = along(&strokes(&mut world, camera).1);
         shapes::place(&mut world, &mesh, &shapes::stance(middle_m, 0.0, radius_m));
         let (view, points) = strokes(&mut world, camera);

@@ -80,7 +80,7 @@ fn position_and_normal_are_those_of_an_exact_ray() {
             assert!(position * 1000 <= pixels && normal * 1000 <= pixels && other * 100 <= pixels);
             // What stands on the land is no error of the land.
             let drawn = frame.as_ref().unwrap();
-            let lod_px = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.terrain, 0).unwrap();
+            let lod_px = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap();
             assert!(lod_px.is_some_and(|lod_px| lod_px < 1.0), "{lod_px:?}");
             // Planted: a mesh 20 cm aside, and one whose normals lean.
             let aside = Standing { middle_m: standing.middle_m + DVec3::new(0.1, 0.1, 0.14), ..standing.clone() };
@@ -119,7 +119,7 @@ fn the_land_is_to_the_bit_what_it_is_without_meshes() {
         let take = |world: &mut crate::common::World| {
             shoot_style(world, &mut None, pose, pose, SIZE_PX, &style, &PartRule::default())
         };
-        world.terrain.set_meshes(Placed::default());
+        world.surfaces.set_meshes(Placed::default());
         let bare = take(&mut world);
         // Behind the eye, and so small that it is not drawn.
         for (x_m, scale) in [(-330.0, 15.0), (-300.0, 1e-3)] {
@@ -162,7 +162,7 @@ fn parts_of_a_large_picture_join() {
     println!("{count} pixels differ");
     assert!(count * 1000 <= whole.picture.len(), "{count}");
     // Planted: without the mesh it is another picture.
-    world.terrain.set_meshes(Placed::default());
+    world.surfaces.set_meshes(Placed::default());
     let bare = shoot_style(&mut world, &mut None, pose, pose, SIZE_PX, &style, &rule);
     assert!(differs(&whole, &bare) * 1000 > whole.picture.len());
 }
@@ -175,13 +175,14 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         return;
     };
     let options = hachure::tiles::terrain::TerrainOptions { inverse_radius: 1.0 / 6_371_008.8, ..Default::default() };
-    let mut terrain = hachure::tiles::Terrain::new(&gpu, Arc::new(store), options).unwrap();
+    let terrain = hachure::tiles::Terrain::new(&gpu, Arc::new(store), options).unwrap();
+    let mut surfaces = hachure::world::Surfaces::from(terrain);
     // A mast of 400 m on the hill, 55 km away, seen from 300 m above the plain.
     let foot_m = DVec3::new(-60_000.0, 0.0, hill.height_m(-60_000.0, 0.0));
     let mut placed = Placed::default();
     placed.add(&Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(foot_m, 0.0, 400.0)).unwrap();
-    terrain.set_meshes(placed);
-    let pose = hachure::surface::view::Pose {
+    surfaces.set_meshes(placed);
+    let pose = hachure::scene::view::Pose {
         position_m: DVec3::new(-5000.0, 0.0, 300.0),
         forward: -DVec3::X,
         right: DVec3::Y,
@@ -189,21 +190,21 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         fov_rad: 0.05,
     };
     let style = Style::load("plain").unwrap();
-    let view = hachure::surface::view::View {
+    let view = hachure::scene::view::View {
         pose,
         previous: pose,
         picture_px: SIZE_PX,
-        part: hachure::surface::view::Part::whole(SIZE_PX),
+        part: hachure::scene::view::Part::whole(SIZE_PX),
     };
     let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
     let light = hachure::frame::Light { to_sun: DVec3::Z, haze_m: 3e5, haze_srgb: None };
-    let earth_curvature = terrain.earth_curvature(pose.position_m.z);
-    frame.render(&gpu, &mut terrain, &view, &style, &light).unwrap();
+    let earth_curvature = surfaces.terrain.earth_curvature(pose.position_m.z);
+    frame.render(&gpu, &mut surfaces, &view, &style, &light).unwrap();
     gpu.wait();
-    let drawn = frame.drawn_mesh_vertices(&gpu, &terrain).unwrap().unwrap();
+    let drawn = frame.drawn_mesh_vertices(&gpu, &surfaces).unwrap().unwrap();
     let mut sunk_m = 0.0_f64;
     for (i, [x, y, z, _]) in drawn.into_iter().enumerate() {
-        let corner = terrain.meshes().unwrap().meshes[0].vertices_m[i].map(f64::from);
+        let corner = surfaces.meshes().unwrap().meshes[0].vertices_m[i].map(f64::from);
         let flat_m = foot_m + DVec3::from_array(corner) * 400.0 - pose.position_m;
         let at_m = DVec3::new(x.into(), y.into(), z.into());
         assert!(at_m.distance(earth_curvature.bend(flat_m)) < 0.02, "{at_m} {}", earth_curvature.bend(flat_m));

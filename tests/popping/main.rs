@@ -29,11 +29,12 @@ use hachure::pyramid::store::ContinentStore;
 use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::scene::camera::Camera;
 use hachure::scene::path::CameraPath;
+use hachure::scene::view::{Part, Pose, View};
 use hachure::source::Silent;
 use hachure::style::{Style, preset_text};
-use hachure::surface::view::{Part, Pose, View};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::{Loading, TerrainOptions};
+use hachure::world::Surfaces;
 
 use crate::mesh::Mesh;
 use crate::motions::{Motions, motions};
@@ -62,15 +63,15 @@ struct Flight {
 }
 
 /// Flies along `poses` and compares each frame with the one before.
-fn fly(name: &str, gpu: &Gpu, terrain: &mut Terrain, poses: &[Pose], plants: bool) -> Flight {
+fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool) -> Flight {
     let style = Style::parse("plain", preset_text("plain").unwrap()).unwrap();
     let mut frame = Frame::new(gpu).unwrap();
-    let grid_projection = terrain.grid_projection().clone();
+    let grid_projection = world.terrain.grid_projection().clone();
     let view_of = |pose: Pose| View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
     // A window that has been open for a while: after a jump nothing fades.
     let start = Instant::now();
-    while terrain.options().loading == Loading::Stream && start.elapsed() < Duration::from_secs(30) {
-        let rest = Mesh::read(gpu, &mut frame, terrain, view_of(poses[0]), &style);
+    while world.terrain.options().loading == Loading::Stream && start.elapsed() < Duration::from_secs(30) {
+        let rest = Mesh::read(gpu, &mut frame, world, view_of(poses[0]), &style);
         if !rest.late && start.elapsed() > Duration::from_secs(2) {
             break;
         }
@@ -78,7 +79,7 @@ fn fly(name: &str, gpu: &Gpu, terrain: &mut Terrain, poses: &[Pose], plants: boo
     // Compared when all are drawn: a window does not wait for a comparison either.
     let start = Instant::now();
     let meshes: Vec<Mesh> =
-        poses.iter().map(|pose| Mesh::read(gpu, &mut frame, terrain, view_of(*pose), &style)).collect();
+        poses.iter().map(|pose| Mesh::read(gpu, &mut frame, world, view_of(*pose), &style)).collect();
     let frame_ms = start.elapsed().as_secs_f64() * 1000.0 / poses.len() as f64;
     let mut flight = Flight { late: meshes.iter().filter(|mesh| mesh.late).count(), ..Flight::default() };
     for (number, pair) in meshes.windows(2).enumerate() {
@@ -147,8 +148,8 @@ fn rough() -> Option<World> {
 #[test]
 fn nothing_pops_over_rough_land() {
     let Some(mut world) = rough() else { return };
-    let poses = across_rough_land(&world.terrain, 61);
-    let flight = fly("rough land", &world.gpu, &mut world.terrain, &poses, true);
+    let poses = across_rough_land(&world.surfaces.terrain, 61);
+    let flight = fly("rough land", &world.gpu, &mut world.surfaces, &poses, true);
     flight.assert_nothing_pops();
     for planted in [&flight.seldom, &flight.unmorphed] {
         assert!((0..3).all(|kind| planted.most(kind) > MOST_PX), "planted: {:?}", planted.worst);
@@ -170,8 +171,8 @@ fn along_the_valley() -> Vec<Pose> {
 #[test]
 fn nothing_pops_along_the_valley() {
     let Some(gpu) = gpu() else { return };
-    let mut terrain = Terrain::new(&gpu, continent(), TerrainOptions::default()).unwrap();
-    let flight = fly("valley", &gpu, &mut terrain, &along_the_valley(), true);
+    let mut surfaces = Terrain::new(&gpu, continent(), TerrainOptions::default()).unwrap().into();
+    let flight = fly("valley", &gpu, &mut surfaces, &along_the_valley(), true);
     flight.assert_nothing_pops();
     // Smooth land moves across itself by little whatever one does; its vertices tell.
     for planted in [&flight.seldom, &flight.unmorphed] {
@@ -186,8 +187,8 @@ fn nothing_pops_while_tiles_stream() {
     for delay_ms in [5, 1500] {
         let store = Bumpy::new(continent(), delay_ms, Box::new(|_, _| Fate::Comes));
         let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
-        let mut terrain = Terrain::new(&gpu, store, options).unwrap();
-        let flight = fly(&format!("tiles of {delay_ms} ms"), &gpu, &mut terrain, &along_the_valley(), false);
+        let mut surfaces = Terrain::new(&gpu, store, options).unwrap().into();
+        let flight = fly(&format!("tiles of {delay_ms} ms"), &gpu, &mut surfaces, &along_the_valley(), false);
         if delay_ms < 100 {
             flight.assert_nothing_pops();
         } else {

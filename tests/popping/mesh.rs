@@ -6,11 +6,11 @@ use glam::{DVec2, DVec3};
 use hachure::frame::{Frame, Light};
 use hachure::gpu::Gpu;
 use hachure::pyramid::tile::PATCH_QUADS;
+use hachure::scene::view::View;
 use hachure::style::Style;
-use hachure::surface::view::View;
-use hachure::tiles::Terrain;
 use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::selection::{PatchInstance, PatchKey};
+use hachure::world::Surfaces;
 
 use crate::{SIDE, SIZE_PX};
 
@@ -71,9 +71,9 @@ pub fn parent(key: PatchKey) -> PatchKey {
 }
 
 impl Mesh {
-    pub fn read(gpu: &Gpu, frame: &mut Frame, terrain: &mut Terrain, view: View, style: &Style) -> Self {
+    pub fn read(gpu: &Gpu, frame: &mut Frame, world: &mut Surfaces, view: View, style: &Style) -> Self {
         let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
-        let prepared = frame.render(gpu, terrain, &view, style, &light).unwrap();
+        let prepared = frame.render(gpu, world, &view, style, &light).unwrap();
         let vertices = frame.drawn_vertices(gpu, &prepared).unwrap().expect("one batch");
         let selection = &prepared.selection;
         let instances = selection.solid.iter().chain(&selection.with_holes);

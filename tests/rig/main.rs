@@ -13,10 +13,10 @@ use hachure::composite::PICTURE;
 use hachure::frame::{self, Frame, Light};
 use hachure::gpu::readback::read;
 use hachure::gpu::target::TargetKind;
+use hachure::scene::view::{Part, Pose, Rig, View};
 use hachure::style::Style;
-use hachure::surface::resolve::{NORMAL, POSITION};
-use hachure::surface::terrain::SURFACE_ID;
-use hachure::surface::view::{Part, Pose, Rig, View};
+use hachure::surface::SURFACE_ID;
+use hachure::surface::{NORMAL, POSITION};
 
 use crate::common::World;
 use crate::common::hill::Hill;
@@ -44,8 +44,8 @@ fn beside(pose: Pose, right_m: f64) -> Pose {
 /// Draws all eyes of a rig.
 fn draw(world: &mut World, frame: &mut Frame, style: &Style, rig: &Rig) {
     let light = light();
-    let prepared = frame::prepare(&world.gpu, &mut world.terrain, rig, style, &light);
-    frame.render_rig(&world.gpu, &world.terrain, &prepared, rig, style, &light).unwrap();
+    let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &light);
+    frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &light).unwrap();
     world.gpu.check().unwrap();
 }
 

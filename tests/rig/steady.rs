@@ -2,8 +2,8 @@
 
 use hachure::frame::Frame;
 use hachure::gpu::recorder::Submits;
+use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
-use hachure::surface::view::Rig;
 
 use crate::{START, draw, hill, view};
 

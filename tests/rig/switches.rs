@@ -1,8 +1,8 @@
 //! Styles in turns: each draws as if it were alone, and nothing piles up.
 
 use hachure::frame::Frame;
+use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
-use hachure::surface::view::Rig;
 
 use crate::{START, differing, draw, hill, seen, view};
 

@@ -76,8 +76,8 @@ fn picture_of(gpu: &Gpu, store: Result<Arc<dyn TileStore>, String>) -> Result<Pi
         picture.extend(band.picture);
         Ok::<_, std::convert::Infallible>(())
     };
-    let report = picture::render(gpu, &mut None, &mut world.terrain, &request, take).unwrap();
-    match world.terrain.failure() {
+    let report = picture::render(gpu, &mut None, &mut world.surfaces, &request, take).unwrap();
+    match world.surfaces.terrain.failure() {
         Some(failure) => Err(chain(&*failure)),
         None if report.tiles_failed > 0 => Err("tiles failed, and nobody knows why".into()),
         None => Ok(picture),

@@ -5,9 +5,9 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_as;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::lines::strokes::stroke::INK;
+use hachure::scene::view::{Part, View};
 use hachure::style::Style;
 use hachure::style::texture::Recipe;
-use hachure::surface::view::{Part, View};
 
 use crate::common::World;
 use crate::common::hill::Hill;
@@ -22,7 +22,7 @@ fn ink(world: &mut World, frame: &mut Option<Frame>, style: &Style) -> Vec<u16> 
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let frame = Frame::or_new(frame, gpu).unwrap();
-    frame.render(gpu, &mut world.terrain, &view, style, &light).unwrap();
+    frame.render(gpu, &mut world.surfaces, &view, style, &light).unwrap();
     read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 

@@ -1,17 +1,19 @@
 // From numbers of things to numbers of workgroups: what the GPU counted, it dispatches.
 #import hachure::strokes::StrokeCounts
-#import hachure::stroke_edges::Strokes
+#import hachure::edges::EdgeRules
+#import hachure::stroke_style::Strokes
 
 @group(0) @binding(0) var<uniform> strokes: Strokes;
-@group(0) @binding(1) var<storage, read> edge_draw: array<u32>;
-@group(0) @binding(2) var<storage, read_write> counts: StrokeCounts;
+@group(0) @binding(1) var<uniform> edge_rules: EdgeRules;
+@group(0) @binding(2) var<storage, read> edge_draw: array<u32>;
+@group(0) @binding(3) var<storage, read_write> counts: StrokeCounts;
 // Workgroups for pieces and for points: see `src/lines/strokes/points.rs`.
-@group(0) @binding(3) var<storage, read_write> arguments: array<vec4<u32>, 2>;
+@group(0) @binding(4) var<storage, read_write> arguments: array<vec4<u32>, 2>;
 
 @compute @workgroup_size(1)
 fn main() {
     counts.edges = edge_draw[0] / 2u;
-    counts.edges_lost = max(counts.edges, strokes.edge_capacity) - strokes.edge_capacity;
+    counts.edges_lost = max(counts.edges, edge_rules.capacity) - edge_rules.capacity;
     counts.pieces_lost = max(counts.pieces, strokes.piece_capacity) - strokes.piece_capacity;
     counts.pieces = min(counts.pieces, strokes.piece_capacity);
     counts.points = counts.pieces + counts.chains;

@@ -10,7 +10,8 @@
 //
 // Pieces stand in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
 #import hachure::view::View
-#import hachure::stroke_edges::{Edge, Strokes, EdgeOnPicture, edge_on_picture}
+#import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture}
+#import hachure::stroke_style::Strokes
 #import hachure::strokes::Piece
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 

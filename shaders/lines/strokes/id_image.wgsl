@@ -10,13 +10,12 @@
 // A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two pixels
 // to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
 #import hachure::view::View
-#import hachure::stroke_edges::{Edge, Strokes, KIND_CREASE}
+#import hachure::edges::{Edge, KIND_CREASE}
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> strokes: Strokes;
-@group(0) @binding(2) var<storage, read> edges: array<Edge>;
+@group(0) @binding(1) var<storage, read> edges: array<Edge>;
 // Reversed: near / distance; 0 is the sky.
-@group(0) @binding(3) var depth: texture_depth_2d;
+@group(0) @binding(2) var depth: texture_depth_2d;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -28,7 +27,7 @@ struct Vertex {
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
     let number = index / 2u;
-    if number >= strokes.edge_capacity {
+    if number >= arrayLength(&edges) {
         return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0u, vec2<f32>(0.0));
     }
     let edge = edges[number];

@@ -1,6 +1,6 @@
 // The lengths of strokes between their points, in 1/16 px.
 #import hachure::strokes::StrokeCounts
-#import hachure::stroke_edges::Point
+#import hachure::stroke_style::Point
 
 @group(0) @binding(0) var<storage, read> points: array<Point>;
 @group(0) @binding(1) var<storage, read> counts: StrokeCounts;

@@ -5,7 +5,8 @@
 // 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021, section
 // 4.2.4, smooths "the transitions between edges" without saying how).
 #import hachure::strokes::{Chain, Piece, Place, StrokeCounts}
-#import hachure::stroke_edges::{Edge, Point}
+#import hachure::edges::Edge
+#import hachure::stroke_style::Point
 
 @group(0) @binding(0) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;

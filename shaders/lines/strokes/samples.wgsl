@@ -9,7 +9,7 @@
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::Chain
-#import hachure::stroke_edges::{Point, Strokes}
+#import hachure::stroke_style::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> view: View;

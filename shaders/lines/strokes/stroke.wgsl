@@ -6,7 +6,7 @@
 //
 // Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
 #import hachure::view::View
-#import hachure::stroke_edges::Strokes
+#import hachure::stroke_style::Strokes
 #import hachure::brush::{Brush, brush_uv, brush_ink}
 #import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED}
 

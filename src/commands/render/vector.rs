@@ -11,8 +11,8 @@ use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::svg::{self, Drawing, Unit};
 use crate::picture::strokes::render_strokes;
 use crate::picture::{PictureReport, PictureRequest};
+use crate::scene::view::Pose;
 use crate::style::Style;
-use crate::surface::view::Pose;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 
@@ -87,7 +87,7 @@ impl Job<'_> {
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
         let request = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
-        let (polylines, report) = render_strokes(&self.gpu, &mut self.frame, &mut self.world.terrain, &request)
+        let (polylines, report) = render_strokes(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request)
             .with_context(|| format!("cannot write {}", named(path)))?;
         let report = self.whole(report)?;
         let (layers, drawn) = vector::layers(&polylines, settings);

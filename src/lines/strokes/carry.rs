@@ -17,10 +17,11 @@ use bytemuck::{Pod, Zeroable};
 use super::chain::Chains;
 use super::points::Points;
 use super::samples::{MOST_SAMPLES, SampleWork};
-use super::{Lists, MOST_PIECES, scan};
+use super::{Lists, MOST_PIECES};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
+use crate::gpu::scan;
 use crate::gpu::shared::describe;
 use crate::gpu::target::Target;
 

@@ -13,10 +13,10 @@
 //! square of the ends in one neighbourhood: pieces all in one place are slow.
 
 use super::records::{Chain, ChainRules, ChainRulesUniform, PieceInOrder};
-use super::scan::{self, MAX_VALUES};
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
+use crate::gpu::scan::{self, MAX_VALUES};
 use crate::gpu::{Gpu, GpuError};
 
 /// The most pieces: they have two ends each, which are scanned at once.

@@ -6,8 +6,8 @@
 
 use glam::DVec3;
 
+use crate::scene::view::View;
 use crate::style;
-use crate::surface::view::View;
 
 /// A turn by this part of the field of view since the last update asks for the next.
 const QUICK_TURN: f64 = 1.0 / 8.0;
@@ -116,8 +116,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
     use super::*;
+    use crate::scene::view::{Part, Pose};
     use crate::style::Style;
-    use crate::surface::view::{Part, Pose};
 
     const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO, land_changes: false };
 

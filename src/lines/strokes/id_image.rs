@@ -2,12 +2,14 @@
 //!
 //! Why: `docs/decisions/edge-visibility.md`.
 
-use super::Lists;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Cx};
 use crate::gpu::target::{Target, TargetKind};
-use crate::surface::terrain::{DEPTH_FORMAT, ID_FORMAT};
+use crate::surface::edges::EdgeList;
+
+const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// An edge's number plus 1; 0 is none. Its size is [`image_px`](super::image_px).
 pub const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
@@ -35,17 +37,12 @@ pub struct Inputs<'a> {
 }
 
 /// Draws as many edges as were counted.
-pub fn run(cx: &mut Cx<'_>, lists: &Lists, inputs: &Inputs<'_>) {
-    let resources = [
-        ("view", inputs.view.clone()),
-        lists.strokes(),
-        ("edges", lists.edges.binding()),
-        ("depth", inputs.depth.into()),
-    ];
+pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+    let resources = [("view", inputs.view.clone()), edges.edges(), ("depth", inputs.depth.into())];
     let drawing = cx.drawing(&DRAW, &resources);
     let on = Attachments { colors: &[inputs.ids], depth: Some(inputs.edge_depth), is_cleared: true };
     cx.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
-        pass.draw_indirect(&lists.edge_draw.raw, 0);
+        pass.draw_indirect(&edges.draw.raw, 0);
     });
 }

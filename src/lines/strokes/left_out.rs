@@ -10,7 +10,7 @@ use crate::gpu::{Gpu, GpuError, readback};
 /// What found no room.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
-    /// Of [`MOST_EDGES`](super::MOST_EDGES).
+    /// Of [`MOST_EDGES`](crate::surface::edges::MOST_EDGES).
     pub edges: u32,
     /// Of [`MOST_PIECES`](super::MOST_PIECES).
     pub pieces: u32,

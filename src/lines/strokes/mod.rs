@@ -1,7 +1,7 @@
-//! Strokes: contour edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its
-//! list on the CPU).
+//! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its list on the
+//! CPU).
 //!
-//! Edges of the surface as drawn ([`contour_edges`]) → the ID reference image ([`id_image`]) → visible pieces
+//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible pieces
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
 //! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
 //! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
@@ -11,18 +11,14 @@
 
 pub mod carry;
 pub mod chain;
-pub mod contour_edges;
 pub mod extract;
 pub mod history;
 pub mod id_image;
 pub mod left_out;
-pub mod mesh_edges;
-pub mod mesh_sides;
 pub mod points;
 pub mod polylines;
 mod records;
 pub mod samples;
-pub mod scan;
 pub mod stroke;
 pub mod texture;
 pub mod twin;
@@ -45,38 +41,19 @@ use crate::gpu::pools::Pools;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
 use crate::gpu::{Gpu, GpuError};
+use crate::scene::view::View;
 use crate::style;
-use crate::surface::mesh_vertices::SeenMeshes;
-use crate::surface::view::View;
+use crate::surface::edges::{EdgeList, EdgeRules};
 
-/// Edges in a frame, at most.
-pub const MOST_EDGES: u32 = 1 << 20;
 /// Pieces in a frame, at most.
 pub const MOST_PIECES: u32 = 1 << 19;
-
-/// `Edge` in `shaders/shared/strokes.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
-pub struct Edge {
-    /// Camera-relative metres.
-    pub a_m: [f32; 3],
-    /// Lasts across frames while its patch is drawn.
-    pub key: u32,
-    /// Camera-relative metres.
-    pub b_m: [f32; 3],
-    /// 0 a contour, 1 the border of the land or of a mesh, 2 a crease.
-    pub kind: u32,
-}
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct StrokesUniform {
-    crease_cosine: f32,
-    borders: u32,
     resolution: f32,
-    edge_capacity: u32,
-    image_px: [u32; 2],
     piece_capacity: u32,
+    image_px: [u32; 2],
     half_width_px: f32,
     taper_px: f32,
     haze_m: f32,
@@ -85,17 +62,12 @@ pub(crate) struct StrokesUniform {
     shortest_px: f32,
     curve_width: f32,
     wobble_px: f32,
-    padding: f32,
 }
 
-crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": crease_cosine, borders, resolution, edge_capacity, image_px, piece_capacity, half_width_px, taper_px, haze_m, faintest, depth_width, shortest_px, curve_width, wobble_px, padding);
-crate::gpu::shared::describe!(Edge as "Edge" in "lines/strokes/extract": a_m, key, b_m, kind);
+crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": resolution, piece_capacity, image_px, half_width_px, taper_px, haze_m, faintest, depth_width, shortest_px, curve_width, wobble_px);
 
 /// The camera's place is told in blocks of this and a rest.
 const BLOCK_M: f64 = 4096.0;
-
-/// An indirect draw of lines, before an edge is found: two vertices will come for each, one instance.
-const NO_EDGES: [u32; 4] = [0, 1, 0, 0];
 
 /// The size of the ID reference image of a picture.
 pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
@@ -104,23 +76,15 @@ pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
 
 /// [`StrokeCounts`].
 pub const COUNTS: BufferKind = BufferKind::storage("stroke counts");
-/// An indirect draw of the edges as lines.
-pub const EDGE_DRAW: BufferKind = BufferKind::indirect("edge draw");
-/// [`Edge`]s.
-pub const EDGES: BufferKind = BufferKind::storage("edges");
 /// [`Piece`]s.
 pub const PIECES: BufferKind = BufferKind::storage("pieces");
 
 /// The lists that the passes of a frame hand to each other.
 pub struct Lists {
-    /// `Strokes` in `shaders/shared/stroke_edges.wgsl`.
+    /// `Strokes` in `shaders/shared/stroke_style.wgsl`.
     uniform: Resource,
     /// [`COUNTS`].
     pub counts: Buffer,
-    /// [`EDGE_DRAW`].
-    pub edge_draw: Buffer,
-    /// [`EDGES`].
-    pub edges: Buffer,
     /// [`PIECES`].
     pub pieces: Buffer,
 }
@@ -135,8 +99,6 @@ impl Lists {
         Self {
             uniform: cx.uniform("strokes", uniform),
             counts: cx.buffer(&COUNTS, size_of::<StrokeCounts>() as u64),
-            edge_draw: cx.buffer(&EDGE_DRAW, size_of_val(&NO_EDGES) as u64),
-            edges: cx.buffer(&EDGES, u64::from(MOST_EDGES) * size_of::<Edge>() as u64),
             pieces: cx.buffer(&PIECES, u64::from(uniform.piece_capacity) * size_of::<Piece>() as u64),
         }
     }
@@ -144,7 +106,6 @@ impl Lists {
     /// Counts from zero.
     pub fn clear(&self, cx: &mut Cx<'_>) {
         cx.write(&self.counts, &[StrokeCounts::default()]);
-        cx.write(&self.edge_draw, &NO_EDGES);
     }
 
     fn strokes(&self) -> Named {
@@ -161,10 +122,7 @@ impl StrokesUniform {
     pub(crate) fn new(strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         let image_px = image_px(size_px, strokes.resolution);
         Self {
-            crease_cosine: strokes.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
-            borders: u32::from(strokes.borders),
             resolution: strokes.resolution,
-            edge_capacity: MOST_EDGES,
             image_px,
             piece_capacity: (image_px[0].saturating_mul(image_px[1])).min(MOST_PIECES),
             half_width_px: strokes.width_px * 0.5,
@@ -175,7 +133,6 @@ impl StrokesUniform {
             shortest_px: strokes.shortest_px,
             curve_width: strokes.curve_width,
             wobble_px: strokes.wobble_px,
-            padding: 0.0,
         }
     }
 }
@@ -250,6 +207,7 @@ impl<'a> DrawnStrokes<'a> {
 /// moved along.
 pub struct FrameStrokes {
     plan: history::Plan,
+    edge_rules: EdgeRules,
     lists: Lists,
     rules: ChainRules,
     work: SampleWork,
@@ -262,6 +220,8 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Of the surface.
     pub depth: &'a Target,
+    /// The edges of the surface, if they were [wanted](FrameStrokes::wants_edges).
+    pub edges: Option<&'a EdgeList>,
     /// The pictures of an eye, for the reference image and the ink.
     pub targets: &'a mut Targets,
     /// Pixels of the reference image per pixel of the picture.
@@ -297,46 +257,37 @@ impl FrameStrokes {
             lists.clear(cx);
         }
         let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
-        Self { plan, lists, rules, work, texture }
+        let edge_rules = EdgeRules { crease_deg: strokes.crease_deg, borders: strokes.borders };
+        Self { plan, edge_rules, lists, rules, work, texture }
     }
 
-    /// Whether strokes are made anew: then edges are to be found.
-    pub fn finds_edges(&self) -> bool {
-        self.plan.is_update
-    }
-
-    /// Finds the edges of a batch of patches.
-    pub fn find(&self, cx: &mut Cx<'_>, inputs: &contour_edges::Inputs<'_>) {
-        contour_edges::run(cx, &self.lists, inputs);
-    }
-
-    /// Finds the edges of the meshes.
-    pub fn find_on_meshes(&self, cx: &mut Cx<'_>, view: &Resource, meshes: &SeenMeshes) {
-        mesh_edges::run(cx, &self.lists, view, meshes);
+    /// Whether strokes are made anew: then edges are to be found, and which.
+    pub fn wants_edges(&self) -> Option<EdgeRules> {
+        self.plan.is_update.then_some(self.edge_rules)
     }
 
     /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible pieces,
     /// chains them and lets them take over from the frame before; else the strokes of the frame before move with the
     /// world.
     pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
-        let Inputs { view, depth, targets, resolution } = inputs;
+        let Inputs { view, depth, edges, targets, resolution } = inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
         let drawn = stroke::Inputs { view, lists, work, texture: self.texture.as_deref(), ink: &ink, ids: &ids };
-        if !plan.is_update {
+        let Some(edges) = edges else {
             carry::advance(cx, view, work);
             stroke::run(cx, Which::Fresh, &drawn);
             return ink;
-        }
+        };
         let image_px = image_px(targets.size_px(), resolution);
         let edge_ids = targets.sized(gpu, &id_image::EDGE_IDS, image_px);
         let edge_depth = targets.sized(gpu, &id_image::EDGE_DEPTH, image_px);
-        id_image::run(cx, lists, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
-        extract::run(cx, lists, view, &edge_ids);
+        id_image::run(cx, edges, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
+        extract::run(cx, lists, edges, view, &edge_ids);
         let (pieces, counts) = (&lists.pieces, &lists.counts);
         let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_PIECES, pieces, counts });
-        let points = &points::run(cx, lists, chains);
+        let points = &points::run(cx, lists, edges, chains);
         samples::run(cx, &samples::Inputs { view, lists, chains, points, ids: &ids, work });
         carry::take_over(cx, view, lists, chains, points, work);
         stroke::run(cx, Which::Fresh, &drawn);

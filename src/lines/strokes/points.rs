@@ -3,9 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 
 use super::chain::Chains;
-use super::{Lists, MOST_PIECES, scan};
+use super::{Lists, MOST_PIECES};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
+use crate::gpu::scan;
+use crate::surface::edges::EdgeList;
 
 /// A point of a stroke.
 #[repr(C)]
@@ -17,7 +19,7 @@ pub struct Point {
     pub depth_m: f32,
     /// Whose it is.
     pub chain: u32,
-    /// Of the edge that begins here: [`Edge::kind`](super::Edge::kind).
+    /// Of the edge that begins here: [`Edge::kind`](crate::surface::edges::Edge::kind).
     pub kind: u32,
     /// Nothing.
     pub padding: u32,
@@ -57,7 +59,7 @@ impl Points {
 }
 
 /// Reads pieces and chains; makes points, their arc lengths, and counts them.
-pub fn run(cx: &mut Cx<'_>, lists: &Lists, chains: &Chains) -> Points {
+pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
     // A chain of n pieces has n + 1 points.
     let most = 2 * u64::from(MOST_PIECES);
     let points = Points {
@@ -65,19 +67,15 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, chains: &Chains) -> Points {
         along: cx.buffer(&LENGTHS, most * 4),
         arguments: cx.buffer(&ARGUMENTS, 32),
     };
-    let resources = [
-        lists.strokes(),
-        ("edge_draw", lists.edge_draw.binding()),
-        lists.counts(),
-        ("arguments", points.arguments.binding()),
-    ];
+    let resources =
+        [lists.strokes(), edges.rules(), edges.draw(), lists.counts(), ("arguments", points.arguments.binding())];
     cx.groups("lines/strokes/arguments", [1, 1], &resources);
     let resources = [
         ("pieces", lists.pieces.binding()),
         chains.named(),
         ("places", chains.places.binding()),
         lists.counts(),
-        ("edges", lists.edges.binding()),
+        edges.edges(),
         ("points", points.list.binding()),
     ];
     cx.indirect("lines/strokes/points", &points.arguments, FOR_PIECES, &resources);

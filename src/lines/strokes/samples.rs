@@ -8,10 +8,11 @@ use bytemuck::{Pod, Zeroable};
 
 use super::chain::Chains;
 use super::points::Points;
-use super::{Lists, MOST_PIECES, scan};
+use super::{Lists, MOST_PIECES};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
+use crate::gpu::scan;
 use crate::gpu::shared::describe;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError, readback};
@@ -69,7 +70,7 @@ impl Sample {
     /// Of a loop: the last sample is where the first one is.
     pub const IS_CLOSED: u32 = 8;
 
-    /// As [`Edge::kind`](super::Edge::kind): 0 a contour, 1 the border of the land, 2 a crease.
+    /// As [`Edge::kind`](crate::surface::edges::Edge::kind): 0 a contour, 1 the border of the land, 2 a crease.
     pub fn kind(&self) -> u32 {
         self.flags >> 8
     }

@@ -7,7 +7,6 @@ use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Cx};
 use crate::gpu::target::{Target, TargetKind};
-use crate::surface::terrain::ID_FORMAT;
 
 /// Ink: 0 none, 1 full. It is blended, which 32 bits are not everywhere.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
@@ -15,7 +14,7 @@ const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 /// How much ink.
 pub const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
 /// Whose: the number of the sample where the piece begins, plus 1. It lasts to the next frame.
-pub const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", ID_FORMAT);
+pub const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
 
 const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
     src_factor: wgpu::BlendFactor::One,
@@ -31,7 +30,7 @@ const SOLID: Draw = Draw {
             blend: Some(wgpu::BlendState { color: DARKER, alpha: DARKER }),
             write_mask: wgpu::ColorWrites::ALL,
         }),
-        replaced(ID_FORMAT),
+        replaced(wgpu::TextureFormat::R32Uint),
     ],
     depth: None,
     topology: wgpu::PrimitiveTopology::TriangleList,

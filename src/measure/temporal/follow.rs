@@ -22,7 +22,7 @@
 use glam::{DVec2, DVec3};
 
 use super::DrawnFrame;
-use crate::surface::view::View;
+use crate::scene::view::View;
 
 /// A line belongs to the nearest surface within this.
 pub const OWNER_PX: f64 = 2.0;
@@ -190,7 +190,7 @@ fn way(at: &[f32; 4]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::view::{Part, Pose};
+    use crate::scene::view::{Part, Pose};
 
     const SIZE_PX: [u32; 2] = [7, 5];
 

@@ -9,10 +9,10 @@ use crate::frame::Frame;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::lines::strokes::stroke::INK;
+use crate::scene::view::View;
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
-use crate::surface::resolve::POSITION;
-use crate::surface::view::View;
+use crate::surface::POSITION;
 
 /// Reads what `frame` drew last: with `view` and `style`. Waits for the GPU.
 ///

@@ -12,8 +12,8 @@ use glam::DVec3;
 
 use super::{Loading, Terrain};
 use crate::gpu::Gpu;
+use crate::scene::frustum::Frustum;
 use crate::tiles::budget::{Budget, Search, most_patches};
-use crate::tiles::frustum::Frustum;
 use crate::tiles::horizon_maps::TILES_PER_FRAME;
 use crate::tiles::needed::LevelRule;
 use crate::tiles::page_table::PageTable;

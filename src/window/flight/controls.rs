@@ -136,7 +136,7 @@ impl Flight {
             light: self.light(),
             planes: &[],
         };
-        let taken = screenshot::take(&self.gpu, &mut self.frame, &mut self.world.terrain, &request, Path::new("."));
+        let taken = screenshot::take(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, Path::new("."));
         // Its targets are the window's, and now hold the file's picture.
         self.stale = true;
         let text = match taken {

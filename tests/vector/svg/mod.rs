@@ -10,8 +10,8 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
+use hachure::scene::view::{Part, View};
 use hachure::style::{Color, Style};
-use hachure::surface::view::{Part, View};
 use hachure::vector::sheet::Sheet;
 use hachure::vector::{DrawingReport, Settings, layers};
 use kurbo::BezPath;
@@ -38,7 +38,7 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
-    frame.render(gpu, &mut world.terrain, &view, &style, &light).unwrap();
+    frame.render(gpu, &mut world.surfaces, &view, &style, &light).unwrap();
     let (_, samples) = frame.strokes().unwrap().samples().read(gpu).unwrap();
     let pieces: Vec<u32> = read_as(gpu, frame.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
     let stroke = |piece: u32| if piece == 0 { 0 } else { samples[piece as usize - 1].stroke };

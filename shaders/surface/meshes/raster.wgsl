@@ -1,7 +1,8 @@
 // Depth and surface id of the meshes in view, from the positions that mesh_vertices.wgsl wrote; the land is there
 // already. Both sides of a triangle are drawn: an open sheet is seen from behind too.
 #import hachure::view::View
-#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, IS_MESH}
+#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_TRIANGLE}
+#import hachure::surface_id::FIRST_MESH
 
 @group(0) @binding(0) var<uniform> view: View;
 
@@ -11,13 +12,13 @@ struct Vertex {
 }
 
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
-    let standing = mesh_instances[instance];
-    let number = index / 3u;
+fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
+    let standing = mesh_instances[instance_of(index / 3u, BY_TRIANGLE)];
+    let number = index / 3u - standing.triangles_before;
     let triangle = mesh_triangles[standing.first_triangle + number];
     let corners = vec3<u32>(triangle.corner_a, triangle.corner_b, triangle.corner_c);
     let at_m = mesh_places[standing.first_place + corners[index % 3u]].xyz;
-    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), IS_MESH | (standing.first_number + number));
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), FIRST_MESH | (standing.first_number + number));
 }
 
 @fragment

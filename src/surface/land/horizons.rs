@@ -1,4 +1,4 @@
-//! Heights → what the land sees of the sun and of the sky. See `shaders/surface/horizons.wgsl`.
+//! Heights → what the land sees of the sun and of the sky. See `shaders/surface/land/horizons.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -15,7 +15,7 @@ pub(crate) struct HorizonsUniform {
     pad_b: f32,
 }
 
-crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/horizons": to_sun, pad_a, pad_b);
+crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/land/horizons": to_sun, pad_a, pad_b);
 
 /// The tiles to make.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
@@ -35,5 +35,5 @@ pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &HorizonMaps) {
     resources.extend(terrain.iter().cloned());
     // Tiles stand below each other.
     let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
-    cx.groups("surface/horizons", [side, side * jobs.len() as u32], &resources);
+    cx.groups("surface/land/horizons", [side, side * jobs.len() as u32], &resources);
 }

@@ -1,11 +1,11 @@
-//! Finds the contour edges of the patches. See `shaders/lines/strokes/contour_edges.wgsl`.
+//! The patches' contours, borders and creases → the edge list. See `shaders/surface/land/edges.wgsl`.
 
-use super::Lists;
-use super::scan::Ordered;
+use super::vertices::PatchMesh;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
+use crate::gpu::scan::{Groups, Ordered};
 use crate::pyramid::tile::PATCH_QUADS;
-use crate::surface::vertices::PatchMesh;
+use crate::surface::edges::EdgeList;
 
 /// Quads of a patch: what each has found is kept from stage to stage.
 const KEPT: u64 = (PATCH_QUADS * PATCH_QUADS) as u64;
@@ -23,14 +23,14 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges of a batch to the list.
-pub fn run(cx: &mut Cx<'_>, lists: &Lists, inputs: &Inputs<'_>) {
+pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     if inputs.batch[1] == 0 {
         return;
     }
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.mesh.resources(inputs.batch));
-    resources.extend([lists.strokes(), ("edges", lists.edges.binding()), ("edge_draw", lists.edge_draw.binding())]);
+    resources.extend(edges.resources());
     resources.extend(inputs.terrain.iter().cloned());
-    let shader = "lines/strokes/contour_edges";
-    Ordered { shader, stages: 3, groups: [inputs.batch[1], 1], kept: KEPT }.run(cx, &resources);
+    let shader = "surface/land/edges";
+    Ordered { shader, stages: 3, groups: Groups::Of([inputs.batch[1], 1]), kept: KEPT }.run(cx, &resources);
 }

@@ -16,13 +16,13 @@
 #import hachure::terrain::{terrain, world_from_grid}
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(2) var<uniform> view: View;
-@group(0) @binding(3) var<uniform> strokes: Strokes;
+@group(0) @binding(3) var<uniform> edge_rules: EdgeRules;
 @group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(5) var<storage, read_write> edge_draw: array<u32>;
@@ -85,14 +85,14 @@ fn consider(a: vec3<f32>, b: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -
     if faces(m, a) != faces(n, a) {
         return found(a, b, KIND_CONTOUR, slot);
     }
-    if dot(m, n) < strokes.crease_cosine && faces(m, a) {
+    if dot(m, n) < edge_rules.crease_cosine && faces(m, a) {
         return found(a, b, KIND_CREASE, slot);
     }
     return 0u;
 }
 
 fn border(a: vec3<f32>, b: vec3<f32>, slot: u32) -> u32 {
-    return select(0u, found(a, b, KIND_BORDER, slot), strokes.borders == 1u);
+    return select(0u, found(a, b, KIND_BORDER, slot), edge_rules.borders == 1u);
 }
 
 // The vertices and normals of a patch, for all threads.
@@ -226,7 +226,7 @@ fn main(
     var index = edge_draw[0] / 2u + order.starts[group.x] + marks_before(thread * QUAD_EDGES);
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {
         let kind = (edges_found >> (2u * slot)) & 3u;
-        if kind != 0u && index < strokes.edge_capacity {
+        if kind != 0u && index < edge_rules.capacity {
             edges[index] = Edge(begins[slot], key + slot, ends[slot], kind - 1u);
         }
         index += u32(kind != 0u);

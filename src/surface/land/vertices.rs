@@ -1,4 +1,4 @@
-//! The vertices of the selected patches, morphed. See `shaders/surface/vertices.wgsl`.
+//! The vertices of the selected patches, morphed. See `shaders/surface/land/vertices.wgsl`.
 
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -59,7 +59,7 @@ impl PatchMesh {
     pub fn place(&self, cx: &mut Cx<'_>, batch: [u32; 2], terrain: &[Named]) {
         let mut resources = self.resources(batch).to_vec();
         resources.extend(terrain.iter().cloned());
-        cx.groups("surface/vertices", [VERTICES.div_ceil(WORKGROUP), batch[1]], &resources);
+        cx.groups("surface/land/vertices", [VERTICES.div_ceil(WORKGROUP), batch[1]], &resources);
     }
 
     /// The patches of a batch and their vertices, by the names in the shaders.

@@ -1,6 +1,6 @@
-//! Position and normal of the meshes, over those of the land. See `shaders/surface/mesh_resolve.wgsl`.
+//! Position and normal of the meshes, over those of the land. See `shaders/surface/meshes/resolve.wgsl`.
 
-use super::mesh_vertices::SeenMeshes;
+use super::DrawnMeshes;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
@@ -10,7 +10,7 @@ pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
     /// The meshes and their vertices.
-    pub meshes: &'a SeenMeshes,
+    pub meshes: &'a DrawnMeshes,
     /// Which triangle.
     pub surface_id: &'a Target,
     /// As it was rasterised.
@@ -23,9 +23,6 @@ pub struct Inputs<'a> {
 
 /// Writes `position` and `normal` where a mesh is seen.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    if inputs.meshes.triangles.is_empty() {
-        return;
-    }
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
@@ -34,5 +31,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
     ];
     resources.extend(inputs.meshes.resources());
-    cx.pixels("surface/mesh_resolve", inputs.position.size_px(), &resources);
+    cx.pixels("surface/meshes/resolve", inputs.position.size_px(), &resources);
 }

@@ -1,4 +1,4 @@
-//! Exclusive prefix sum of whole numbers, in place. See `shaders/lines/strokes/scan.wgsl`.
+//! Exclusive prefix sum of whole numbers, in place. See `shaders/gpu/scan.wgsl`.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -19,7 +19,7 @@ pub(crate) struct ScanSource {
     capacity: u32,
 }
 
-crate::gpu::shared::describe!(ScanSource as "ScanSource" in "lines/strokes/scan_begin": index, capacity);
+crate::gpu::shared::describe!(ScanSource as "ScanSource" in "gpu/scan_begin": index, capacity);
 
 /// How many values there are.
 const SIZE: BufferKind = BufferKind::storage("scan size");
@@ -53,7 +53,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("size", size.binding()),
         ("arguments", arguments.binding()),
     ];
-    cx.groups("lines/strokes/scan_begin", [1, 1], &resources);
+    cx.groups("gpu/scan_begin", [1, 1], &resources);
     for stage in 0_u32..3 {
         let resources = [
             ("stage", cx.uniform("stage", &stage)),
@@ -62,9 +62,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
             ("values", inputs.values.binding()),
         ];
         if stage == 1 {
-            cx.groups("lines/strokes/scan", [1, 1], &resources);
+            cx.groups("gpu/scan", [1, 1], &resources);
         } else {
-            cx.indirect("lines/strokes/scan", &arguments, 0, &resources);
+            cx.indirect("gpu/scan", &arguments, 0, &resources);
         }
     }
 }
@@ -74,30 +74,72 @@ const ORDER: BufferKind = BufferKind::storage("order");
 /// Where its list begins: the largest alignment of offsets.
 const ORDER_HEAD_BYTES: u64 = 256;
 
+/// How many workgroups an ordered pass has.
+#[derive(Clone, Copy)]
+pub enum Groups<'a> {
+    /// In x and y.
+    Of([u32; 2]),
+    /// As the GPU counted them.
+    Counted {
+        /// From `offset` on: workgroups in x, y and z, and their number.
+        arguments: &'a Buffer,
+        /// In bytes.
+        offset: u64,
+        /// Not more; rows of [`ROW`] may be filled up.
+        most: u32,
+    },
+}
+
+/// Workgroups in a row of counted ones.
+const ROW: u32 = 65_535;
+
+impl Groups<'_> {
+    fn most(&self) -> u32 {
+        match self {
+            Self::Of([x, y]) => x * y,
+            Self::Counted { most, .. } if *most > ROW => most.next_multiple_of(ROW),
+            Self::Counted { most, .. } => *most,
+        }
+    }
+}
+
 /// A pass that writes a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
-pub struct Ordered {
+pub struct Ordered<'a> {
     /// Its shader.
     pub shader: &'static str,
     /// Two, or three: the third is a single workgroup.
     pub stages: u32,
-    /// In x and y.
-    pub groups: [u32; 2],
+    /// Its workgroups.
+    pub groups: Groups<'a>,
     /// Numbers that each workgroup may keep.
     pub kept: u64,
 }
 
-impl Ordered {
+impl Ordered<'_> {
     /// Runs all stages.
     pub fn run(&self, cx: &mut Cx<'_>, resources: &[Named]) {
-        let count = self.groups[0] * self.groups[1];
-        let bytes = 4 * (u64::from(count) * (1 + self.kept) + 1);
+        let bytes = 4 * (u64::from(self.groups.most()) * (1 + self.kept) + 1);
         let order = cx.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
         let starts = order.slice(ORDER_HEAD_BYTES, order.raw.size() - ORDER_HEAD_BYTES);
         let mut all = vec![("order", order.binding())];
         all.extend(resources.iter().cloned());
         for stage in 0..self.stages {
-            cx.write(&order, &[stage, count]);
-            cx.groups(Compute::from(self.shader), if stage < 2 { self.groups } else { [1, 1] }, &all);
+            let shader = Compute::from(self.shader);
+            match self.groups {
+                Groups::Of([x, y]) => {
+                    cx.write(&order, &[stage, x * y]);
+                    cx.groups(shader, if stage < 2 { [x, y] } else { [1, 1] }, &all);
+                }
+                Groups::Counted { arguments, offset, .. } => {
+                    cx.write(&order, &[stage]);
+                    cx.copy((arguments, offset + 12), (&order, 4), 4);
+                    if stage < 2 {
+                        cx.indirect(shader, arguments, offset, &all);
+                    } else {
+                        cx.groups(shader, [1, 1], &all);
+                    }
+                }
+            }
             if stage == 0 {
                 // The number of groups is the second of the head.
                 run(cx, &Inputs { numbers: &order, index: 1, capacity: MAX_VALUES, values: &starts });

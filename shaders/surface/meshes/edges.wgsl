@@ -8,12 +8,12 @@
 // Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
-#import hachure::stroke_edges::{Edge, Strokes, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> mesh_sides: array<vec4<f32>>;
 @group(0) @binding(1) var<uniform> view: View;
-@group(0) @binding(2) var<uniform> strokes: Strokes;
+@group(0) @binding(2) var<uniform> edge_rules: EdgeRules;
 @group(0) @binding(3) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(4) var<storage, read_write> edge_draw: array<u32>;
@@ -52,7 +52,7 @@ fn edges_of(number: u32) -> Found {
             let is_contour = (side.w > 0.0) != (other.w > 0.0);
             let is_shown = side.w > 0.0 || standing.is_solid == 0u;
             kind = select(KIND_CREASE, KIND_CONTOUR, is_contour);
-            is_edge = is_contour || dot(side.xyz, other.xyz) < strokes.crease_cosine && is_shown;
+            is_edge = is_contour || dot(side.xyz, other.xyz) < edge_rules.crease_cosine && is_shown;
         }
         if is_edge {
             // The land's keys are hashes too.
@@ -93,7 +93,7 @@ fn main(
     }
     let first = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread * 3u);
     for (var i = 0u; i < found.count; i++) {
-        if first + i < strokes.edge_capacity {
+        if first + i < edge_rules.capacity {
             edges[first + i] = found.edges[i];
         }
     }

@@ -7,7 +7,6 @@ use glam::DVec2;
 
 use crate::file::guard::Inputs;
 use crate::file::message::named;
-use crate::frame::Light;
 use crate::gpu::Gpu;
 use crate::mesh::placed::{Placed, Stance};
 use crate::mesh::{Mesh, MeshError, obj};
@@ -16,11 +15,12 @@ use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
-use crate::scene::{MeshPlacement, Scene, World};
+use crate::scene::view::Pose;
+use crate::scene::{Light, MeshPlacement, Scene, World};
 use crate::source::{self, Kind, OpenOptions, Progress, Silent};
-use crate::surface::view::Pose;
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
+use crate::world::Surfaces;
 
 /// A COG with no more samples is baked all the same: it takes two seconds, and its errors are measured then.
 const BAKED_SAMPLES: usize = 1 << 24;
@@ -78,8 +78,8 @@ impl WorldError {
 pub struct OpenWorld {
     /// Light, air and start.
     pub scene: Scene,
-    /// The surface.
-    pub terrain: Terrain,
+    /// The land and what stands on it.
+    pub surfaces: Surfaces,
 }
 
 /// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, or not at all.
@@ -214,9 +214,9 @@ impl OpenWorld {
         let options = TerrainOptions { inverse_radius, ..options };
         let terrain =
             Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source }.of(&scene))?;
-        let mut world = Self { scene, terrain };
+        let mut world = Self { scene, surfaces: terrain.into() };
         let placed = world.place_meshes().map_err(|error| WorldError::from(error).of(&world.scene))?;
-        world.terrain.set_meshes(placed);
+        world.surfaces.set_meshes(placed);
         Ok(world)
     }
 
@@ -246,7 +246,7 @@ impl OpenWorld {
 
     /// East and north extent in metres.
     pub fn extent_m(&self) -> [f64; 2] {
-        self.terrain.extent_m()
+        self.surfaces.terrain.extent_m()
     }
 
     /// The light and air of the scene.
@@ -256,7 +256,10 @@ impl OpenWorld {
 
     /// Height of the ground in metres; in holes and outside, the lowest height.
     pub fn ground_m(&self, east_m: f64, north_m: f64) -> f64 {
-        self.terrain.height_m(DVec2::new(east_m, north_m)).unwrap_or_else(|| f64::from(self.terrain.range_m()[0]))
+        self.surfaces
+            .terrain
+            .height_m(DVec2::new(east_m, north_m))
+            .unwrap_or_else(|| f64::from(self.surfaces.terrain.range_m()[0]))
     }
 
     /// Whether [`OpenWorld::ground_m`] was right so far: where a tile could not be read, it was not.
@@ -264,7 +267,7 @@ impl OpenWorld {
     /// # Errors
     /// [`WorldError::Ground`].
     pub fn ground_was_read(&self) -> Result<(), WorldError> {
-        self.terrain.ground().failure().map_or(Ok(()), |failure| Err(WorldError::Ground(failure)))
+        self.surfaces.terrain.ground().failure().map_or(Ok(()), |failure| Err(WorldError::Ground(failure)))
     }
 
     /// A camera as an eye: heights above ground become heights.
@@ -297,7 +300,7 @@ impl OpenWorld {
             return start;
         }
         let [_, north_m] = self.extent_m();
-        let [low_m, high_m] = self.terrain.range_m().map(f64::from);
+        let [low_m, high_m] = self.surfaces.terrain.range_m().map(f64::from);
         // Over flat land from higher up: a panorama of it would be one line.
         let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
         let y_m = -0.42 * north_m;

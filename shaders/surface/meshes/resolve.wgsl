@@ -1,10 +1,11 @@
 // Position and normal where a mesh is seen: the pixel's ray cut with the plane of the triangle that the rasteriser found
 // there, and the normals of its corners, mixed by the place in the triangle.
 //
-// After surface/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what they are
+// After surface/land/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what they are
 // without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth stays.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel}
-#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from, IS_MESH}
+#import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from}
+#import hachure::surface_id::{kind_of, FIRST_MESH, MESH}
 #import hachure::earth::unbend
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -23,10 +24,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let found = textureLoad(surface_id, pixel, 0).r;
-    if (found & IS_MESH) == 0u {
+    if kind_of(found) != MESH {
         return;
     }
-    let number = found ^ IS_MESH;
+    let number = found ^ FIRST_MESH;
     let standing = mesh_instances[instance_of(number, BY_NUMBER)];
     let triangle = mesh_triangles[standing.first_triangle + number - standing.first_number];
     let corners = corners_of(standing.first_place, triangle);

@@ -1,5 +1,6 @@
-// What the passes before and after chaining share: edges, the style's numbers, points.
-#define_import_path hachure::stroke_edges
+// The list of edges: every kind of surface adds its own, and whoever draws lines of them reads it. See
+// src/surface/edges.rs.
+#define_import_path hachure::edges
 
 // An edge of the surface as drawn, from a to b, camera-relative in metres.
 struct Edge {
@@ -11,45 +12,19 @@ struct Edge {
     kind: u32,
 }
 
-// A point of a stroke.
-struct Point {
-    px: vec2<f32>,
-    depth_m: f32,
-    chain: u32,
-    // Of the edge that begins here.
-    kind: u32,
-    padding: u32,
-}
-
 const KIND_CONTOUR: u32 = 0u;
 const KIND_BORDER: u32 = 1u;
 const KIND_CREASE: u32 = 2u;
 
-struct Strokes {
-    // Of the style.
+// Which edges are wanted.
+struct EdgeRules {
+    // Of the angle between two triangles' normals: a sharper edge is a crease.
     crease_cosine: f32,
-    // 1: the edges of the land's extent are drawn.
+    // 1: the borders of the land are edges.
     borders: u32,
-    // Pixels of the reference image per pixel of the picture: 1 to 1/4.
-    resolution: f32,
-    edge_capacity: u32,
-    // Of the reference image.
-    image_px: vec2<u32>,
-    piece_capacity: u32,
-    half_width_px: f32,
-    taper_px: f32,
-    // Camera distance at which haze has taken 63 % of a stroke, and what is left of it at last.
-    haze_m: f32,
-    faintest: f32,
-    // How much the width follows nearness, 0 to 1.
-    depth_width: f32,
-    // Strokes that are shorter are left out.
-    shortest_px: f32,
-    // How much wider strokes are where they bend; below 0 thinner.
-    curve_width: f32,
-    // How far strokes stray from their line.
-    wobble_px: f32,
-    padding: f32,
+    // Edges that there is room for.
+    capacity: u32,
+    padding: u32,
 }
 
 // A point of the picture and its distance along the view axis.

@@ -1,4 +1,4 @@
-//! Draws the selected patches: depth and surface id. See `shaders/surface/terrain.wgsl`.
+//! Draws the selected patches: depth and surface id. See `shaders/surface/land/raster.wgsl`.
 
 use std::convert::Infallible;
 
@@ -7,20 +7,12 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Cx};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::Target;
 use crate::pyramid::tile::PATCH_QUADS;
-
-/// Reversed depth: near / distance along the view axis; 0 is the sky.
-pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// Which patch; 0 is the sky.
-pub const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// Of the surface as it was rasterised.
-pub const DEPTH: TargetKind = TargetKind::attachment("depth", DEPTH_FORMAT);
-/// Of the surface.
-pub const SURFACE_ID: TargetKind = TargetKind::attachment("surface id", ID_FORMAT);
+use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const SOLID: Draw = Draw {
-    name: "surface/terrain",
+    name: "surface/land/raster",
     fragment: "solid",
     colors: [replaced(ID_FORMAT), None],
     depth: Some(DEPTH_FORMAT),
@@ -38,9 +30,9 @@ pub struct Inputs<'a> {
     pub mesh: &'a PatchMesh,
     /// Of the mesh. The first batch clears the pictures.
     pub batch: [u32; 2],
-    /// [`DEPTH`].
+    /// [`DEPTH`](crate::surface::DEPTH).
     pub depth: &'a Target,
-    /// [`SURFACE_ID`].
+    /// [`SURFACE_ID`](crate::surface::SURFACE_ID).
     pub surface_id: &'a Target,
 }
 
@@ -56,7 +48,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let [first, count] = inputs.batch;
     let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), is_cleared: first == 0 };
     let solid_count = inputs.mesh.solid.saturating_sub(first).min(count);
-    cx.render("surface/terrain", &[&solid, &with_holes], on, |pass| {
+    cx.render(SOLID.name, &[&solid, &with_holes], on, |pass| {
         pass.set_index_buffer(indices.0.buffer().slice(..), wgpu::IndexFormat::Uint16);
         let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
         solid.set(pass);

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
-use crate::tiles::frustum::Frustum;
+use crate::scene::frustum::Frustum;
 
 /// The near plane. Reversed infinite depth loses nothing by a small one.
 const NEAR_M: f64 = 1e-4;
@@ -88,7 +88,7 @@ pub struct ViewUniform {
     pad_eye: f32,
 }
 
-crate::gpu::shared::describe!(ViewUniform as "View" in "surface/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, padding, eye_m, pad_eye);
+crate::gpu::shared::describe!(ViewUniform as "View" in "surface/land/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, padding, eye_m, pad_eye);
 
 impl Pose {
     /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.

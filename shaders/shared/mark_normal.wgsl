@@ -1,5 +1,5 @@
-// Where the blocks of the `form` picture lie, and what it says at a pixel.
-#define_import_path hachure::form
+// Where the blocks of the `mark_normal` picture lie, and what it says at a pixel.
+#define_import_path hachure::mark_normal
 #import hachure::view::{View, place_of_pixel}
 
 // Side of the block of pixels that shares a texel.
@@ -18,19 +18,19 @@ fn pixel_of_block(view: View, block: vec2<i32>) -> vec2<i32> {
 
 // The normal at a pixel that sees `at` (w: along the view axis): between the four blocks around it, as far as they
 // see the same face of the land. `normal` where none does.
-fn form_at(view: View, form: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, normal: vec3<f32>) -> vec3<f32> {
+fn mark_normal_at(view: View, mark_normal: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, normal: vec3<f32>) -> vec3<f32> {
     let place = vec2<f32>(pixel + view.origin_px - BLOCK_PX / 2) / f32(BLOCK_PX);
     let whole = floor(place);
     let f = place - whole;
     let first = vec2<i32>(whole) - first_block(view);
-    let last = vec2<i32>(textureDimensions(form)) - 1;
+    let last = vec2<i32>(textureDimensions(mark_normal)) - 1;
     // What the plane through a block may miss the pixel's place by: a block's width on the ground.
     let allowed_m = f32(BLOCK_PX) * at.w / view.focal_px;
     var sum = normal * 1e-4;
     for (var i = 0; i < 4; i++) {
         let offset = vec2<i32>(i & 1, i >> 1u);
         let block = clamp(first + offset, vec2<i32>(0), last);
-        let seen = textureLoad(form, block, 0);
+        let seen = textureLoad(mark_normal, block, 0);
         let away = at.xyz - place_of_pixel(view, pixel_of_block(view, block), seen.w);
         let miss = dot(away, seen.xyz) / allowed_m;
         let weight = mix(1.0 - f, f, vec2<f32>(offset));

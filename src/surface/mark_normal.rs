@@ -1,4 +1,4 @@
-//! The surface's normal at the scale of marks. See `shaders/surface/form.wgsl`.
+//! The surface's normal at the scale of marks. See `shaders/surface/mark_normal.wgsl`.
 //!
 //! This is the mark normal. Why: `docs/decisions/hatching.md`.
 
@@ -6,15 +6,15 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 
-/// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`form_size`].
-pub const FORM: TargetKind = TargetKind::storage("form", wgpu::TextureFormat::Rgba32Float);
+/// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`mark_normal_size`].
+pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark_normal", wgpu::TextureFormat::Rgba32Float);
 
-/// Side of the block of pixels that shares a texel; `shaders/shared/form.wgsl` has it too.
+/// Side of the block of pixels that shares a texel; `shaders/shared/mark_normal.wgsl` has it too.
 const BLOCK_PX: u32 = 4;
 
 /// The size of the picture for targets of `size_px`: blocks are counted in the whole picture, so a part may see one
 /// more at either end.
-pub fn form_size(size_px: [u32; 2]) -> [u32; 2] {
+pub fn mark_normal_size(size_px: [u32; 2]) -> [u32; 2] {
     size_px.map(|side| side.div_ceil(BLOCK_PX) + 1)
 }
 
@@ -28,21 +28,21 @@ pub struct Inputs<'a> {
     pub surface_id: &'a Target,
     /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface: a mesh's own normal is its form.
+    /// Of the surface: a mesh's own normal is its mark_normal.
     pub normal: &'a Target,
     /// Out.
-    pub form: &'a Target,
+    pub mark_normal: &'a Target,
 }
 
-/// Finds the form of what the inputs show.
+/// Finds the mark_normal of what the inputs show.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
-        ("form", inputs.form.into()),
+        ("mark_normal", inputs.mark_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/form", inputs.form.size_px(), &resources);
+    cx.pixels("surface/mark_normal", inputs.mark_normal.size_px(), &resources);
 }

@@ -1,15 +1,10 @@
-//! Depth of the mesh → position and normal of the surface. See `shaders/surface/resolve.wgsl`.
+//! Depth of the mesh → position and normal of the surface. See `shaders/surface/land/resolve.wgsl`.
 //!
 //! Why: `docs/decisions/resolve-pass.md`.
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
-use crate::gpu::target::{Target, TargetKind};
-
-/// xyz: metres from the rig's origin; w: distance along the view axis. All 0 is the sky.
-pub const POSITION: TargetKind = TargetKind::storage("position", wgpu::TextureFormat::Rgba32Float);
-/// xyz: unit, in the world; 0 is the sky.
-pub const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::Rgba32Float);
+use crate::gpu::target::Target;
 
 /// What the pass reads and where it writes.
 pub struct Inputs<'a> {
@@ -34,5 +29,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/resolve", inputs.position.size_px(), &resources);
+    cx.pixels("surface/land/resolve", inputs.position.size_px(), &resources);
 }

@@ -59,6 +59,11 @@ impl Frustum {
         if bounds.distance_m() == 0.0 { 0.0 } else { middle.angle_between(self.forward) }
     }
 
+    /// Whether any of a sphere may be in view: never false for one that is.
+    pub fn may_see_sphere(&self, middle_m: DVec3, radius_m: f64) -> bool {
+        self.normals.iter().all(|normal| normal.dot(middle_m) >= -radius_m)
+    }
+
     /// Whether any of the box may be in view: never false for one that is.
     pub fn may_see(&self, bounds: &Bounds) -> bool {
         self.normals.iter().all(|normal| {

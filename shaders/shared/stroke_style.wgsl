@@ -1,0 +1,33 @@
+// What the passes of strokes share beside their records: the style's numbers, and the points of strokes.
+#define_import_path hachure::stroke_style
+
+// A point of a stroke.
+struct Point {
+    px: vec2<f32>,
+    depth_m: f32,
+    chain: u32,
+    // Of the edge that begins here.
+    kind: u32,
+    padding: u32,
+}
+
+struct Strokes {
+    // Pixels of the reference image per pixel of the picture: 1 to 1/4.
+    resolution: f32,
+    piece_capacity: u32,
+    // Of the reference image.
+    image_px: vec2<u32>,
+    half_width_px: f32,
+    taper_px: f32,
+    // Camera distance at which haze has taken 63 % of a stroke, and what is left of it at last.
+    haze_m: f32,
+    faintest: f32,
+    // How much the width follows nearness, 0 to 1.
+    depth_width: f32,
+    // Strokes that are shorter are left out.
+    shortest_px: f32,
+    // How much wider strokes are where they bend; below 0 thinner.
+    curve_width: f32,
+    // How far strokes stray from their line.
+    wobble_px: f32,
+}

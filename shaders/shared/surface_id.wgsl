@@ -1,0 +1,20 @@
+// What is seen at a pixel: a kind of surface in the highest bits of its id, a number of that kind in the others. See
+// src/surface/id.rs.
+#define_import_path hachure::surface_id
+
+const SKY: u32 = 0u;
+const LAND: u32 = 1u;
+const MESH: u32 = 2u;
+const TREE: u32 = 3u;
+const WATER: u32 = 4u;
+
+const FIRST_MESH: u32 = 0x80000000u;
+const FIRST_TREE: u32 = 0xc0000000u;
+const FIRST_WATER: u32 = 0xe0000000u;
+
+fn kind_of(id: u32) -> u32 {
+    if id < FIRST_MESH {
+        return select(LAND, SKY, id == 0u);
+    }
+    return select(select(WATER, TREE, id < FIRST_WATER), MESH, id < FIRST_TREE);
+}

@@ -1,0 +1,188 @@
+// Which meshes an eye sees: those whose sphere touches the view, is not hidden by the earth, and is not smaller than a
+// pixel. What is drawn of them, and how many threads place their vertices and look for their edges, is counted here and
+// dispatched indirectly; the CPU knows neither.
+//
+// The list keeps the order of the scene, and what is not seen has no vertices and no triangles in it: a number is looked
+// up among all that begins before it. Three stages: 0, each workgroup counts what its 256 meshes have; 1, one workgroup
+// turns counts into beginnings (at most 256 of them) and writes the indirect arguments; 2, each workgroup writes its
+// part of the list.
+//
+// A mesh's place in the world has more digits than f32. It comes in units of 64 m and of 2^-24 m, so that the difference
+// to the rig's origin is rounded once.
+#import hachure::view::{View, distance_from_eye}
+#import hachure::terrain::terrain
+#import hachure::earth::{bend, camera_z_m}
+#import hachure::meshes::MeshInstance
+
+// A mesh that stands somewhere, in view or not.
+struct Standing {
+    // Rows of the matrix from the mesh, which counts from its middle, to the world.
+    east: vec3<f32>,
+    first_vertex: u32,
+    north: vec3<f32>,
+    vertices: u32,
+    up: vec3<f32>,
+    first_triangle: u32,
+    // Where its middle is in the world.
+    coarse: vec3<i32>,
+    triangles: u32,
+    fine: vec3<i32>,
+    is_solid: u32,
+    // Its first vertex and triangle among those of all that stands in the world.
+    first_place: u32,
+    first_number: u32,
+    // No vertex is farther from the middle.
+    radius_m: f32,
+    mean_edge_m: f32,
+}
+
+struct Cull {
+    // Of the rig, as the places of meshes.
+    origin_coarse: vec3<i32>,
+    stage: u32,
+    origin_fine: vec3<i32>,
+    padding: u32,
+    // What is smaller is not drawn, and meshes with shorter edges have none.
+    smallest_px: f32,
+    shortest_edge_px: f32,
+    padding_a: u32,
+    padding_b: u32,
+}
+
+// Arguments of indirect draws and dispatches.
+struct MeshDraws {
+    // Vertices, instances, and the first of each.
+    draw: vec4<u32>,
+    // Workgroups for the vertices.
+    vertex_groups: vec4<u32>,
+    // Workgroups for the triangles that are near enough for edges; the last is their number.
+    near_groups: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> cull: Cull;
+@group(0) @binding(2) var<storage, read> standings: array<Standing>;
+@group(0) @binding(3) var<storage, read_write> mesh_instances: array<MeshInstance>;
+// Of each workgroup.
+@group(0) @binding(4) var<storage, read_write> mesh_counts: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> mesh_draws: MeshDraws;
+
+// Workgroups in a row, and threads of a workgroup, in the passes that are dispatched.
+const ROW: u32 = 65535u;
+const WORKGROUP: u32 = 64u;
+
+var<workgroup> sums: array<vec3<u32>, 256>;
+
+// The sum of what the threads up to this one have (Hillis, Steele 1986).
+fn sum_of_threads(thread: u32, own: vec3<u32>) -> vec3<u32> {
+    sums[thread] = own;
+    workgroupBarrier();
+    for (var reach = 1u; reach < 256u; reach *= 2u) {
+        var before = vec3<u32>(0u);
+        if thread >= reach {
+            before = sums[thread - reach];
+        }
+        workgroupBarrier();
+        sums[thread] += before;
+        workgroupBarrier();
+    }
+    return sums[thread];
+}
+
+fn middle_m(standing: Standing) -> vec3<f32> {
+    let coarse = standing.coarse - cull.origin_coarse;
+    let fine = standing.fine - cull.origin_fine;
+    // Both parts of the sum before the last are exact within 4 km.
+    let most = vec3<f32>(coarse) * 64.0 + vec3<f32>(fine >> vec3<u32>(12u)) * 0x1p-12;
+    return most + vec3<f32>(fine & vec3<i32>(4095)) * 0x1p-24;
+}
+
+fn is_beside(at_m: vec3<f32>, radius_m: f32) -> bool {
+    var m = transpose(view.clip_from_camera);
+    var beside = false;
+    for (var side = 0u; side < 4u; side++) {
+        let plane = m[3] + m[side / 2u] * select(-1.0, 1.0, side % 2u == 0u);
+        beside = beside || dot(plane, vec4<f32>(at_m, 1.0)) < -radius_m * length(plane.xyz);
+    }
+    return beside;
+}
+
+// Whether the earth itself hides what lies at a place of the flat map: it rises to a place beyond the horizon of a camera
+// that stands on the lowest land.
+fn is_beyond_horizon(flat_m: vec3<f32>, radius_m: f32) -> bool {
+    let k = terrain.inverse_radius;
+    let away = max(length(flat_m.xy) - radius_m, 0.0) * k;
+    // At least the angle whose cosine is r / (r + h).
+    let dips = sqrt(2.0 * k * max(vec2<f32>(-terrain.min_z_m, flat_m.z + radius_m - terrain.min_z_m), vec2<f32>(0.0)));
+    return k > 0.0 && away > dips.x + dips.y + 1e-5;
+}
+
+// Vertices, triangles that are near enough for edges, all triangles of what stands at this number; 0 if it is not seen.
+fn counts_of(number: u32) -> vec3<u32> {
+    if number >= arrayLength(&standings) {
+        return vec3<u32>(0u);
+    }
+    let standing = standings[number];
+    let flat_m = middle_m(standing);
+    let at_m = bend(flat_m);
+    // Heights above the sea are stretched.
+    let radius_m = standing.radius_m
+        * max(1.0 + (flat_m.z + camera_z_m() + standing.radius_m) * terrain.inverse_radius, 1.0);
+    let away_m = distance_from_eye(view, at_m);
+    let is_small = 2.0 * radius_m * view.focal_px < cull.smallest_px * away_m;
+    if is_small || is_beside(at_m, radius_m) || is_beyond_horizon(flat_m, radius_m) {
+        return vec3<u32>(0u);
+    }
+    let is_near = standing.mean_edge_m * view.focal_px >= cull.shortest_edge_px * (away_m - radius_m);
+    return vec3<u32>(standing.vertices, select(0u, standing.triangles, is_near), standing.triangles);
+}
+
+fn groups_of(threads: u32) -> vec4<u32> {
+    let groups = (threads + WORKGROUP - 1u) / WORKGROUP;
+    let row = min(groups, ROW);
+    let rows = (groups + ROW - 1u) / ROW;
+    return vec4<u32>(row, rows, 1u, row * rows);
+}
+
+@compute @workgroup_size(256)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    var own = vec3<u32>(0u);
+    if cull.stage == 1u {
+        if thread < arrayLength(&mesh_counts) {
+            own = mesh_counts[thread].xyz;
+        }
+    } else {
+        own = counts_of(id.x);
+    }
+    let through = sum_of_threads(thread, own);
+    if cull.stage == 0u {
+        if thread == 255u {
+            mesh_counts[group.x] = vec4<u32>(through, 0u);
+        }
+        return;
+    }
+    if cull.stage == 1u {
+        if thread < arrayLength(&mesh_counts) {
+            mesh_counts[thread] = vec4<u32>(through - own, 0u);
+        }
+        if thread == 255u {
+            mesh_draws = MeshDraws(
+                vec4<u32>(3u * through.z, 1u, 0u, 0u), groups_of(through.x), groups_of(through.y));
+        }
+        return;
+    }
+    if id.x >= arrayLength(&standings) {
+        return;
+    }
+    let standing = standings[id.x];
+    let before = mesh_counts[group.x].xyz + through - own;
+    let at_m = middle_m(standing);
+    mesh_instances[id.x] = MeshInstance(
+        vec4<f32>(standing.east, at_m.x), vec4<f32>(standing.north, at_m.y), vec4<f32>(standing.up, at_m.z),
+        standing.first_vertex, own.x, before.x, standing.first_triangle, own.z, before.y, u32(own.y > 0u),
+        standing.is_solid, standing.first_place, standing.first_number, before.z, 0u);
+}

@@ -1,0 +1,24 @@
+//! Contours, open borders and creases of the meshes that are near enough → the edge list. See `shaders/surface/meshes/edges.wgsl`, and
+//! `sides.wgsl` for what each triangle knows of itself before.
+
+use super::DrawnMeshes;
+use super::cull::NEAR_GROUPS;
+use super::sides;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::scan::{Groups, Ordered};
+use crate::surface::edges::EdgeList;
+
+/// Threads of a workgroup.
+const WORKGROUP: u64 = 64;
+
+/// Adds the edges to the list.
+pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMeshes) {
+    let sides = sides::run(cx, view, meshes);
+    let mut resources = vec![("view", view.clone()), ("mesh_sides", sides.binding())];
+    resources.extend(edges.resources());
+    resources.extend(meshes.resources());
+    let most = meshes.placed().triangles().div_ceil(WORKGROUP) as u32;
+    let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, most };
+    Ordered { shader: "surface/meshes/edges", stages: 3, groups, kept: 0 }.run(cx, &resources);
+}

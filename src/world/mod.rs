@@ -1,0 +1,45 @@
+//! A world: the land and what stands on it, side by side.
+//!
+//! A frame draws [`Surfaces`]. [`open`] makes them of what a user names: a scene file, a DEM, a pyramid, an address.
+
+pub mod open;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
+use crate::mesh::placed::Placed;
+use crate::tiles::Terrain;
+
+/// The surfaces of a world, of every kind.
+pub struct Surfaces {
+    /// The land.
+    pub terrain: Terrain,
+    meshes: Option<Arc<Placed>>,
+}
+
+impl From<Terrain> for Surfaces {
+    /// Bare land.
+    fn from(terrain: Terrain) -> Self {
+        Self { terrain, meshes: None }
+    }
+}
+
+impl Surfaces {
+    /// What stands on the land, if anything does.
+    pub fn meshes(&self) -> Option<&Arc<Placed>> {
+        self.meshes.as_ref()
+    }
+
+    /// Puts meshes onto the land, in place of those that stood there.
+    pub fn set_meshes(&mut self, placed: Placed) {
+        self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
+    }
+
+    /// No part of any surface is nearer to a camera than this.
+    pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
+        let mesh_m = self.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
+        self.terrain.nearest_m(camera_m).min(mesh_m)
+    }
+}
