@@ -133,7 +133,7 @@ fn toward_steep_land_the_surface_gets_coarser_step_by_step() {
     let mut over = 0;
     for step in 0..60 {
         let pose = world.pose(&format!("3,{},120,2,-20,60", -300.0 * 0.96_f64.powi(step)));
-        let view = View { pose, previous: pose, picture_px, part: Part::whole(picture_px) };
+        let view = View::whole(pose, pose, picture_px);
         let prepared = world.surfaces.terrain.prepare(&world.gpu, &terrain_view(&view));
         let error_px = prepared.detail.error_px;
         let change = before.replace(error_px).map_or(1.0, |before: f64| (error_px / before).max(before / error_px));
@@ -155,7 +155,7 @@ fn parts_of_a_picture_have_one_error() {
     assert!(draw().picture == shot.picture);
     // A part that sees little would do with less, and has the error of all parts.
     let part = Part { origin_px: [60, 40], size_px: [8, 8] };
-    let view = View { pose, previous: pose, picture_px: [128, 72], part };
+    let view = View::of_part(pose, pose, [128, 72], part);
     let alone_px = world.surfaces.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
     assert!(alone_px < 0.9 * shot.report.error_px, "{alone_px} of {} px", shot.report.error_px);
     world.surfaces.terrain.hold_error_px(shot.report.error_px);
@@ -164,7 +164,7 @@ fn parts_of_a_picture_have_one_error() {
 }
 
 fn view_of(pose: Pose) -> View {
-    View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) }
+    View::whole(pose, pose, SIZE_PX)
 }
 
 /// The planted error: the same choice without a budget takes more.

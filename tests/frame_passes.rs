@@ -16,7 +16,7 @@ use glam::DVec3;
 use hachure::frame::{Frame, Light};
 use hachure::gpu::recorder::{PassTrace, Traced};
 use hachure::gpu::shader::SHADERS;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
 
 use crate::common::World;
@@ -90,7 +90,7 @@ impl Traces {
 
 fn draw(world: &mut World, frame: &mut Frame, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
     let [previous, pose] = poses;
-    let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(previous, pose, SIZE_PX);
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     frame.set_traces(true);
     frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();

@@ -13,7 +13,7 @@ use hachure::frame::Frame;
 use hachure::gpu::timer::FRAME;
 use hachure::picture::{self, PictureRequest};
 use hachure::scene::Scene;
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::style::{Style, preset_text};
 
 /// The views of the README, and their files.
@@ -92,7 +92,7 @@ fn no_part_of_a_drawing_is_mush() {
 /// The quickest of a few runs of each pass of each style, in milliseconds. The styles take turns.
 fn quickest_ms(world: &mut World, styles: &[Style], camera: &str, size_px: [u32; 2]) -> Vec<Vec<(String, f64)>> {
     let pose = world.pose(camera);
-    let view = View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) };
+    let view = View::whole(pose, pose, size_px);
     let light = Scene::default().light(world.surfaces.terrain.extent_m());
     let mut frames: Vec<_> = styles.iter().map(|_| Frame::new(&world.gpu).unwrap()).collect();
     let mut quickest: Vec<Vec<(String, f64)>> = vec![Vec::new(); styles.len()];

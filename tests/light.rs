@@ -13,7 +13,7 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback;
 use hachure::gpu::target::Target;
 use hachure::scene::Sun;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::surface::{NORMAL, POSITION};
 use hachure::tiles::Terrain;
@@ -60,7 +60,7 @@ fn floats(world: &World, target: &Target) -> Vec<[f32; 4]> {
 }
 
 fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let prepared = frame.render(&world.gpu, &mut world.surfaces, &view, style, light).unwrap();
     world.gpu.wait();
     let target = |kind| frame.target(kind).unwrap();

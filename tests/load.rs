@@ -21,7 +21,7 @@ use hachure::pyramid::store::{Ground, MosaicStore};
 use hachure::pyramid::surface::statistics::TileStatistics;
 use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
 use hachure::scene::camera::Camera;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::source::{HeightGrid, Silent, WorldMapping};
 use hachure::style::{Style, names};
 use hachure::surface::edges::{EDGES, Edge};
@@ -204,7 +204,7 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
     let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
     let grid_projection = GridProjection::fit(&mapping, size.width, size.height);
     let pose = poses(&store, &FLIGHT[..1])[0];
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let earth_curvature = EarthCurvature { inverse_radius: 0.0, camera_z_m: pose.position_m.z, lowest_m: 0.0 };
     let rule = LevelRule {
         camera_m: pose.position_m,

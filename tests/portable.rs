@@ -15,7 +15,7 @@ use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
 use hachure::mesh::placed::Placed;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
@@ -30,7 +30,7 @@ fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8
     let mut previous = pose;
     for i in 0..2 {
         let now = Pose { position_m: pose.position_m + pose.forward * f64::from(i), ..pose };
-        let view = View { pose: now, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+        let view = View::whole(previous, now, SIZE_PX);
         previous = now;
         frame.render(gpu, surfaces, &view, style, &light).unwrap();
         gpu.check().unwrap_or_else(|error| panic!("{}: {error}", style.name));
@@ -76,7 +76,7 @@ fn every_preset_draws_within_the_default_limits() {
     let mut surfaces = Terrain::new(&gpu, store, TerrainOptions::default()).unwrap().into();
     let style = Style::load("pen").unwrap();
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     Frame::new(&gpu).unwrap().render(&gpu, &mut surfaces, &view, &style, &light).unwrap();
     assert!(gpu.check().is_err_and(|error| error.to_string().contains("storage")));
 }

@@ -14,7 +14,7 @@ use hachure::pyramid::surface::statistics::TileStatistics;
 use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::pyramid::{LevelSize, LoadedTile, Pyramid, TileAddress, TileStore};
 use hachure::scene::camera::Camera;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::source::{HeightGrid, WorldMapping};
 use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::patches::{AllPatches, Known, Patches};
@@ -95,7 +95,7 @@ fn choose(east: f64, north: f64, above_m: f64, yaw_deg: f64, pitch_deg: f64, fov
         up: camera.up(),
         fov_rad: fov_deg.to_radians(),
     };
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let viewpoint = Viewpoint {
         camera_m: camera.position_m,
         frusta: vec![view.frustum()],

@@ -15,7 +15,7 @@ use hachure::frame::Frame;
 use hachure::pyramid::store::Exaggerated;
 use hachure::pyramid::tile::TILE_STRIDE;
 use hachure::pyramid::{LoadedTile, TileAddress, TileStore};
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::tiles::Terrain;
 use hachure::tiles::cache::{TILE_BYTES, TileCache};
 use hachure::tiles::needed::{Land, LevelRule, TilePlaces, needed};
@@ -261,7 +261,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             -60.0 * v
         );
         let pose = world.pose(&view);
-        let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+        let view = View::whole(pose, pose, SIZE_PX);
         let rule = |error_px| LevelRule {
             camera_m: pose.position_m,
             frusta: vec![view.frustum()],

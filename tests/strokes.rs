@@ -18,7 +18,7 @@ use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
 use hachure::lines::strokes::{COUNTS, PIECES};
 use hachure::lines::strokes::{Chain, Piece, StrokeCounts};
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [640, 360];
@@ -45,7 +45,7 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Dra
     let mut style = Style::load("strokes").unwrap();
     change(&mut style);
     let pose = world.pose(camera);
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();

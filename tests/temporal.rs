@@ -11,7 +11,7 @@ use hachure::measure::temporal::{
     DrawnFrame, LINE_INK, PairMeasures, Share, StrokePictures, TemporalError, TemporalTotals, compare, count_strokes,
     read_drawn,
 };
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::Style;
 
@@ -19,12 +19,11 @@ const SIZE_PX: [u32; 2] = [240, 160];
 
 /// An eye that looks north.
 fn eye(position_m: DVec3, turned_px: f64) -> View {
-    let mut view = View {
-        pose: Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.8 },
-        previous: Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.8 },
-        picture_px: SIZE_PX,
-        part: Part::whole(SIZE_PX),
-    };
+    let mut view = View::whole(
+        Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.8 },
+        Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.8 },
+        SIZE_PX,
+    );
     let turn = DQuat::from_rotation_z(turned_px / view.focal_px());
     (view.pose.forward, view.pose.right) = (turn * DVec3::Y, turn * DVec3::X);
     view
@@ -372,7 +371,7 @@ fn a_real_drawing_is_measured() {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let mut draw = |world: &mut common::World, camera: &str| {
             let pose = world.pose(camera);
-            let view = View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) };
+            let view = View::whole(pose, pose, size_px);
             frame.render(&world.gpu, &mut world.surfaces, &view, &style, &light).unwrap();
             world.gpu.wait();
             let strokes = count_strokes(&world.gpu, &frame, &style).unwrap();

@@ -15,7 +15,7 @@ use hachure::lines::strokes::id_image::{EDGE_DEPTH, EDGE_IDS};
 use hachure::lines::strokes::{
     ChainRules, Lists, MOST_PIECES, Piece, StrokeCounts, chain, extract, id_image, image_px, points,
 };
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::surface::edges::{Edge, EdgeList, EdgeRules};
 use hachure::surface::{DEPTH, DEPTH_FORMAT};
@@ -53,7 +53,7 @@ impl Bench {
             up: DVec3::Z,
             fov_rad: 2.0 * (f64::from(height) / 200.0).atan(),
         };
-        View { pose, previous: pose, picture_px: [width, height], part: Part::whole([width, height]) }
+        View::whole(pose, pose, [width, height])
     }
 
     /// What lies at a place of the picture, so far away.

@@ -11,7 +11,7 @@ use hachure::composite::PICTURE;
 use hachure::frame::{Frame, Light};
 use hachure::gpu::readback;
 use hachure::gpu::target::Target;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::surface::POSITION;
 use hachure::tones::TONE;
@@ -43,7 +43,7 @@ fn halves(world: &World, target: &Target) -> Vec<[f64; 4]> {
 fn draw(world: &mut World, style: &Style, pose: Pose) -> Drawn {
     let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None };
     let mut frame = Frame::new(&world.gpu).unwrap();
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();
     world.gpu.wait();
     world.gpu.check().unwrap();

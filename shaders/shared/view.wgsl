@@ -8,7 +8,7 @@ struct View {
     previous_clip_from_camera: mat4x4<f32>,
     // The ray through picture point p, at unit distance along the view axis: corner + p.x * dx + p.y * dy.
     ray_corner: vec3<f32>,
-    // Pixels per radian near the middle of the picture.
+    // Pixels per radian around the axis.
     focal_px: f32,
     ray_dx: vec3<f32>,
     near_m: f32,
@@ -19,7 +19,8 @@ struct View {
     // Where the targets' first pixel lies in the picture (a large picture is rendered in parts).
     origin_px: vec2<i32>,
     picture_px: vec2<f32>,
-    padding: vec2<f32>,
+    // By how much the content of the picture is moved.
+    jitter_px: vec2<f32>,
     // Where the eye is in its rig.
     eye_m: vec3<f32>,
     pad_eye: f32,

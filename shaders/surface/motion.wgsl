@@ -1,4 +1,5 @@
-// Where each pixel's content was in the previous frame: exact for a world that stands still, sky included.
+// Where each pixel's content was in the previous frame: exact for a world that stands still, sky included. Jitter is no
+// motion.
 #import hachure::view::{View, ray_of_pixel}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -18,5 +19,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // What was beside or behind the previous eye has no place in its picture: it comes from far outside.
     let ndc = clip.xy / max(clip.w, 1e-6 * length(clip.xyz));
     let before_px = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(view.size_px);
-    textureStore(motion, pixel, vec4<f32>(vec2<f32>(pixel) + 0.5 - before_px, 0.0, 0.0));
+    textureStore(motion, pixel, vec4<f32>(vec2<f32>(pixel) + 0.5 - view.jitter_px - before_px, 0.0, 0.0));
 }

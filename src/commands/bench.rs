@@ -37,7 +37,7 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
-use crate::scene::view::{Part, Pose, View};
+use crate::scene::view::{Pose, View};
 use crate::source::{Progress, Silent};
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
@@ -286,7 +286,7 @@ impl Flight {
     fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(View, Drawn), GpuError> {
         let pose = self.world.pose(camera);
         let previous = self.previous.replace(pose).unwrap_or(pose);
-        let view = View { pose, previous, picture_px: size_px, part: Part::whole(size_px) };
+        let view = View::whole(previous, pose, size_px);
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();

@@ -185,7 +185,7 @@ pub fn render_in_parts<E>(
         {
             let size = [part_columns.min(width - first_column), band_rows.min(height - first_row)];
             let (part, _) = part_with_margin([first_column, first_row], size, request.size_px, margin_px);
-            let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
+            let view = View::of_part(request.previous, request.pose, request.size_px, part);
             error_px = error_px.max(world.terrain.detail_of(gpu, &terrain_view(&view)).error_px);
         }
         world.terrain.hold_error_px(error_px);
@@ -209,7 +209,7 @@ pub fn render_in_parts<E>(
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             let frame = Frame::or_new(frame, gpu)?;
             frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
-            let view = View { pose: request.pose, previous: request.previous, picture_px: request.size_px, part };
+            let view = View::of_part(request.previous, request.pose, request.size_px, part);
             let prepared = frame.render(gpu, world, &view, request.style, &request.light)?;
             let window = Window { inset, size_px: [columns, rows], first_column, width };
             read_part(gpu, frame, &window, request, &mut band)?;

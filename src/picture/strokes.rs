@@ -6,7 +6,7 @@
 use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
-use crate::scene::view::{Part, View};
+use crate::scene::view::View;
 use crate::world::Surfaces;
 
 use super::{PictureReport, PictureRequest};
@@ -58,7 +58,7 @@ pub fn render_strokes(
     }
     let frame = Frame::or_new(frame, gpu)?;
     frame.set_wants_motion(false);
-    let view = View { pose: request.pose, previous: request.previous, picture_px: size_px, part: Part::whole(size_px) };
+    let view = View::whole(request.previous, request.pose, size_px);
     let prepared = frame.render(gpu, world, &view, request.style, &request.light)?;
     let Some(strokes) = frame.strokes() else {
         return Err(StrokesError::NoStrokes { style: request.style.name.clone() });

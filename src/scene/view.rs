@@ -19,7 +19,7 @@ pub struct Pose {
     pub right: DVec3,
     /// Unit.
     pub up: DVec3,
-    /// Vertical field of view.
+    /// Vertical field of view of a lens that is symmetric.
     pub fov_rad: f64,
 }
 
@@ -39,6 +39,20 @@ impl Part {
     }
 }
 
+/// How far a picture reaches to each side of the axis: tangents of the angles. A headset's pictures reach farther
+/// outward than toward the nose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    /// To the left; below 0 where the picture begins on the right of the axis.
+    pub left: f64,
+    /// To the right.
+    pub right: f64,
+    /// Upward.
+    pub up: f64,
+    /// Downward.
+    pub down: f64,
+}
+
 /// A view of a part of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -46,6 +60,12 @@ pub struct View {
     pub pose: Pose,
     /// The eye one frame ago, for motion.
     pub previous: Pose,
+    /// Its lens now; none is symmetric, with square pixels and the field of view of the pose.
+    pub lens: Option<Lens>,
+    /// Its lens one frame ago.
+    pub previous_lens: Option<Lens>,
+    /// By how much the content of the picture is moved, in pixels: for samples beside the centres of pixels.
+    pub jitter_px: DVec2,
     /// Of the whole picture.
     pub picture_px: [u32; 2],
     /// What is rendered of it.
@@ -83,12 +103,12 @@ pub struct ViewUniform {
     size_px: [u32; 2],
     origin_px: [i32; 2],
     picture_px: [f32; 2],
-    padding: [f32; 2],
+    jitter_px: [f32; 2],
     eye_m: [f32; 3],
     pad_eye: f32,
 }
 
-crate::gpu::shared::describe!(ViewUniform as "View" in "surface/land/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, padding, eye_m, pad_eye);
+crate::gpu::shared::describe!(ViewUniform as "View" in "surface/land/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, jitter_px, eye_m, pad_eye);
 
 impl Pose {
     /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.
@@ -99,16 +119,31 @@ impl Pose {
 }
 
 impl View {
-    /// Pixels per radian in the middle of the picture.
+    /// All of a picture through a symmetric lens.
+    pub fn whole(previous: Pose, pose: Pose, picture_px: [u32; 2]) -> Self {
+        Self::of_part(previous, pose, picture_px, Part::whole(picture_px))
+    }
+
+    /// A part of a picture through a symmetric lens.
+    pub fn of_part(previous: Pose, pose: Pose, picture_px: [u32; 2], part: Part) -> Self {
+        Self { pose, previous, lens: None, previous_lens: None, jitter_px: DVec2::ZERO, picture_px, part }
+    }
+
+    /// Pixels per radian around the axis, in the direction that has more of them.
     pub fn focal_px(&self) -> f64 {
-        focal_px(&self.pose, self.picture_px)
+        self.projection().focal_px.max_element()
+    }
+
+    /// Vertical field of view.
+    pub fn fov_rad(&self) -> f64 {
+        self.lens.map_or(self.pose.fov_rad, |lens| lens.up.atan() + lens.down.atan())
     }
 
     /// The direction through a point of the picture (0, 0 is its upper left corner), at unit distance along the axis.
     pub fn ray(&self, picture: DVec2) -> DVec3 {
-        let focal_px = self.focal_px();
-        let from_middle = picture - self.middle_px();
-        self.pose.forward + self.pose.right * (from_middle.x / focal_px) - self.pose.up * (from_middle.y / focal_px)
+        let Projection { focal_px, axis_px } = self.projection();
+        let from_axis = (picture - axis_px) / focal_px;
+        self.pose.forward + self.pose.right * from_axis.x - self.pose.up * from_axis.y
     }
 
     /// Where a way from the eye, or a direction, appears in the picture: the inverse of [`View::ray`]. None beside or
@@ -116,7 +151,8 @@ impl View {
     pub fn place_px(&self, way: DVec3) -> Option<DVec2> {
         let ahead = way.dot(self.pose.forward);
         let across = DVec2::new(way.dot(self.pose.right), -way.dot(self.pose.up));
-        (ahead > 1e-6 * way.length()).then(|| self.middle_px() + across * (self.focal_px() / ahead))
+        let Projection { focal_px, axis_px } = self.projection();
+        (ahead > 1e-6 * way.length()).then(|| axis_px + across * (focal_px / ahead))
     }
 
     /// What the part sees.
@@ -133,39 +169,45 @@ impl View {
 
     /// For the shaders: positions count from `origin_m`, that of the rig.
     pub fn uniform(&self, origin_m: DVec3) -> ViewUniform {
-        let focal_px = self.focal_px();
-        let from_origin = |eye: &Pose| self.clip_from_camera(eye) * DMat4::from_translation(origin_m - eye.position_m);
-        let (now, previous) = (from_origin(&self.pose), from_origin(&self.previous));
+        let Projection { focal_px, .. } = self.projection();
+        let previous_projection = Projection::new(self.previous_lens, &self.previous, self.picture_px);
+        let from_origin = |eye: &Pose, projection| {
+            self.clip_from_camera(eye, projection) * DMat4::from_translation(origin_m - eye.position_m)
+        };
+        let now = from_origin(&self.pose, self.projection());
+        let previous = from_origin(&self.previous, previous_projection);
         ViewUniform {
             clip_from_camera: now.as_mat4().to_cols_array_2d(),
             previous_clip_from_camera: previous.as_mat4().to_cols_array_2d(),
             ray_corner: self.ray(DVec2::ZERO).as_vec3().to_array(),
-            focal_px: focal_px as f32,
-            ray_dx: (self.pose.right / focal_px).as_vec3().to_array(),
+            focal_px: self.focal_px() as f32,
+            ray_dx: (self.pose.right / focal_px.x).as_vec3().to_array(),
             near_m: NEAR_M as f32,
-            ray_dy: (-self.pose.up / focal_px).as_vec3().to_array(),
+            ray_dy: (-self.pose.up / focal_px.y).as_vec3().to_array(),
             pad: 0.0,
             size_px: self.part.size_px,
             origin_px: self.part.origin_px,
             picture_px: self.picture_px.map(|side| side as f32),
-            padding: [0.0; 2],
+            jitter_px: self.jitter_px.as_vec2().to_array(),
             eye_m: (self.pose.position_m - origin_m).as_vec3().to_array(),
             pad_eye: 0.0,
         }
     }
 
-    fn middle_px(&self) -> DVec2 {
-        DVec2::new(f64::from(self.picture_px[0]), f64::from(self.picture_px[1])) * 0.5
+    /// Of this frame, jitter and all. The motion of a pixel is without it: the previous frame's has none.
+    fn projection(&self) -> Projection {
+        let Projection { focal_px, axis_px } = Projection::new(self.lens, &self.pose, self.picture_px);
+        Projection { focal_px, axis_px: axis_px + self.jitter_px }
     }
 
     /// Reversed infinite projection of the part: depth is near / distance along the axis, 0 at infinity.
-    fn clip_from_camera(&self, pose: &Pose) -> DMat4 {
-        let focal_px = focal_px(pose, self.picture_px);
+    fn clip_from_camera(&self, pose: &Pose, projection: Projection) -> DMat4 {
+        let Projection { focal_px, axis_px } = projection;
         let size = DVec2::new(f64::from(self.part.size_px[0]), f64::from(self.part.size_px[1]));
         let origin = DVec2::new(f64::from(self.part.origin_px[0]), f64::from(self.part.origin_px[1]));
-        let middle = (self.middle_px() - origin) / size;
-        let right = pose.right * (2.0 * focal_px / size.x) + pose.forward * (2.0 * middle.x - 1.0);
-        let up = pose.up * (2.0 * focal_px / size.y) + pose.forward * (1.0 - 2.0 * middle.y);
+        let middle = (axis_px - origin) / size;
+        let right = pose.right * (2.0 * focal_px.x / size.x) + pose.forward * (2.0 * middle.x - 1.0);
+        let up = pose.up * (2.0 * focal_px.y / size.y) + pose.forward * (1.0 - 2.0 * middle.y);
         DMat4::from_cols(
             DVec4::new(right.x, up.x, 0.0, pose.forward.x),
             DVec4::new(right.y, up.y, 0.0, pose.forward.y),
@@ -175,6 +217,26 @@ impl View {
     }
 }
 
-fn focal_px(pose: &Pose, picture_px: [u32; 2]) -> f64 {
-    0.5 * f64::from(picture_px[1]) / (0.5 * pose.fov_rad).tan()
+/// A lens over the pixels of a picture.
+#[derive(Clone, Copy, Debug)]
+struct Projection {
+    /// Pixels per unit of tangent, across and down.
+    focal_px: DVec2,
+    /// Where the axis meets the picture.
+    axis_px: DVec2,
+}
+
+impl Projection {
+    fn new(lens: Option<Lens>, pose: &Pose, picture_px: [u32; 2]) -> Self {
+        let size_px = DVec2::new(f64::from(picture_px[0]), f64::from(picture_px[1]));
+        match lens {
+            None => {
+                Self { focal_px: DVec2::splat(0.5 * size_px.y / (0.5 * pose.fov_rad).tan()), axis_px: size_px * 0.5 }
+            }
+            Some(Lens { left, right, up, down }) => {
+                let focal_px = size_px / DVec2::new(left + right, up + down);
+                Self { focal_px, axis_px: DVec2::new(left, up) * focal_px }
+            }
+        }
+    }
 }

@@ -28,7 +28,7 @@ use crate::frame::{Frame, Light};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::lines::strokes::NumbersLater;
-use crate::scene::view::{Part, Pose, View};
+use crate::scene::view::{Pose, View};
 use crate::style::Style;
 use crate::tiles::terrain::Prepared;
 
@@ -277,7 +277,7 @@ impl Flight {
         let style = &self.styles.list()[self.settings.style];
         let frame = Frame::or_new(&mut self.frame, &self.gpu)?;
         let pose = self.camera.pose();
-        let view = View { pose, previous: self.last.pose, picture_px, part: Part::whole(picture_px) };
+        let view = View::whole(self.last.pose, pose, picture_px);
         self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
         let prepared = frame.render(&self.gpu, &mut self.world.surfaces, &view, style, &light)?;

@@ -16,7 +16,7 @@ use common::World;
 use glam::DVec3;
 use hachure::frame::{Frame, Light};
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::{self, Style};
 
@@ -71,7 +71,7 @@ impl Flight {
 
     fn draw(&mut self, world: &mut World, pose: Pose) -> (View, SampleCounts, Vec<Sample>) {
         let previous = self.last.map_or(pose, |last| last.pose);
-        let view = View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+        let view = View::whole(previous, pose, SIZE_PX);
         self.last = Some(view);
         self.frame.render(&world.gpu, &mut world.surfaces, &view, &self.style, &light()).unwrap();
         world.gpu.wait();

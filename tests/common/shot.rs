@@ -5,7 +5,7 @@ use hachure::file::exr::Samples;
 use hachure::frame::{Frame, Light};
 use hachure::picture::aov;
 use hachure::picture::{self, PartRule, PictureReport, PictureRequest};
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::{Style, preset_text};
 
 use super::World;
@@ -74,7 +74,7 @@ pub fn shoot_style(
     };
     Shot {
         size_px,
-        view: View { pose, previous, picture_px: size_px, part: Part::whole(size_px) },
+        view: View::whole(previous, pose, size_px),
         picture,
         depth_m: plane("depth.V"),
         position_m: zip(plane("position.X"), plane("position.Y"), plane("position.Z")),

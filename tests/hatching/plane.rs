@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
 use hachure::frame::{Frame, Light};
 use hachure::picture::{self, PartRule, PictureRequest, aov};
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 
 use crate::common::{World, grid_of};
@@ -102,7 +102,7 @@ pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: 
     let place = |i: usize| (patch[i] != 0).then(|| pose.position_m + DVec3::new(x[i], y[i], z[i]));
     Inked {
         size_px: size_px.map(|side| side as usize),
-        view: View { pose, previous: pose, picture_px: size_px, part: Part::whole(size_px) },
+        view: View::whole(pose, pose, size_px),
         ink: tone.iter().map(|tone| 1.0 - tone).collect(),
         place_m: (0..patch.len()).map(place).collect(),
         patch,

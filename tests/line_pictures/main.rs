@@ -17,7 +17,7 @@ use hachure::gpu::readback::read;
 use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::timer::Timer;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 
 /// Not a multiple of a workgroup's side.
 const SIZE_PX: [u32; 2] = [61, 43];
@@ -88,7 +88,7 @@ fn view() -> View {
     let right = forward.cross(DVec3::Z).normalize();
     let fov_rad = 2.0 * (f64::from(SIZE_PX[1]) / 200.0).atan();
     let pose = Pose { position_m: DVec3::ZERO, forward, right, up: right.cross(forward), fov_rad };
-    View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) }
+    View::whole(pose, pose, SIZE_PX)
 }
 
 /// As they lie on the GPU.

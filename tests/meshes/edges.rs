@@ -8,7 +8,7 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_buffer;
 use hachure::mesh::build::Soup;
 use hachure::mesh::{Across, Mesh};
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::style::Style;
 use hachure::surface::SURFACE_ID;
 use hachure::surface::edges::Edge;
@@ -59,7 +59,7 @@ impl Bench {
         let middle_m = pose.position_m + pose.forward * away_m;
         let mesh = Arc::new(mesh.clone());
         shapes::place(&mut self.world, &mesh, &shapes::stance(middle_m, 13.0, 1.0));
-        let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+        let view = View::whole(pose, pose, SIZE_PX);
         let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
         let gpu = &self.world.gpu;
         self.frame.render(gpu, &mut self.world.surfaces, &view, &self.style, &light).unwrap();

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod cull;
 mod edges;
 mod reader;
 mod scene;

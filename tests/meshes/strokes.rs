@@ -12,7 +12,7 @@ use hachure::lines::strokes::COUNTS;
 use hachure::lines::strokes::StrokeCounts;
 use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::style::Style;
 
 use crate::common::World;
@@ -34,7 +34,7 @@ fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
 
 fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Point>) {
     let pose = world.pose(camera);
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();

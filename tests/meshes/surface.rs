@@ -190,12 +190,7 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         fov_rad: 0.05,
     };
     let style = Style::load("plain").unwrap();
-    let view = hachure::scene::view::View {
-        pose,
-        previous: pose,
-        picture_px: SIZE_PX,
-        part: hachure::scene::view::Part::whole(SIZE_PX),
-    };
+    let view = hachure::scene::view::View::whole(pose, pose, SIZE_PX);
     let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
     let light = hachure::frame::Light { to_sun: DVec3::Z, haze_m: 3e5, haze_srgb: None };
     let earth_curvature = surfaces.terrain.earth_curvature(pose.position_m.z);

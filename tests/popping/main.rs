@@ -29,7 +29,7 @@ use hachure::pyramid::store::ContinentStore;
 use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::scene::camera::Camera;
 use hachure::scene::path::CameraPath;
-use hachure::scene::view::{Part, Pose, View};
+use hachure::scene::view::{Pose, View};
 use hachure::source::Silent;
 use hachure::style::{Style, preset_text};
 use hachure::tiles::Terrain;
@@ -67,7 +67,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
     let style = Style::parse("plain", preset_text("plain").unwrap()).unwrap();
     let mut frame = Frame::new(gpu).unwrap();
     let grid_projection = world.terrain.grid_projection().clone();
-    let view_of = |pose: Pose| View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view_of = |pose: Pose| View::whole(pose, pose, SIZE_PX);
     // A window that has been open for a while: after a jump nothing fades.
     let start = Instant::now();
     while world.terrain.options().loading == Loading::Stream && start.elapsed() < Duration::from_secs(30) {

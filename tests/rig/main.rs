@@ -5,6 +5,7 @@
 mod common;
 
 mod eyes;
+mod lens;
 mod steady;
 mod switches;
 
@@ -13,7 +14,7 @@ use hachure::composite::PICTURE;
 use hachure::frame::{self, Frame, Light};
 use hachure::gpu::readback::read;
 use hachure::gpu::target::TargetKind;
-use hachure::scene::view::{Part, Pose, Rig, View};
+use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 use hachure::surface::SURFACE_ID;
 use hachure::surface::{NORMAL, POSITION};
@@ -33,7 +34,7 @@ fn light() -> Light {
 }
 
 fn view(previous: Pose, pose: Pose) -> View {
-    View { pose, previous, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) }
+    View::whole(previous, pose, SIZE_PX)
 }
 
 /// The pose beside another one, to its right.

@@ -5,7 +5,7 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_as;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::lines::strokes::stroke::INK;
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::style::Style;
 use hachure::style::texture::Recipe;
 
@@ -18,7 +18,7 @@ const SIZE_PX: [u32; 2] = [480, 270];
 /// The ink of strokes, as 16-bit floats.
 fn ink(world: &mut World, frame: &mut Option<Frame>, style: &Style) -> Vec<u16> {
     let pose = world.pose("900,-900,+20,315,3,60");
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let frame = Frame::or_new(frame, gpu).unwrap();

@@ -73,7 +73,7 @@ impl History {
                 let moved_m = self.updated_m.distance(view.pose.position_m);
                 Plan {
                     is_update: self.frames_since_update + 1 >= strokes.update_every
-                        || turned_rad > QUICK_TURN * view.pose.fov_rad
+                        || turned_rad > QUICK_TURN * view.fov_rad()
                         || moved_m > QUICK_MOVE * step.nearest_m,
                     takes_over: strokes.carry,
                     step_m,
@@ -108,7 +108,7 @@ impl History {
 /// Whether a view follows on the last one that was drawn.
 fn continues(last: &View, view: &View) -> bool {
     let is_next = last.pose == view.previous && last.part == view.part && last.picture_px == view.picture_px;
-    is_next && last.pose.forward.angle_between(view.pose.forward) <= CUT * view.pose.fov_rad.min(last.pose.fov_rad)
+    is_next && last.pose.forward.angle_between(view.pose.forward) <= CUT * view.fov_rad().min(last.fov_rad())
 }
 
 #[cfg(test)]
@@ -128,7 +128,7 @@ mod tests {
     }
 
     fn view(previous: Pose, pose: Pose) -> View {
-        View { pose, previous, picture_px: [64, 36], part: Part::whole([64, 36]) }
+        View::whole(previous, pose, [64, 36])
     }
 
     fn strokes(update_every: u32, carry: bool) -> style::Strokes {

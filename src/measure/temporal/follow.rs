@@ -190,13 +190,13 @@ fn way(at: &[f32; 4]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::view::{Part, Pose};
+    use crate::scene::view::Pose;
 
     const SIZE_PX: [u32; 2] = [7, 5];
 
     fn view(position_m: DVec3) -> View {
         let pose = Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.7 };
-        View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) }
+        View::whole(pose, pose, SIZE_PX)
     }
 
     /// A wall `ahead_m` to the north of the eye.

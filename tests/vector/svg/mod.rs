@@ -10,7 +10,7 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
-use hachure::scene::view::{Part, View};
+use hachure::scene::view::View;
 use hachure::style::{Color, Style};
 use hachure::vector::sheet::Sheet;
 use hachure::vector::{DrawingReport, Settings, layers};
@@ -34,7 +34,7 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style
     let mut style = Style::load("strokes").unwrap();
     change(style.strokes.as_mut().unwrap());
     let pose = world.pose(camera);
-    let view = View { pose, previous: pose, picture_px: SIZE_PX, part: Part::whole(SIZE_PX) };
+    let view = View::whole(pose, pose, SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();

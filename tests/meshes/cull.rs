@@ -1,0 +1,94 @@
+//! Which meshes an eye sees: the GPU's list against the twin's.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use hachure::frame::{Frame, Light};
+use hachure::gpu::Gpu;
+use hachure::gpu::readback::read_buffer;
+use hachure::mesh::placed::Placed;
+use hachure::pyramid::TileStore;
+use hachure::scene::view::{Pose, View};
+use hachure::style::Style;
+use hachure::surface::meshes::INSTANCES;
+use hachure::surface::meshes::cull::{Seen, seen};
+use hachure::tiles::Terrain;
+use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::Surfaces;
+
+use crate::common::{baked, grid_of, random};
+use crate::shapes::{cube, mesh, sheet, stance};
+
+const SIZE_PX: [u32; 2] = [128, 72];
+const STANDING: i64 = 3000;
+
+/// Cubes and sheets of all sizes, some on, some far above and below the land.
+fn town() -> Placed {
+    let meshes = [Arc::new(mesh(cube())), Arc::new(mesh(sheet()))];
+    let mut placed = Placed::default();
+    for i in 0..STANDING {
+        let at = |j: i64| 2.0 * random(i, j) - 1.0;
+        // Denser near the middle.
+        let away_m = 30_000.0 * random(i, 3).powi(4);
+        let origin_m = DVec3::new(away_m * at(0), away_m * at(1), 300.0 * at(2));
+        let scale = 0.01 * 3000.0_f64.powf(random(i, 4));
+        placed.add(&meshes[i as usize % 2], &stance(origin_m, 360.0 * random(i, 5), scale)).unwrap();
+    }
+    placed
+}
+
+/// What the GPU has in its list: the vertices of each, and whether its edges are looked for.
+fn listed(gpu: &Gpu, frame: &Frame) -> Vec<Seen> {
+    const WORDS: usize = 24;
+    let buffer = frame.buffer(&INSTANCES).unwrap();
+    let words: Vec<u32> = read_buffer(gpu, &buffer.raw, STANDING as usize * WORDS).unwrap();
+    let of = |(standing, instance): (usize, &[u32])| {
+        (instance[13] > 0).then_some(Seen { standing, is_near: instance[18] == 1 })
+    };
+    words.chunks(WORDS).enumerate().filter_map(of).collect()
+}
+
+/// How many are only in one of the lists, or near in one and not in the other.
+fn differing(a: &[Seen], b: &[Seen]) -> usize {
+    a.iter().filter(|seen| !b.contains(seen)).count() + b.iter().filter(|seen| !a.contains(seen)).count()
+}
+
+#[test]
+fn the_gpu_sees_the_meshes_that_its_twin_sees() {
+    let Some(gpu) = crate::common::gpu() else { return };
+    let style = Style::load("pen").unwrap();
+    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let placed = town();
+    let (_folder, store) = baked(&grid_of(65, 65, 1000.0, |x_m, _| 0.01 * x_m));
+    let store: Arc<dyn TileStore> = Arc::new(store);
+    for inverse_radius in [0.0, 1.0 / 6_371_008.8, 1.0 / 200_000.0] {
+        let options = TerrainOptions { inverse_radius, ..TerrainOptions::default() };
+        let mut surfaces = Surfaces::from(Terrain::new(&gpu, Arc::clone(&store), options).unwrap());
+        surfaces.set_meshes(placed.clone());
+        let mut frame = Frame::new(&gpu).unwrap();
+        let (mut most, mut least) = (0, usize::MAX);
+        for camera in ["0,0,60,0,-10,60", "-700,350,400,110,-35,40", "9000,-9000,900,315,0,20", "5,5,2500,0,-90,70"] {
+            let pose = crate::common::pose_of(&camera.parse().unwrap());
+            let view = View::whole(pose, pose, SIZE_PX);
+            frame.render(&gpu, &mut surfaces, &view, &style, &light).unwrap();
+            gpu.check().unwrap();
+            let wanted = seen(&placed, &view, &surfaces.terrain.earth_curvature(pose.position_m.z));
+            let found = listed(&gpu, &frame);
+            let off = differing(&wanted, &found);
+            println!("1/R {inverse_radius:.1e}, {camera}: {} seen, {off} differ", wanted.len());
+            // Those at a threshold: f32 has some 1e-6 of a distance.
+            assert!(off <= 1 + wanted.len() / 200, "{camera}: {off} of {}", wanted.len());
+            (most, least) = (most.max(wanted.len()), least.min(wanted.len()));
+            // Planted: an eye that is turned by 2°.
+            let forward = (pose.forward + 0.035 * pose.right).normalize();
+            let turned = Pose { forward, right: forward.cross(pose.up).normalize(), ..pose };
+            let turned = seen(
+                &placed,
+                &View::whole(turned, turned, SIZE_PX),
+                &surfaces.terrain.earth_curvature(pose.position_m.z),
+            );
+            assert!(differing(&turned, &found) > 1 + wanted.len() / 200, "{camera}");
+        }
+        assert!(least > 5 && most > 200 && most < STANDING as usize, "{least} {most}");
+    }
+}
