@@ -16,6 +16,8 @@ use glam::DVec3;
 use hachure::frame::{Frame, Light};
 use hachure::gpu::recorder::{PassTrace, Traced};
 use hachure::gpu::shader::SHADERS;
+use hachure::gpu::target::{Target, TargetKind};
+use hachure::picture::show::{self, ShowError};
 use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
 
@@ -43,7 +45,7 @@ struct Traces {
 }
 
 fn named(used: &Traced) -> String {
-    used.format.map_or_else(|| used.name.to_owned(), |format| format!("{} `{format:?}`", used.name))
+    used.format().map_or_else(|| used.name.to_owned(), |format| format!("{} `{format:?}`", used.name))
 }
 
 impl Traces {
@@ -152,12 +154,57 @@ fn the_table_is_that_of_the_frames() {
     assert_eq!(drawn, known);
     assert!(beside.iter().all(|name| LIST.contains(name)));
     // Planted: a pass that reads one thing more, and one that nobody has listed.
-    let more = Traced { name: "nothing", format: None, bytes: 0 };
-    let planted = |name| PassTrace { name, reads: vec![more.clone()], writes: Vec::new() };
+    let more = Traced { name: "nothing", texture: None, bytes: 0 };
+    let planted = |name| PassTrace { name, submit: 0, reads: vec![more.clone()], writes: Vec::new() };
     for name in ["surface/land/resolve", "surface/none"] {
         traces.add("ink", &[planted(name)]);
         assert!(traces.table() != table, "{name}");
     }
+}
+
+/// Looks at every picture that a trace names; their names.
+fn look_at_all(world: &World, trace: &[PassTrace]) -> Result<BTreeSet<&'static str>, ShowError> {
+    let mut names = BTreeSet::new();
+    for (name, texture) in show::pictures(trace) {
+        let shown = show::read(&world.gpu, trace, name, SIZE_PX)?;
+        let [width, height] = shown.size_px;
+        assert!(width >= texture.width() && height >= texture.height(), "{name}");
+        assert_eq!(shown.rgba8().len() as u32, 4 * width * height, "{name}");
+        assert!(!shown.channels().is_empty(), "{name}");
+        names.insert(name);
+    }
+    Ok(names)
+}
+
+#[test]
+fn every_picture_of_a_frame_can_be_shown() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    let pose = world.pose("900,-900,+20,315,3,60");
+    let mut names = BTreeSet::new();
+    let mut trace = Vec::new();
+    for name in style::names() {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame.set_wants_motion(true);
+        trace = draw(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
+        world.gpu.check().unwrap();
+    }
+    // They are those of the table: a name stands before its format.
+    let is_listed = |name: &&str| LIST.contains(&format!(" {name} `"));
+    assert!(names.len() > 20 && names.iter().all(is_listed), "{names:?}");
+    assert!(
+        ["depth", "surface id", "height tiles", "ramp", "stroke texture", "motion", "horizon maps"]
+            .iter()
+            .all(|name| names.contains(name))
+    );
+    // Planted: a picture of a format that nobody has taught to show itself, and one that is not there.
+    let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint);
+    let texture = Some(Target::new(&world.gpu, &kind, [4, 4]).texture);
+    let new = Traced { name: "new", texture, bytes: 64 };
+    trace.push(PassTrace { name: "surface/none", submit: 0, reads: vec![new], writes: Vec::new() });
+    assert!(matches!(look_at_all(&world, &trace), Err(ShowError::Format { name: "new", .. })));
+    let error = show::read(&world.gpu, &trace, "nwe", SIZE_PX).unwrap_err().to_string();
+    assert!(error.contains("--show nwe") && error.contains("new") && error.contains("surface id"), "{error}");
 }
 
 #[test]

@@ -9,15 +9,16 @@ use std::sync::Arc;
 use common::hill::Hill;
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{self, Frame, Light};
 use hachure::gpu::readback;
+use hachure::gpu::recorder::{PassTrace, Submits};
 use hachure::gpu::target::Target;
 use hachure::scene::Sun;
-use hachure::scene::view::{Pose, View};
+use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 use hachure::surface::{NORMAL, POSITION};
 use hachure::tiles::Terrain;
-use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, TILES_PER_FRAME};
+use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, MAPS_AT_ONCE};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 use hachure::tones::TONE;
 
@@ -59,8 +60,12 @@ fn floats(world: &World, target: &Target) -> Vec<[f32; 4]> {
     bytemuck::cast_slice(&bytes).to_vec()
 }
 
+fn whole_view(pose: Pose) -> View {
+    View::whole(pose, pose, SIZE_PX)
+}
+
 fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
-    let view = View::whole(pose, pose, SIZE_PX);
+    let view = whole_view(pose);
     let prepared = frame.render(&world.gpu, &mut world.surfaces, &view, style, light).unwrap();
     world.gpu.wait();
     let target = |kind| frame.target(kind).unwrap();
@@ -276,7 +281,7 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     let pose = world.pose(CAMERA);
     let mut frame = Frame::new(&world.gpu).unwrap();
     let first = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
-    assert!(first.jobs > TILES_PER_FRAME && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
+    assert!(first.jobs > MAPS_AT_ONCE && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
     assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/land/horizons"));
     let second = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
     assert_eq!((second.jobs, &second.tone), (0, &first.tone), "at rest");
@@ -291,38 +296,93 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     assert!(mean_step(&first, &fresh) > 0.02, "another sun makes another picture");
 }
 
-#[test]
-fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
-    let Some(mut still) = rough() else { return };
-    let style = style(0.3, 1.0, 1.0);
-    let light = sun(100.0, 20.0);
-    let pose = still.pose(CAMERA);
-    let expected = shot(&mut still, &style, &light, CAMERA);
+/// The rough land, as a window loads it.
+fn streamed() -> World {
     let mut world = rough().unwrap();
     let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
     world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let (mut frames, mut most, mut last) = (0, 0, None);
-    while frames < 400 {
-        let drawn = draw(&mut world, &mut frame, &style, &light, pose);
-        frames += 1;
+    world
+}
+
+/// Draws until nothing is late: the last frame, the most maps in one, and all of them. `loses` plans every second frame
+/// and draws it not, so its maps are never made.
+fn settle(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, loses: bool) -> (Drawn, usize, usize) {
+    let pose = world.pose(CAMERA);
+    let (mut most, mut all) = (0, 0);
+    for _ in 0..400 {
+        if loses {
+            frame::prepare(&world.gpu, &mut world.surfaces, &Rig::mono(whole_view(pose)), style, light);
+        }
+        let drawn = draw(world, frame, style, light, pose);
         most = most.max(drawn.jobs);
-        let is_done = !drawn.late;
-        last = Some(drawn);
-        if is_done {
-            break;
+        all += drawn.jobs;
+        if !drawn.late {
+            return (drawn, most, all);
         }
     }
-    let settled = last.unwrap();
-    println!("{frames} frames, at most {most} tiles in one");
-    assert!(!settled.late && frames > 3);
-    assert!((1..=TILES_PER_FRAME).contains(&most), "{most} tiles in a frame");
+    panic!("it is still late");
+}
+
+#[test]
+fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
+    let Some(mut still) = rough() else { return };
+    let (style, light) = (style(0.3, 1.0, 1.0), sun(100.0, 20.0));
+    let expected = shot(&mut still, &style, &light, CAMERA);
+    let mut world = streamed();
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let (settled, most, all) = settle(&mut world, &mut frame, &style, &light, false);
+    println!("{all} maps, at most {most} in a frame");
+    assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
+    assert!(all > 2 * MAPS_AT_ONCE);
     assert_eq!(settled.tone, expected.tone, "what has settled is what a file shows");
+    let pose = world.pose(CAMERA);
     let again = draw(&mut world, &mut frame, &style, &light, pose);
     assert_eq!((again.jobs, &again.tone), (0, &settled.tone), "at rest");
-    // Planted: a world whose horizons were never made is another picture.
-    let bare = shot(&mut still, &self::style(0.3, 0.0, 0.0), &light, CAMERA);
-    assert!(mean_step(&bare, &expected) > 0.02);
+    // To another style and back: what is known stays, and no frame is late for it.
+    let bare = self::style(0.3, 0.0, 0.0);
+    for _ in 0..2 {
+        let other = draw(&mut world, &mut frame, &bare, &light, pose);
+        assert!(mean_step(&other, &expected) > 0.02);
+        let back = draw(&mut world, &mut frame, &style, &light, pose);
+        assert_eq!((back.jobs, back.late, &back.tone), (0, false, &settled.tone), "back again");
+    }
+    // Planted: maps that count as made and are not.
+    let mut world = streamed();
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let (lost, ..) = settle(&mut world, &mut frame, &style, &light, true);
+    assert_ne!(lost.tone, expected.tone, "lost maps must be seen");
+}
+
+/// How many maps' worth of dispatches the fullest submit of a frame has, and how many dispatches there are.
+fn fullest_submit(trace: &[PassTrace]) -> (usize, usize) {
+    let of_maps = || trace.iter().filter(|pass| pass.name == "surface/land/horizons").map(|pass| pass.submit);
+    (of_maps().map(|submit| of_maps().filter(|other| *other == submit).count()).max().unwrap_or(0), of_maps().count())
+}
+
+#[test]
+fn a_file_makes_its_maps_in_bounded_submits() {
+    let Some(mut world) = rough() else { return };
+    let (style, light, pose) = (style(0.3, 1.0, 1.0), sun(100.0, 20.0), world.pose(CAMERA));
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    frame.set_submits(Submits::Whole);
+    frame.set_traces(true);
+    let whole = draw(&mut world, &mut frame, &style, &light, pose);
+    let trace = frame.trace().to_vec();
+    let parts = whole.jobs.div_ceil(MAPS_AT_ONCE);
+    assert!(parts > 3, "{} maps", whole.jobs);
+    assert_eq!(fullest_submit(&trace), (1, parts), "of {} maps", whole.jobs);
+    // All else of the frame is one submit, which begins with the last of them.
+    let last = trace.last().unwrap().submit;
+    assert_eq!(last as usize, parts - 1);
+    assert!(trace.iter().filter(|pass| pass.submit == last).count() > 2);
+    // As where each pass is submitted by itself.
+    assert_eq!(whole.tone, shot(&mut rough().unwrap(), &style, &light, CAMERA).tone);
+    // Planted: all in one submit.
+    let planted: Vec<PassTrace> = trace.into_iter().map(|pass| PassTrace { submit: 0, ..pass }).collect();
+    assert_eq!(fullest_submit(&planted), (parts, parts));
+    // At rest a frame is one submit.
+    draw(&mut world, &mut frame, &style, &light, pose);
+    assert!(frame.trace().iter().all(|pass| pass.submit == 0));
 }
 
 #[test]

@@ -11,6 +11,8 @@
 const SEEN_SIDE: i32 = 130;
 const SEEN_BORDER: i32 = 1;
 const SEEN_SPACING: i32 = 2;
+// What a tile without a map says.
+const NO_MAP: u32 = 0xffffffffu;
 // Half of the sun's width, and what the horizon's own texels add, in radians.
 const PENUMBRA_RAD: f32 = 0.008;
 
@@ -46,10 +48,10 @@ fn seen_at(at_m: vec3<f32>, to_sun: vec3<f32>) -> vec2<f32> {
     loop {
         let place = place_on_level(level, g);
         let record = max(place.tile, 0);
-        let is_lit = place.tile >= 0 && tiles[record].lit == 1u;
+        let is_lit = place.tile >= 0 && tiles[record].unlit != NO_MAP;
         let is_last = level >= coarsest;
-        let blocked = between_corners(unpack4x8unorm(tiles[record].blocked), place);
-        let above = max(wanted - f32(level), blocked) * 2.0 - 0.5;
+        let unlit = between_corners(unpack4x8unorm(tiles[record].unlit), place);
+        let above = max(wanted - f32(level), unlit) * 2.0 - 0.5;
         let left = select(select(1.0, clamp(above, 0.0, 1.0), is_lit), 0.0, is_last);
         // Before the first tile is made, everything is seen.
         let here = select(vec2<f32>(-1.0, 1.0), horizon_in(tiles[record].slot, place), is_lit);

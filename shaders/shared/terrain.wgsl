@@ -40,8 +40,9 @@ struct TileRecord {
     slot: u32,
     // 1 where nothing finer exists.
     is_finest: u32,
-    // 1 where what the tile sees of the sun and the sky is known: see `seen`.
-    lit: u32,
+    // As `blocked`, by how much of a level horizons have to stay above this tile's map; all ones where it has none: see
+    // `seen`.
+    unlit: u32,
 }
 
 struct Terrain {

@@ -9,15 +9,16 @@
 //! many strokes there are, and how steady the drawing is from that frame to the next ([`temporal`]).
 
 mod pairs;
+mod passes;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
-use rustc_hash::FxHashSet;
 
 use self::pairs::{Checks, PairPlan};
+use self::passes::TracedPasses;
 use super::arguments;
 use super::height_args::HeightArgs;
 use super::progress::Bar;
@@ -28,7 +29,7 @@ use crate::frame::Frame;
 use crate::gpu::device::AdapterWish;
 use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
-use crate::measure::report::{Memory, Pass, Report, Run, WorldSize};
+use crate::measure::report::{Memory, Report, Run, WorldSize};
 use crate::measure::report_html::write_html;
 use crate::measure::statistics::{FrameRecord, RunFrames, write_frames_csv};
 use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
@@ -235,8 +236,8 @@ struct Flight {
     /// What this style's world and frames have allocated on the GPU: styles take turns on one device.
     gpu_bytes: i64,
     frame: Frame,
-    /// Of the last frame before those that count, in their order.
-    passes: Vec<&'static str>,
+    /// Of the frames before those that count.
+    passes: TracedPasses,
     previous: Option<Pose>,
     before: TileCounts,
     failed_tiles: u64,
@@ -269,7 +270,7 @@ impl Flight {
             world,
             gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
             frame: Frame::new(gpu)?,
-            passes: Vec::new(),
+            passes: TracedPasses::default(),
             style,
             previous: None,
             before: TileCounts::default(),
@@ -309,6 +310,7 @@ impl Flight {
         let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera)?;
+            self.passes.take(self.frame.trace());
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
             if frame >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
@@ -317,7 +319,6 @@ impl Flight {
                 updates -= 1;
             }
         }
-        self.passes = self.frame.trace().iter().map(|pass| pass.name).collect();
         self.frame.set_traces(false);
         self.before = self.world.surfaces.terrain.tile_counts();
         Ok(())
@@ -392,14 +393,7 @@ impl Flight {
 
     fn run(&self, eyes: &str) -> Run {
         let mut run = Run::of_frames(&self.style.name, eyes, &self.records);
-        if run.passes.is_empty() {
-            // Nothing was timed: the passes themselves are known.
-            let mut known = FxHashSet::default();
-            let names = self.passes.iter().filter(|name| known.insert(**name));
-            run.passes = names
-                .map(|name| Pass { name: (*name).to_owned(), gpu_ms: None, frames: None, mean_ms: None })
-                .collect();
-        }
+        self.passes.tell(&mut run);
         run.temporal = self.steadiness.metrics();
         let counts = self.world.surfaces.terrain.tile_counts();
         run.memory = Memory {

@@ -10,12 +10,13 @@ use crate::file::message::{did_you_mean, nearest, printable, quoted, shown};
 pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styles"];
 
 /// Options that the flight does not have, and the command that is probably meant.
-const OF_COMMANDS: [(&str, &str); 12] = [
+const OF_COMMANDS: [(&str, &str); 13] = [
     ("-o", "render"),
     ("--output", "render"),
     ("--path", "render"),
     ("--fps", "render"),
     ("--aov", "render"),
+    ("--show", "render"),
     ("--paper", "render"),
     ("--margin", "render"),
     ("--tolerance-px", "render"),

@@ -1,5 +1,6 @@
 //! `hachure render`: a DEM becomes a drawing in a file, or a camera path a row of them.
 
+mod show;
 mod vector;
 
 use std::path::{Path, PathBuf};
@@ -74,6 +75,10 @@ pub struct RenderArgs {
     /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
     pub aov: String,
+    /// Write this picture of the frame, as its passes left it, instead of the drawing; a name that there is not tells
+    /// which there are
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
+    pub show: Option<String>,
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
@@ -144,6 +149,7 @@ struct PassReport {
 pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     check_path(args, &kind)?;
+    show::check(args, &kind)?;
     let style = arguments::style(&args.style)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
@@ -298,6 +304,7 @@ impl Job<'_> {
             let pose = self.world.pose(camera);
             let previous = previous.replace(pose).unwrap_or(pose);
             let report = match (&kind, &mut film) {
+                (OutputKind::Picture(_), _) if self.args.show.is_some() => self.show(&output, pose)?,
                 (OutputKind::Picture(format), _) => self.picture(&output, *format, pose, previous)?,
                 (OutputKind::Frames(pattern, format), _) => {
                     self.picture(&pattern.prepare(number as u64)?, *format, pose, previous)?

@@ -8,12 +8,27 @@ use super::{Gpu, GpuError};
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
 pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) -> Result<Vec<u8>, GpuError> {
-    let aspect = if target.texture.format().is_depth_stencil_format() {
-        wgpu::TextureAspect::DepthOnly
-    } else {
-        wgpu::TextureAspect::All
-    };
-    let texel = target.texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
+    read_layer(gpu, &target.texture, 0, origin_px, size_px)
+}
+
+/// The part of a texture's texels that is read.
+pub fn aspect(texture: &wgpu::Texture) -> wgpu::TextureAspect {
+    if texture.format().is_depth_stencil_format() { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All }
+}
+
+/// As [`read`], of a layer of any texture's first mip level.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_layer(
+    gpu: &Gpu,
+    texture: &wgpu::Texture,
+    layer: u32,
+    origin_px: [u32; 2],
+    size_px: [u32; 2],
+) -> Result<Vec<u8>, GpuError> {
+    let aspect = aspect(texture);
+    let texel = texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
     let row_bytes = size_px[0] * texel;
     let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -25,9 +40,9 @@ pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) 
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("readback") });
     encoder.copy_texture_to_buffer(
         wgpu::TexelCopyTextureInfo {
-            texture: &target.texture,
+            texture,
             mip_level: 0,
-            origin: wgpu::Origin3d { x: origin_px[0], y: origin_px[1], z: 0 },
+            origin: wgpu::Origin3d { x: origin_px[0], y: origin_px[1], z: layer },
             aspect,
         },
         wgpu::TexelCopyBufferInfo {

@@ -3,7 +3,7 @@
 //! Everything that varies is handed in. A pass is a function of a [`Cx`] and its inputs; it owns nothing, so the same
 //! pass can be recorded for many eyes and styles in one submit.
 //!
-//! On a GPU a frame is one submit. On a software driver each pass is submitted by itself, so that it can be timed
+//! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver each pass is submitted by itself, so that it can be timed
 //! ([`timer`](super::timer)); [`Submits`] says otherwise where a test or a measurement wants what a GPU does.
 
 use std::sync::Arc;
@@ -35,6 +35,8 @@ pub enum Submits {
 pub struct PassTrace {
     /// Of its shader.
     pub name: &'static str,
+    /// In which submit of the frame it was recorded, from 0.
+    pub submit: u32,
     /// What it reads, in the order of its bindings.
     pub reads: Vec<Traced>,
     /// What it writes.
@@ -46,10 +48,36 @@ pub struct PassTrace {
 pub struct Traced {
     /// Of the picture, the buffer or the uniform.
     pub name: &'static str,
-    /// Of a picture's texels; none of a buffer.
-    pub format: Option<wgpu::TextureFormat>,
+    /// Of a picture; none of a buffer.
+    pub texture: Option<wgpu::Texture>,
     /// What it takes on the GPU.
     pub bytes: u64,
+}
+
+/// Bytes of the pictures and buffers that the passes of a name read, and of those that they write: each whole and once,
+/// whatever part of it they touch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PassBytes {
+    /// Of what it reads.
+    pub read: u64,
+    /// Of what it writes.
+    pub written: u64,
+}
+
+impl PassBytes {
+    /// Of the passes of that name in a frame.
+    pub fn of(trace: &[PassTrace], name: &str) -> Self {
+        let bytes = |uses: fn(&PassTrace) -> &[Traced]| {
+            let mut known: Vec<&Traced> = Vec::new();
+            for used in trace.iter().filter(|pass| pass.name == name).flat_map(uses) {
+                if !known.contains(&used) {
+                    known.push(used);
+                }
+            }
+            known.iter().map(|used| used.bytes).sum()
+        };
+        Self { read: bytes(|pass| &pass.reads), written: bytes(|pass| &pass.writes) }
+    }
 }
 
 /// A frame that is being recorded.
@@ -59,6 +87,8 @@ pub struct Cx<'a> {
     timer: &'a mut Timer,
     encoder: wgpu::CommandEncoder,
     submits: Submits,
+    /// How many submits of this frame are done.
+    submitted: u32,
     trace: Option<Vec<PassTrace>>,
 }
 
@@ -92,7 +122,7 @@ pub struct Attachments<'a> {
 impl<'a> Cx<'a> {
     /// Begins a frame.
     pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
-        Self { gpu, pools, timer, encoder: encoder(gpu), submits, trace: traces.then(Vec::new) }
+        Self { gpu, pools, timer, encoder: encoder(gpu), submits, submitted: 0, trace: traces.then(Vec::new) }
     }
 
     /// The device.
@@ -168,7 +198,7 @@ impl<'a> Cx<'a> {
         let (Ready { pipeline, bound }, variables) = pipelines.compute(self.gpu, groups, key, resources);
         if let Some(trace) = &mut self.trace {
             let (reads, writes) = uses(variables, resources);
-            trace.push(PassTrace { name: key.name, reads, writes });
+            trace.push(PassTrace { name: key.name, submit: self.submitted, reads, writes });
         }
         let query = self.timer.begin(key.name, &mut self.encoder);
         {
@@ -206,7 +236,7 @@ impl<'a> Cx<'a> {
                 writes.extend(written.iter().cloned());
             }
             reads.dedup();
-            trace.push(PassTrace { name, reads, writes });
+            trace.push(PassTrace { name, submit: self.submitted, reads, writes });
         }
         let query = self.timer.begin(name, &mut self.encoder);
         {
@@ -241,6 +271,12 @@ impl<'a> Cx<'a> {
         self.end(name, query);
     }
 
+    /// Submits the passes recorded so far, and goes on: what would keep the GPU busy for long comes in several submits.
+    pub fn submit_so_far(&mut self) {
+        let recorded = self.take_recorded();
+        self.gpu.queue.submit([recorded.finish()]);
+    }
+
     /// Submits the frame. Its passes, if they were traced.
     pub fn submit(mut self) -> Option<Vec<PassTrace>> {
         self.timer.resolve(&mut self.encoder);
@@ -255,16 +291,27 @@ impl<'a> Cx<'a> {
         if let Some(query) = query {
             self.timer.end(&mut self.encoder, query);
         } else if self.timer.waits(self.submits) {
-            self.pools.arena.flush(self.gpu);
-            let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+            let recorded = self.take_recorded();
             self.timer.time(self.gpu, name, recorded);
         }
+    }
+
+    /// What a submit needs is told to the GPU; the next one begins.
+    fn take_recorded(&mut self) -> wgpu::CommandEncoder {
+        self.pools.arena.flush(self.gpu);
+        self.submitted += 1;
+        std::mem::replace(&mut self.encoder, encoder(self.gpu))
     }
 }
 
 impl Traced {
     fn of(target: &Target) -> Self {
-        Self { name: target.name, format: Some(target.texture.format()), bytes: target.bytes() }
+        Self { name: target.name, texture: Some(target.texture.clone()), bytes: target.bytes() }
+    }
+
+    /// Of a picture's texels; none of a buffer.
+    pub fn format(&self) -> Option<wgpu::TextureFormat> {
+        self.texture.as_ref().map(wgpu::Texture::format)
     }
 }
 
@@ -281,14 +328,14 @@ fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>, Vec<Traced
             Some((_, Resource::Target(target))) => Traced::of(target),
             Some((_, Resource::Buffer(buffer))) => {
                 let bytes = buffer.size.map_or(buffer.raw.size() - buffer.offset, u64::from);
-                Traced { name: buffer.name, format: None, bytes }
+                Traced { name: buffer.name, texture: None, bytes }
             }
             Some((_, Resource::Texture(name, view))) => {
                 let texture = view.texture();
                 let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(4));
                 let [width, height, layers] =
                     [texture.width(), texture.height(), texture.depth_or_array_layers()].map(u64::from);
-                Traced { name, format: Some(texture.format()), bytes: texel * width * height * layers }
+                Traced { name, texture: Some(texture.clone()), bytes: texel * width * height * layers }
             }
             Some((_, Resource::Sampler(_))) | None => continue,
         };

@@ -78,7 +78,7 @@ pub struct Run {
 }
 
 /// A pass of the frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
     /// As the profiler and `frame_passes.md` name it.
     pub name: String,
@@ -88,6 +88,11 @@ pub struct Pass {
     pub frames: Option<u64>,
     /// Its time on the GPU by the frame, over all frames of the run, also those that did not have it.
     pub mean_ms: Option<f64>,
+    /// Bytes of the pictures and buffers that it reads in a frame, each whole and once; null where no frame was traced
+    /// that had it.
+    pub bytes_read: Option<u64>,
+    /// The same of what it writes.
+    pub bytes_written: Option<u64>,
 }
 
 /// Percentiles of a pass's time, in milliseconds.
@@ -156,7 +161,7 @@ pub struct LodError {
 }
 
 impl Run {
-    /// The statistics of a run's frames. Memory, tiles (but for the late frames), temporal and stereo are left
+    /// The statistics of a run's frames. Memory (also that of the passes), tiles (but for the late frames), temporal and stereo are left
     /// unmeasured, for the caller to fill in.
     pub fn of_frames(style: &str, eyes: &str, frames: &[FrameRecord]) -> Self {
         let passes = pass_names(frames).into_iter().map(|name| {
@@ -169,6 +174,8 @@ impl Run {
                 // Picoseconds are not measured, and digits that say nothing do not survive a text.
                 mean_ms: gpu_ms.map(|_| (times_ms.iter().sum::<f64>() / frames.len() as f64 * 1e6).round() / 1e6),
                 gpu_ms: gpu_ms.map(|Percentiles { p50, p95, p99, .. }| PassTime { p50, p95, p99 }),
+                bytes_read: None,
+                bytes_written: None,
             }
         });
         // A late frame makes no promise, and one over budget another.

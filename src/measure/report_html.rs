@@ -71,6 +71,7 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
     page += &along("Level-of-detail error", "Pixels", |frame| frame.lod_error_px);
     page += &bars(&report.runs);
     page += &table(&report.runs);
+    page += &memory_by_pass(&report.runs);
     for line in report.warnings() {
         page += &format!("<p class=\"warning\">{}</p>\n", escape(&line));
     }
@@ -220,6 +221,31 @@ fn table(runs: &[Run]) -> String {
     ];
     let rows = rows.iter().map(|(name, cell)| (name.to_string(), runs.iter().map(cell).collect()));
     format!("<h2>Numbers</h2>\n{}", grid(runs, rows))
+}
+
+/// What the passes of each run read and write; none if nothing was traced.
+fn memory_by_pass(runs: &[Run]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for pass in runs.iter().flat_map(|run| &run.passes).filter(|pass| pass.bytes_read.is_some()) {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    if names.is_empty() {
+        return String::new();
+    }
+    let mebibytes = |bytes: u64| short((bytes as f64 / 1_048_576.0 * 1000.0).round() / 1000.0);
+    let cell = |run: &Run, name: &str| {
+        let pass = run.passes.iter().find(|pass| pass.name == name);
+        let bytes = pass.and_then(|pass| Some((pass.bytes_read?, pass.bytes_written?)));
+        bytes.map_or(none(), |(read, written)| format!("{} / {}", mebibytes(read), mebibytes(written)))
+    };
+    let rows = names.iter().map(|name| ((*name).to_owned(), runs.iter().map(|run| cell(run, name)).collect()));
+    format!(
+        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the pictures and buffers that a pass reads / writes in a \
+         frame, each whole and once</p>\n{}",
+        grid(runs, rows)
+    )
 }
 
 fn metrics(title: &str, meaning: &str, runs: &[Run], of: fn(&Run) -> Option<&Metrics>) -> String {

@@ -6,6 +6,7 @@
 //! Why: `docs/decisions/large-pictures.md`.
 
 pub mod aov;
+pub mod show;
 pub mod strokes;
 
 use std::path::Path;
@@ -48,6 +49,13 @@ impl Default for PartRule {
     fn default() -> Self {
         // The margin: LSA 1, density 2, smoothing 5, composite 1, and some to spare.
         Self { whole_px: 8 << 20, part_px: 2048, margin_px: 12 }
+    }
+}
+
+impl PartRule {
+    /// Whether a picture of that size is one part, as far as its pixels go.
+    pub fn is_whole(&self, size_px: [u32; 2]) -> bool {
+        u64::from(size_px[0]) * u64::from(size_px[1]) <= self.whole_px
     }
 }
 
@@ -164,7 +172,7 @@ pub fn render_in_parts<E>(
     let mut report = PictureReport::default();
 
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
-    let single = u64::from(width) * u64::from(height) <= parts.whole_px && width.max(height) <= limit_px;
+    let single = parts.is_whole(request.size_px) && width.max(height) <= limit_px;
     let bytes_per_row = u64::from(width) * (16 + 4 * request.planes.len() as u64);
     let part_px = parts.part_px.max(1);
     let most_rows = u64::from(part_px);

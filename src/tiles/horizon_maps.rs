@@ -3,8 +3,9 @@
 //!
 //! A map is made when its tile has come, and again when the sun has another azimuth or when more of the tiles that its
 //! horizons look at have come ([`beside`](super::beside)). That some of them have gone is no reason: what was made with
-//! them is the better. So many maps are made in a frame at most; those that were never made first, coarse ones before
-//! fine ones, since a coarse one stands in, and then the oldest.
+//! them is the better. A frame that must not wait makes [`MAPS_AT_ONCE`]: those that were never made first, by the error
+//! that is seen while a coarser one stands in, and then the oldest. They fade in as the surface's detail does
+//! ([`ResidencyFloor`]). A frame for a file makes all of them, as many in each submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`.
 
@@ -14,7 +15,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
 use super::beside::{Around, around};
+use super::queues::by_level;
 use super::residency::Residency;
+use super::residency_floor::ResidencyFloor;
 use crate::gpu::Gpu;
 use crate::pyramid::{LevelSize, TileAddress};
 
@@ -24,8 +27,8 @@ pub const HORIZON_MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint
 pub const HORIZON_MAP_SIDE: u32 = 130;
 /// Bytes of a map.
 pub const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;
-/// Maps that are made in a frame that must not wait.
-pub const TILES_PER_FRAME: usize = 4;
+/// Maps that a frame makes if it must not wait, and that one submit makes if it must: 67 600 texels.
+pub const MAPS_AT_ONCE: usize = 4;
 
 /// A map to make, as the shader reads it.
 #[repr(C)]
@@ -55,7 +58,20 @@ pub struct HorizonMaps {
     slots: u32,
     to_sun: Vec2,
     made: FxHashMap<TileAddress, Made>,
+    /// By how much horizons have to stay above the levels of maps that are missing.
+    floor: ResidencyFloor,
     jobs: Vec<HorizonJob>,
+}
+
+/// What a frame asks of its horizon maps.
+#[derive(Clone, Copy, Debug)]
+pub struct HorizonStep {
+    /// Its number.
+    pub frame: u64,
+    /// Makes as many maps at most.
+    pub most: usize,
+    /// The time since the last frame, in seconds; none fades nothing.
+    pub fade_step_s: Option<f64>,
 }
 
 impl HorizonMaps {
@@ -82,7 +98,15 @@ impl HorizonMaps {
             ..Default::default()
         });
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor::default());
-        Self { view, sampler, slots: atlas.slots(), to_sun: Vec2::Y, made: FxHashMap::default(), jobs: Vec::new() }
+        Self {
+            view,
+            sampler,
+            slots: atlas.slots(),
+            to_sun: Vec2::Y,
+            made: FxHashMap::default(),
+            floor: ResidencyFloor::default(),
+            jobs: Vec::new(),
+        }
     }
 
     /// All maps, a layer for each slot of the atlas.
@@ -115,9 +139,9 @@ impl HorizonMaps {
         &self.jobs
     }
 
-    /// Whether a tile that is in the atlas has its map.
-    pub fn is_made(&self, atlas: &Atlas, tile: TileAddress) -> bool {
-        self.made_of(atlas, tile).is_some()
+    /// How far above a tile's level horizons have to stay, at its corners; none for a tile that has no map.
+    pub fn floor_at(&self, atlas: &Atlas, tile: TileAddress) -> Option<[f32; 4]> {
+        self.made_of(atlas, tile).map(|_| self.floor.at(tile))
     }
 
     fn made_of(&self, atlas: &Atlas, tile: TileAddress) -> Option<&Made> {
@@ -125,9 +149,10 @@ impl HorizonMaps {
         self.made.get(&tile).filter(|made| made.slot == resident.slot && made.arrived_s == resident.arrived_s)
     }
 
-    /// Chooses what is made in this frame, `most` maps at most, of those that the view needs; they count as made.
-    /// Returns how many are left for later frames.
-    pub fn plan(&mut self, residency: &Residency, levels: &[LevelSize], most: usize, frame: u64) -> usize {
+    /// Chooses what is made in this frame of those maps that the view needs; they count as made. Whether the next frame
+    /// of the same view would have other maps: some are left for it, or fade in.
+    pub fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: HorizonStep) -> bool {
+        let HorizonStep { frame, most, fade_step_s } = step;
         let Residency { atlas, needed, beside, .. } = residency;
         // The march reads what is in the page table, and not what else is in the atlas by chance.
         let needed_tiles = needed.iter().map(|tile| tile.address);
@@ -141,24 +166,32 @@ impl HorizonMaps {
                 let made = self.made_of(atlas, tile.address);
                 let is_good = made.is_some_and(|made| made.to_sun == self.to_sun && there & !made.around == 0);
                 let age = made.map_or(0, |made| made.frame);
-                (!is_good).then_some((age, std::cmp::Reverse(tile.address.level), tile.address, resident, there))
+                (!is_good).then_some((age, tile, resident, there))
             })
             .collect();
-        stale.sort_unstable_by_key(|(age, level, address, ..)| (*age, *level, *address));
-        stale.dedup_by_key(|(_, _, address, ..)| *address);
-        let left = stale.len().saturating_sub(most);
+        stale.sort_unstable_by(|(age, tile, ..), (other_age, other, ..)| {
+            // A parent is at least as urgent as its children, and comes before them.
+            let by_urgency = other.urgency.total_cmp(&tile.urgency);
+            let (address, other) = (tile.address, other.address);
+            age.cmp(other_age).then(by_urgency).then(other.level.cmp(&address.level)).then(address.cmp(&other))
+        });
+        stale.dedup_by_key(|(_, tile, ..)| tile.address);
+        let is_late = stale.len() > most;
         stale.truncate(most);
         self.jobs.clear();
-        for (_, _, address, resident, around) in stale {
-            let TileAddress { level, x, y } = address;
+        for (_, tile, resident, around) in stale {
+            let TileAddress { level, x, y } = tile.address;
             let (slot, arrived_s) = (resident.slot, resident.arrived_s);
             self.jobs.push(HorizonJob { slot: slot as i32, level: level as i32, tile: [x as i32, y as i32] });
-            self.made.insert(address, Made { slot, arrived_s, around, to_sun: self.to_sun, frame });
+            self.made.insert(tile.address, Made { slot, arrived_s, around, to_sun: self.to_sun, frame });
         }
         // What has left the atlas is not kept for ever.
         if self.made.len() > 2 * self.slots as usize {
             self.made.retain(|tile, _| atlas.get(*tile).is_some());
         }
-        left
+        let is_made = needed.iter().map(|tile| (tile.address, self.made_of(atlas, tile.address).is_some()));
+        let by_level: Vec<_> = by_level(is_made, Vec::new()).collect();
+        self.floor.update(by_level.into_iter(), fade_step_s);
+        is_late || self.floor.is_fading()
     }
 }

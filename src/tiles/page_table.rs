@@ -59,16 +59,21 @@ pub struct TileRecord {
     slot: u32,
     /// 1 where no finer tile exists: its surface is followed between the samples.
     is_finest: u32,
-    /// 1 where the tile has a horizon map.
-    lit: u32,
+    /// As `blocked`, for its horizon map; [`NO_MAP`] where it has none.
+    unlit: u32,
 }
 
-crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/land/resolve": errors_m, blocked, slot, is_finest, lit);
+crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/land/resolve": errors_m, blocked, slot, is_finest, unlit);
 
 /// What a record says of a tile that is not there.
 const NO_SLOT: u32 = u32::MAX;
+/// What a record says of a tile that has no horizon map, and of one whose horizon map is not used: nearly 1 at each
+/// corner is as good as 1.
+const NO_MAP: u32 = u32::MAX;
+const ALL_UNLIT: u32 = 0xfefe_fefe;
 /// The record of a tile that the surface does not use.
-const NOTHING: TileRecord = TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, lit: 0 };
+const NOTHING: TileRecord =
+    TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, unlit: NO_MAP };
 
 /// The whole table, as three lists for the GPU.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -119,7 +124,8 @@ impl PageTable {
                     } else {
                         record(store, atlas, floor, tile, corner_errors.as_ref())
                     };
-                    record.lit = u32::from(horizon_maps.is_some_and(|maps| maps.is_made(atlas, tile)));
+                    let unlit = horizon_maps.and_then(|maps| maps.floor_at(atlas, tile));
+                    record.unlit = unlit.map_or(NO_MAP, |unlit| unlit_where_blocked(record.blocked, unlit));
                     table.tiles.push(record);
                 }
                 table.rows.push(TileRow {
@@ -183,17 +189,37 @@ fn record(
         let at = |i: u32| corners.get(&(tile.level, tile.x + i % 2, tile.y + i / 2)).copied().unwrap_or(0.0);
         errors_m = [at(0), at(1), at(2), at(3)];
     }
-    let bytes = floor.at(tile).map(|value| (value.clamp(0.0, 1.0) * 255.0).ceil() as u8);
-    TileRecord {
-        errors_m,
-        blocked: u32::from_le_bytes(bytes),
-        slot,
-        is_finest: u32::from(is_finest(store, tile)),
-        lit: 0,
-    }
+    let blocked = u32::from_le_bytes(floor.at(tile).map(byte));
+    TileRecord { errors_m, blocked, slot, is_finest: u32::from(is_finest(store, tile)), unlit: NO_MAP }
+}
+
+/// 0 to 1 in 8 bits; only 0 is 0.
+fn byte(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0).ceil() as u8
+}
+
+/// Of a tile with a horizon map: it is used where its surface is, and where those around it are there.
+fn unlit_where_blocked(blocked: u32, unlit: [f32; 4]) -> u32 {
+    let blocked = blocked.to_le_bytes();
+    let bytes = std::array::from_fn(|corner| byte(unlit[corner]).max(blocked[corner]));
+    if bytes == [255; 4] { ALL_UNLIT } else { u32::from_le_bytes(bytes) }
 }
 
 /// Whether somewhere in this tile nothing finer exists.
 fn is_finest(store: &dyn TileStore, tile: TileAddress) -> bool {
     tile.level == 0 || children(store.levels(), tile).any(|child| !store.has_tile(child))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_is_used_where_its_surface_is() {
+        assert_eq!(unlit_where_blocked(0, [0.0; 4]), 0);
+        assert_eq!(unlit_where_blocked(0x40, [0.0, 0.5, 0.0, 1.0]).to_le_bytes(), [0x40, 128, 0, 255]);
+        assert_eq!(unlit_where_blocked(0x40, [0.5; 4]).to_le_bytes(), [128; 4]);
+        // A map that is there and not used is told from none.
+        assert!(unlit_where_blocked(u32::MAX, [0.0; 4]) != NO_MAP && unlit_where_blocked(0, [1.0; 4]) != NO_MAP);
+    }
 }

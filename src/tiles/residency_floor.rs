@@ -34,6 +34,11 @@ impl ResidencyFloor {
         self.corners.is_empty()
     }
 
+    /// Whether some of it is on its way down.
+    pub fn is_fading(&self) -> bool {
+        self.corners.values().any(|value| *value < 1.0)
+    }
+
     /// At the corners of a tile: north-west, north-east, south-west, south-east.
     pub fn at(&self, tile: TileAddress) -> [f32; 4] {
         corners(tile).map(|corner| self.corners.get(&corner).copied().unwrap_or(0.0))
@@ -103,7 +108,9 @@ mod tests {
     fn detail_fades_in_level_by_level() {
         let mut floor = ResidencyFloor::default();
         floor.update(pyramid(&[tile(1, 0, 0), tile(0, 0, 0)]).into_iter(), Some(0.05));
+        assert!(!floor.is_fading());
         floor.update(pyramid(&[]).into_iter(), Some(FADE_S / 2.0));
+        assert!(floor.is_fading());
         assert!((floor.at(tile(1, 0, 0))[3] - 0.5).abs() < 1e-6);
         assert_eq!(floor.at(tile(0, 0, 0)), [1.0; 4], "a child waits for its parent");
         floor.update(pyramid(&[]).into_iter(), Some(FADE_S));

@@ -65,7 +65,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
             all_numbers(&run["gpu_ms"], &["p50", "p95", "p99", "max"])?;
         }
         for pass in run["passes"].as_array().ok_or("passes is no list")? {
-            keys(pass, &["name", "gpu_ms", "frames", "mean_ms"])?;
+            keys(pass, &["name", "gpu_ms", "frames", "mean_ms", "bytes_read", "bytes_written"])?;
             if !pass["gpu_ms"].is_null() {
                 all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
             }
@@ -128,6 +128,10 @@ fn a_bench_writes_what_scripts_rely_on() {
         assert!(run["memory"]["gpu_bytes"].as_u64().unwrap() > run["memory"]["tile_cache_bytes"].as_u64().unwrap());
         assert!(run["memory"]["tile_cache_bytes"].as_u64().unwrap() > 0);
         assert_eq!((&run["tiles"]["failed"], &run["tiles"]["late_frames"]), (&0.into(), &0.into()));
+        // A pass of all pixels writes the picture: 8 bytes for each of them.
+        let last = run["passes"].as_array().unwrap().last().unwrap();
+        assert_eq!(last["bytes_written"], 96 * 54 * 8);
+        assert!(last["bytes_read"].as_u64().unwrap() > 96 * 54 * 8);
         // The passes that ran are those of the style, in their order.
         let ran: Vec<_> = run["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap()).collect();
         assert_eq!((ran[0], ran[ran.len() - 1]), ("surface/land/vertices", "composite/composite"));
@@ -145,6 +149,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     assert!(frames.lines().nth(5).unwrap().starts_with("ink,mono,4,1,"), "{frames}");
     let page = std::fs::read_to_string(place.path("deep/out/report.html")).unwrap();
     assert!(page.contains("<svg") && !page.contains("http"), "the page stands alone");
+    assert!(page.contains("Memory by pass") && page.contains("<td>composite/composite</td>"));
 
     // The check itself finds a wrong name, and a 0 where nothing was measured.
     let text = report.to_string();

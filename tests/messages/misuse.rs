@@ -29,6 +29,8 @@ fn misuse_is_told_in_one_line() {
         (&render, &["--aov", "depth"], &["--aov", ".exr", "o.png"]),
         (&["render", "-o", "o.exr"], &["--aov", "dept"], &["--aov dept", "depth"]),
         (&["render", "-o", "o.exr"], &["--aov", "lsa", "--style", "plain"], &["--aov lsa", "plain"]),
+        (&["render", "-o", "o.svg"], &["--show", "depth", "--style", "strokes"], &["--show", ".png", "o.svg"]),
+        (&render, &["--show", "depth", "--aov", "depth"], &["--show", "--aov"]),
         (&svg, &["--paper", "a9"], &["--paper", "\"a9\"", "a4"]),
         (&svg, &["--paper", "a4", "--margin", "-1"], &["--margin", "\"-1\""]),
         (&svg, &["--paper", "a4", "--margin", "200"], &["--margin 200"]),

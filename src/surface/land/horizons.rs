@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::{Cx, WORKGROUP_PX};
-use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
+use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps, MAPS_AT_ONCE};
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -20,20 +20,22 @@ crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/land/hor
 /// The tiles to make.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 
-/// Makes the tiles that `seen` has planned for this frame; none most of the time. Reads `terrain`.
-pub fn run(cx: &mut Cx<'_>, terrain: &[Named], seen: &HorizonMaps) {
-    let jobs = seen.jobs();
-    if jobs.is_empty() {
-        return;
+/// Makes the maps that `maps` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file may
+/// have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for long.
+pub fn run(cx: &mut Cx<'_>, terrain: &[Named], maps: &HorizonMaps) {
+    let uniform = HorizonsUniform { to_sun: maps.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 };
+    for (part, jobs) in maps.jobs().chunks(MAPS_AT_ONCE).enumerate() {
+        if part > 0 {
+            cx.submit_so_far();
+        }
+        let mut resources = vec![
+            ("horizons", cx.uniform("horizons", &uniform)),
+            ("jobs", cx.upload(&JOBS, jobs).binding()),
+            ("seen_tiles", Resource::Texture("horizon maps", maps.view().clone())),
+        ];
+        resources.extend(terrain.iter().cloned());
+        // Tiles stand below each other.
+        let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
+        cx.groups("surface/land/horizons", [side, side * jobs.len() as u32], &resources);
     }
-    let uniform = HorizonsUniform { to_sun: seen.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 };
-    let mut resources = vec![
-        ("horizons", cx.uniform("horizons", &uniform)),
-        ("jobs", cx.upload(&JOBS, jobs).binding()),
-        ("seen_tiles", Resource::Texture("horizon maps", seen.view().clone())),
-    ];
-    resources.extend(terrain.iter().cloned());
-    // Tiles stand below each other.
-    let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
-    cx.groups("surface/land/horizons", [side, side * jobs.len() as u32], &resources);
 }

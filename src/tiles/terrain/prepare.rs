@@ -14,7 +14,7 @@ use super::{Loading, Terrain};
 use crate::gpu::Gpu;
 use crate::scene::frustum::Frustum;
 use crate::tiles::budget::{Budget, Search, most_patches};
-use crate::tiles::horizon_maps::TILES_PER_FRAME;
+use crate::tiles::horizon_maps::{HorizonStep, MAPS_AT_ONCE};
 use crate::tiles::needed::LevelRule;
 use crate::tiles::page_table::PageTable;
 use crate::tiles::patches::ResidentPatches;
@@ -78,6 +78,8 @@ struct Fitted {
     tiles: Loaded,
     jumped: bool,
     detail: Detail,
+    /// See [`HorizonStep::fade_step_s`].
+    fade_step_s: Option<f64>,
 }
 
 impl Terrain {
@@ -97,12 +99,13 @@ impl Terrain {
     /// the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
-        let Fitted { rule, selection, mut tiles, jumped, detail } = self.fit(gpu, view, self.asks_for_horizons);
+        let fitted = self.fit(gpu, view, self.asks_for_horizons);
+        let Fitted { rule, selection, mut tiles, jumped, detail, fade_step_s } = fitted;
         if let Some(maps) = self.horizon_maps.as_mut().filter(|_| self.asks_for_horizons) {
             let streams = self.options.loading == Loading::Stream;
-            let most = if streams { TILES_PER_FRAME } else { usize::MAX };
-            let residency = &self.residency;
-            tiles.late |= maps.plan(residency, self.store.levels(), most, self.frame) > 0;
+            let most = if streams { MAPS_AT_ONCE } else { usize::MAX };
+            let step = HorizonStep { frame: self.frame, most, fade_step_s };
+            tiles.late |= maps.plan(&self.residency, self.store.levels(), step);
         }
         self.tell(gpu, &rule);
         Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
@@ -122,12 +125,12 @@ impl Terrain {
         let streams = self.options.loading == Loading::Stream;
         let step = self.flight.go_on(view.camera_m, now_s, self.grid_projection.spacing_m());
         let fades = streams && step.fades();
+        // While nothing fades, what has come stands at once.
+        let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
         let mut tiles = Loaded::default();
         let mut idle = 0;
         let mut rounds = 0;
         loop {
-            // While nothing fades, what has come stands at once.
-            let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
             let asked = std::mem::take(&mut self.asked);
             let movement = Movement {
                 rule: rule.clone(),
@@ -180,7 +183,7 @@ impl Terrain {
             tiles.late |= !self.asked.is_empty();
             let detail =
                 Detail { error_px: self.options.lod_error_px * self.coarser, is_over_budget: self.coarser > 1.0 };
-            return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail };
+            return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail, fade_step_s };
         }
     }
 

@@ -30,7 +30,7 @@ impl StrokeTexture {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: TILE_FORMAT,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         for (level, mip_level) in levels.iter().zip(0..) {

@@ -1,0 +1,69 @@
+//! The passes of a style, from the traces of frames that do not count: which there are, and what they read and write.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::gpu::recorder::{PassBytes, PassTrace};
+use crate::measure::report::{Pass, Run};
+
+/// What traces told.
+#[derive(Default)]
+pub(super) struct TracedPasses {
+    /// Of the last frame, in their order.
+    names: Vec<&'static str>,
+    /// Of each pass in the last frame that had it: some run now and then.
+    bytes: FxHashMap<&'static str, PassBytes>,
+}
+
+impl TracedPasses {
+    /// Takes a frame.
+    pub(super) fn take(&mut self, trace: &[PassTrace]) {
+        let mut known = FxHashSet::default();
+        self.names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name)).collect();
+        self.bytes.extend(self.names.iter().map(|name| (*name, PassBytes::of(trace, name))));
+    }
+
+    /// Adds it to the report. Where nothing was timed the passes themselves are known.
+    pub(super) fn tell(&self, run: &mut Run) {
+        if run.passes.is_empty() {
+            run.passes = self.names.iter().map(|name| Pass { name: (*name).to_owned(), ..Pass::default() }).collect();
+        }
+        for pass in &mut run.passes {
+            let bytes = self.bytes.get(pass.name.as_str());
+            (pass.bytes_read, pass.bytes_written) = (bytes.map(|bytes| bytes.read), bytes.map(|bytes| bytes.written));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::recorder::Traced;
+
+    fn used(name: &'static str, bytes: u64) -> Traced {
+        Traced { name, texture: None, bytes }
+    }
+
+    #[test]
+    fn a_pass_that_did_not_run_again_keeps_its_bytes() {
+        let pass = |name, reads: &[Traced]| PassTrace {
+            name,
+            submit: 0,
+            reads: reads.to_vec(),
+            writes: vec![used("depth", 100)],
+        };
+        let mut traced = TracedPasses::default();
+        traced.take(&[pass("once", &[used("tiles", 7)]), pass("always", &[])]);
+        // In two batches, of which each reads the tiles and one the patches.
+        traced.take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
+        let passes = ["always", "once", "never"].map(|name| Pass { name: name.to_owned(), ..Pass::default() });
+        let mut run = Run { passes: passes.into(), ..Run::default() };
+        traced.tell(&mut run);
+        let bytes: Vec<_> = run.passes.iter().map(|pass| (pass.bytes_read, pass.bytes_written)).collect();
+        assert_eq!(bytes, [(Some(10), Some(100)), (Some(7), Some(100)), (None, None)]);
+        // Nothing was timed.
+        let mut run = Run::default();
+        traced.tell(&mut run);
+        assert_eq!(run.passes.len(), 1);
+        assert_eq!((run.passes[0].name.as_str(), run.passes[0].gpu_ms), ("always", None));
+    }
+}

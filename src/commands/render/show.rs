@@ -1,0 +1,52 @@
+//! `render --show NAME`: a picture of the frame as its passes left it, in place of the drawing.
+
+use std::path::Path;
+
+use super::{Job, RenderArgs};
+use crate::commands::misuse::Misuse;
+use crate::file::exr::write_exr;
+use crate::file::message::named;
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::png::write_rgba8;
+use crate::frame::Frame;
+use crate::picture::show::{self, ShowError};
+use crate::picture::{PartRule, PictureReport};
+use crate::scene::view::Pose;
+
+/// Whether what is asked for can be shown: one picture of one part.
+pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
+    if args.show.is_none() {
+        return Ok(());
+    }
+    if !matches!(kind, OutputKind::Picture(PictureFormat::Png | PictureFormat::Exr)) {
+        let output = named(&args.output);
+        return Err(Misuse(format!("--show: it is written to a .png or an .exr, and the output is {output}")));
+    }
+    let [width, height] = args.size;
+    if !PartRule::default().is_whole(args.size) {
+        return Err(Misuse(format!("--show: {width}x{height} are more pixels than a picture of one part has")));
+    }
+    Ok(())
+}
+
+impl Job<'_> {
+    /// Draws, and writes the picture that `--show` names to `path`.
+    pub(super) fn show(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
+        let name = self.args.show.as_deref().unwrap_or_default();
+        Frame::or_new(&mut self.frame, &self.gpu)?.set_traces(true);
+        let report = self.render(pose, pose, |_| Ok(()))?;
+        let trace = self.frame.as_ref().map(Frame::trace).unwrap_or_default();
+        let picture = show::read(&self.gpu, trace, name, self.args.size).map_err(|error| match error {
+            ShowError::Unknown { .. } => Misuse::of(error).into(),
+            error => anyhow::Error::from(error),
+        })?;
+        let [width, height] = picture.size_px;
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
+            let attributes = [("camera".to_owned(), self.camera_text(pose)), ("picture".to_owned(), name.to_owned())];
+            write_exr(path, width, height, &picture.channels(), &attributes)?;
+        } else {
+            write_rgba8(path, width, height, &picture.rgba8())?;
+        }
+        Ok(report)
+    }
+}

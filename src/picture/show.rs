@@ -1,0 +1,275 @@
+//! Any picture of a frame, as its passes left it. The trace of the frame knows them all, so a new picture can be looked
+//! at without another line anywhere.
+
+use rayon::prelude::*;
+use wgpu::TextureFormat as Format;
+
+use crate::file::exr::{Channel, Samples};
+use crate::file::message::shown;
+use crate::gpu::recorder::PassTrace;
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::style::color::srgb_from_linear;
+
+/// A picture as it stands.
+#[derive(Clone, Debug)]
+pub struct ShownPicture {
+    /// Of the picture; layers of an array lie side by side.
+    pub size_px: [u32; 2],
+    texels: Texels,
+}
+
+#[derive(Clone, Debug)]
+enum Texels {
+    /// One plane for each channel.
+    Numbers(Vec<Vec<f32>>),
+    /// Depth; nearer is greater, and 0 is infinitely far.
+    Depth(Vec<f32>),
+    /// Numbers of things.
+    Ids(Vec<u32>),
+}
+
+/// Why a picture cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum ShowError {
+    /// No pass of the frame reads or writes one of that name.
+    #[error("--show {}: the frame has no such picture; there is {}", shown(name), known.join(", "))]
+    Unknown {
+        /// As given.
+        name: String,
+        /// What there is.
+        known: Vec<&'static str>,
+    },
+    /// Its texels mean nothing to this program.
+    #[error("--show {name}: texels of the format {format:?} cannot be shown")]
+    Format {
+        /// Of the picture.
+        name: &'static str,
+        /// Of its texels.
+        format: Format,
+    },
+    /// The GPU failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+/// The pictures that passes read or write, by name, in the order in which they are first used. Of two of the same name
+/// the one that was used last.
+pub fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
+    let mut pictures: Vec<(&'static str, &wgpu::Texture)> = Vec::new();
+    for used in trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes)) {
+        let Some(texture) = &used.texture else { continue };
+        match pictures.iter_mut().find(|(name, _)| *name == used.name) {
+            Some(known) => known.1 = texture,
+            None => pictures.push((used.name, texture)),
+        }
+    }
+    pictures
+}
+
+/// Reads the picture that `name` names in the trace of the last frame; a hyphen may stand for a space. Of an array as many layers
+/// as fit into `most_px`, and at least one.
+///
+/// # Errors
+/// [`ShowError`].
+pub fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, most_px: [u32; 2]) -> Result<ShownPicture, ShowError> {
+    let pictures = pictures(trace);
+    let wanted = name.replace('-', " ");
+    let Some(&(name, texture)) = pictures.iter().find(|(known, _)| known.replace('-', " ") == wanted) else {
+        let known = pictures.iter().map(|(known, _)| *known).collect();
+        return Err(ShowError::Unknown { name: name.to_owned(), known });
+    };
+    let layer_px = [texture.width(), texture.height()];
+    let [columns, rows] = [0, 1].map(|i| (most_px[i] / layer_px[i]).max(1));
+    let layers = texture.depth_or_array_layers().min(columns.saturating_mul(rows));
+    let columns = columns.min(layers);
+    let size_px = [columns * layer_px[0], layers.div_ceil(columns) * layer_px[1]];
+    let texel = texture.format().block_copy_size(Some(readback::aspect(texture))).unwrap_or(4) as usize;
+    let (row_bytes, layer_row_bytes) = (size_px[0] as usize * texel, layer_px[0] as usize * texel);
+    let mut bytes = vec![0; row_bytes * size_px[1] as usize];
+    for layer in 0..layers {
+        let rows = readback::read_layer(gpu, texture, layer, [0, 0], layer_px)?;
+        let first = (layer / columns * layer_px[1]) as usize * row_bytes + (layer % columns) as usize * layer_row_bytes;
+        for (y, row) in rows.chunks_exact(layer_row_bytes).enumerate() {
+            bytes[first + y * row_bytes..][..layer_row_bytes].copy_from_slice(row);
+        }
+    }
+    let format = texture.format();
+    let texels = texels(format, &bytes).ok_or(ShowError::Format { name, format })?;
+    Ok(ShownPicture { size_px, texels })
+}
+
+/// 16-bit floats, 32-bit floats, and parts of 255.
+fn from_half(bytes: &[u8]) -> f32 {
+    super::aov::f32_from_f16(u16::from_le_bytes([bytes[0], bytes[1]]))
+}
+
+fn from_float(bytes: &[u8]) -> f32 {
+    f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+}
+
+fn from_part(bytes: &[u8]) -> f32 {
+    f32::from(bytes[0]) / 255.0
+}
+
+/// What a channel's bytes mean.
+type Number = fn(&[u8]) -> f32;
+
+/// The numbers of a picture's texels.
+fn texels(format: Format, bytes: &[u8]) -> Option<Texels> {
+    // Channels, bytes of each, and what they mean.
+    let (channels, sample, number): (usize, usize, Number) = match format {
+        Format::R32Uint => {
+            let ids = bytes.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
+            return Some(Texels::Ids(ids.collect()));
+        }
+        Format::Depth32Float => return Some(Texels::Depth(bytes.chunks_exact(4).map(from_float).collect())),
+        Format::R32Float => (1, 4, from_float),
+        Format::Rg32Float => (2, 4, from_float),
+        Format::Rgba32Float => (4, 4, from_float),
+        Format::R16Float => (1, 2, from_half),
+        Format::Rg16Float => (2, 2, from_half),
+        Format::Rgba16Float => (4, 2, from_half),
+        Format::R8Unorm => (1, 1, from_part),
+        Format::Rg8Unorm => (2, 1, from_part),
+        Format::Rgba8Unorm => (4, 1, from_part),
+        _ => return None,
+    };
+    let plane = |channel: usize| {
+        bytes.chunks_exact(channels * sample).map(|texel| number(&texel[channel * sample..][..sample])).collect()
+    };
+    Some(Texels::Numbers((0..channels).map(plane).collect()))
+}
+
+impl ShownPicture {
+    /// All channels, exactly: `Y` of one, `R`, `G`, `B`, `A` of several, `id` of numbers of things.
+    pub fn channels(self) -> Vec<Channel> {
+        let named = |name: &str, samples| Channel { name: name.to_owned(), samples };
+        match self.texels {
+            Texels::Ids(ids) => vec![named("id", Samples::U32(ids))],
+            Texels::Depth(depth) => vec![named("Y", Samples::F32(depth))],
+            Texels::Numbers(planes) => {
+                let names: &[&str] = if planes.len() == 1 { &["Y"] } else { &["R", "G", "B", "A"] };
+                names.iter().zip(planes).map(|(name, plane)| named(name, Samples::F32(plane))).collect()
+            }
+        }
+    }
+
+    /// As opaque bytes for a PNG. Numbers from 0 to 1 are grey or red, green, blue, and colour if there are four of
+    /// them; from −1 to 1 they are so around the middle; others are stretched from the least to the largest. Depth is
+    /// stretched by its logarithm. Numbers of things have a colour each, and 0 is black. What is no number is magenta.
+    pub fn rgba8(&self) -> Vec<u8> {
+        let pixels = self.size_px.map(|side| side as usize).into_iter().product();
+        let grey = |value: f32| {
+            if value.is_nan() { [255, 0, 255] } else { [(value.clamp(0.0, 1.0) * 255.0).round() as u8; 3] }
+        };
+        let picture: Vec<[u8; 3]> = match &self.texels {
+            Texels::Ids(ids) => ids.iter().map(|id| color_of(*id)).collect(),
+            Texels::Depth(depth) => {
+                let logarithms: Vec<f32> = depth.iter().map(|depth| depth.ln()).collect();
+                let scale = Scale::of(&[&logarithms]);
+                logarithms.iter().map(|value| grey(scale.of_part(*value))).collect()
+            }
+            Texels::Numbers(planes) if planes.len() == 1 => {
+                let scale = Scale::of(&[&planes[0]]);
+                planes[0].iter().map(|value| grey(scale.of_part(*value))).collect()
+            }
+            Texels::Numbers(planes) => {
+                let colors: Vec<&[f32]> = planes.iter().take(3).map(Vec::as_slice).collect();
+                let scale = Scale::of(&colors);
+                let is_color = planes.len() == 4 && scale == Scale::NONE;
+                let channel = |i: usize, at: usize| match colors.get(i).map(|plane| scale.of_part(plane[at])) {
+                    Some(value) if is_color => grey(srgb_from_linear(value)),
+                    Some(value) => grey(value),
+                    None => [0; 3],
+                };
+                (0..pixels).into_par_iter().map(|at| [0, 1, 2].map(|i| channel(i, at)[i])).collect()
+            }
+        };
+        picture.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect()
+    }
+}
+
+/// How numbers become parts of white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Scale {
+    least: f32,
+    span: f32,
+}
+
+impl Scale {
+    const NONE: Self = Self { least: 0.0, span: 1.0 };
+
+    /// Of the finite numbers among these.
+    fn of(planes: &[&[f32]]) -> Self {
+        let finite = planes.iter().flat_map(|plane| plane.iter().copied()).filter(|value| value.is_finite());
+        let (least, most) =
+            finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), value| (a.min(value), b.max(value)));
+        match () {
+            () if least > most || (least >= 0.0 && most <= 1.0) => Self::NONE,
+            () if least >= -1.0 && most <= 1.0 => Self { least: -1.0, span: 2.0 },
+            () => Self { least, span: (most - least).max(f32::MIN_POSITIVE) },
+        }
+    }
+
+    fn of_part(self, value: f32) -> f32 {
+        (value - self.least) / self.span
+    }
+}
+
+/// A colour that tells a number from its neighbours; 0 is black.
+fn color_of(id: u32) -> [u8; 3] {
+    if id == 0 {
+        return [0; 3];
+    }
+    // The mixer of lowbias32 (Wellons 2018).
+    let mut hash = id;
+    hash = (hash ^ (hash >> 16)).wrapping_mul(0x7feb_352d);
+    hash = (hash ^ (hash >> 15)).wrapping_mul(0x846c_a68b);
+    hash ^= hash >> 16;
+    let [r, g, b, _] = hash.to_le_bytes();
+    [r, g, b].map(|channel| 64 + channel / 4 * 3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(planes: Vec<Vec<f32>>) -> ShownPicture {
+        ShownPicture { size_px: [planes[0].len() as u32, 1], texels: Texels::Numbers(planes) }
+    }
+
+    #[test]
+    fn numbers_are_scaled_by_what_they_are() {
+        let grey = |values: &[f32]| shown(vec![values.to_vec()]).rgba8().chunks(4).map(|p| p[0]).collect::<Vec<u8>>();
+        assert_eq!(grey(&[0.0, 0.5, 1.0]), [0, 128, 255]);
+        assert_eq!(grey(&[-1.0, 0.0, 0.5]), [0, 128, 191]);
+        assert_eq!(grey(&[100.0, 150.0, 300.0]), [0, 64, 255]);
+        // The sky is infinitely far, and does not hide the rest.
+        assert_eq!(grey(&[100.0, 300.0, f32::INFINITY]), [0, 255, 255]);
+        assert_eq!(shown(vec![vec![f32::NAN]]).rgba8(), [255, 0, 255, 255]);
+        // Colour is encoded, and directions are not.
+        let [half, one] = [vec![0.5], vec![1.0]];
+        assert_eq!(shown(vec![half.clone(), one.clone(), vec![0.0], one.clone()]).rgba8(), [188, 255, 0, 255]);
+        assert_eq!(shown(vec![half.clone(), one, vec![-1.0], half]).rgba8(), [191, 255, 0, 255]);
+    }
+
+    #[test]
+    fn numbers_of_things_are_told_apart() {
+        let colors: std::collections::BTreeSet<[u8; 3]> = (0..1000).map(color_of).collect();
+        assert!(colors.len() > 990 && color_of(0) == [0; 3]);
+        assert!((1..1000).all(|id| color_of(id).iter().all(|channel| *channel >= 64)));
+    }
+
+    #[test]
+    fn formats_are_read_by_their_samples() {
+        let numbers = |format, bytes: &[u8]| match texels(format, bytes) {
+            Some(Texels::Numbers(planes)) => planes,
+            other => panic!("{format:?}: {other:?}"),
+        };
+        let floats: Vec<u8> = [1.5_f32, -2.0, 3.0, 4.0].iter().flat_map(|value| value.to_le_bytes()).collect();
+        assert_eq!(numbers(Format::Rg32Float, &floats), [[1.5, 3.0], [-2.0, 4.0]]);
+        assert_eq!(numbers(Format::R16Float, &[0, 0x3c, 0, 0xc0]), [[1.0, -2.0]]);
+        assert_eq!(numbers(Format::Rg8Unorm, &[255, 0]), [[1.0], [0.0]]);
+        assert!(texels(Format::Bc1RgbaUnorm, &floats).is_none());
+    }
+}

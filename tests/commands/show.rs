@@ -1,0 +1,65 @@
+//! `render --show NAME`: pictures of a frame as its passes left them.
+
+use hachure::file::exr::read_exr;
+use hachure::file::png::read_rgba8;
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+
+use crate::Place;
+use crate::dem::dem;
+
+const RENDER: [&str; 6] = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "96x54", "-o"];
+
+#[test]
+fn a_picture_of_the_frame_is_written_as_it_stands() {
+    if std::env::var_os("HACHURE_REQUIRE_GPU").is_none() && Gpu::open(&AdapterWish::Best).is_err() {
+        println!("skipped: no GPU");
+        return;
+    }
+    let place = Place::empty();
+    dem(&place);
+    place.text(&[&RENDER[..], &["drawn.exr", "--aov", "normal,position,surface"]].concat());
+    let drawn = read_exr(&place.path("drawn.exr")).unwrap();
+    let show = |name: &str, file: &str| {
+        place.text(&[&RENDER[..], &[file, "--show", name]].concat());
+        place.path(file)
+    };
+    // Raw, and the same to the bit as the channels that have a name of their own.
+    for (name, channels) in [("normal", ["normal.X", "normal.Y"]), ("position", ["position.X", "position.Y"])] {
+        let shown = read_exr(&show(name, "shown.exr")).unwrap();
+        assert_eq!([shown.width, shown.height], [96, 54]);
+        let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+        for (channel, name) in ["R", "G"].into_iter().zip(channels) {
+            assert_eq!(bits(shown.f32(channel).unwrap()), bits(drawn.f32(name).unwrap()), "{name}");
+        }
+        // Planted: another channel.
+        assert_ne!(bits(shown.f32("R").unwrap()), bits(drawn.f32(channels[1]).unwrap()));
+    }
+    let ids = read_exr(&show("surface id", "ids.exr")).unwrap();
+    assert_eq!(ids.u32("id").unwrap(), drawn.u32("surface.id").unwrap());
+    // In a PNG a hyphen is as good as a space, and each number has its colour.
+    let png = read_rgba8(&show("surface-id", "ids.png")).unwrap();
+    assert_eq!([png.width, png.height], [96, 54]);
+    let color = |i: usize| &png.rgba[4 * i..4 * i + 3];
+    let numbers = ids.u32("id").unwrap();
+    assert!((1..numbers.len()).all(|i| numbers[i] != numbers[i - 1] || color(i) == color(i - 1)));
+    assert!((1..numbers.len()).any(|i| color(i) != color(i - 1)));
+    // What is drawn is shown as it is drawn.
+    place.text(&[&RENDER[..], &["drawn.png"]].concat());
+    let picture = read_rgba8(&show("picture", "picture.png")).unwrap();
+    assert!(picture == read_rgba8(&place.path("drawn.png")).unwrap());
+    // An array has as many layers as the picture has room for: here one of 260 × 260.
+    let tiles = read_exr(&show("height tiles", "tiles.exr")).unwrap();
+    assert_eq!([tiles.width, tiles.height], [260, 260]);
+    assert!(tiles.f32("Y").unwrap().iter().any(|height_m| *height_m > 100.0));
+
+    let line = place.misuse(&[&RENDER[..], &["none.png", "--show", "norml"]].concat());
+    for known in ["--show norml", "normal", "surface id", "height tiles", "smoothed line"] {
+        assert!(line.contains(known), "{line}");
+    }
+    for wrong in [&["o.svg", "--style", "pen"][..], &["o.exr", "--aov", "depth"], &["o.png", "--size", "9000x9000"]] {
+        let line = place.misuse(&[&RENDER[..3], &["-o"], wrong, &["--show", "depth"]].concat());
+        assert!(line.contains("--show"), "{line}");
+    }
+    assert!(!place.names().iter().any(|name| name == "none.png" || name.starts_with("o.")));
+}
