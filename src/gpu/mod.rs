@@ -3,6 +3,7 @@
 pub mod arena;
 pub mod bind;
 pub mod buffer;
+mod build;
 pub mod device;
 pub mod later;
 pub mod pipelines;
@@ -13,7 +14,9 @@ mod reflection;
 pub mod shader;
 pub mod shared;
 pub mod target;
+pub mod texts;
 pub mod timer;
 pub mod upload_ring;
+pub mod workers;
 
 pub use device::{Gpu, GpuError};

@@ -115,6 +115,13 @@ impl HorizonMaps {
         &self.jobs
     }
 
+    /// The frame of the last plan was not drawn: what it planned counts as not made.
+    pub fn forget_planned(&mut self) {
+        for job in self.jobs.drain(..) {
+            self.made.retain(|_, made| made.slot as i32 != job.slot);
+        }
+    }
+
     /// Whether a tile that is in the atlas has its map.
     pub fn is_made(&self, atlas: &Atlas, tile: TileAddress) -> bool {
         self.made_of(atlas, tile).is_some()
