@@ -4,7 +4,9 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod beside;
 mod eyes;
+mod live;
 mod steady;
 mod switches;
 
