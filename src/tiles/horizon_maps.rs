@@ -144,6 +144,13 @@ impl HorizonMaps {
         self.made_of(atlas, tile).map(|_| self.floor.at(tile))
     }
 
+    /// The frame of the last plan was not drawn: what it planned counts as not made.
+    pub fn forget_planned(&mut self) {
+        for job in self.jobs.drain(..) {
+            self.made.retain(|_, made| made.slot as i32 != job.slot);
+        }
+    }
+
     fn made_of(&self, atlas: &Atlas, tile: TileAddress) -> Option<&Made> {
         let resident = atlas.get(tile)?;
         self.made.get(&tile).filter(|made| made.slot == resident.slot && made.arrived_s == resident.arrived_s)
