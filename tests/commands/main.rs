@@ -4,6 +4,7 @@
 
 mod bench;
 mod dem;
+mod embedded;
 mod styles;
 mod svg;
 mod tour;
