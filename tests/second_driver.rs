@@ -89,7 +89,8 @@ fn every_preset_draws_the_same_on_a_second_driver() {
         loop {
             let Some(name) = names.lock().unwrap().pop() else { return };
             let style = Style::load(name).unwrap();
-            let tolerance = Tolerance { channel_difference: CHANNEL_DIFFERENCE, outlier_share: outlier_share(name, &style) };
+            let tolerance =
+                Tolerance { channel_difference: CHANNEL_DIFFERENCE, outlier_share: outlier_share(name, &style) };
             let first = drawn(folder.path(), name, None, &[]);
             let second = drawn(folder.path(), name, Some(&second), &[]);
             let comparison = compare(&first, &second, tolerance).unwrap();

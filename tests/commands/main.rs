@@ -5,6 +5,7 @@
 mod bench;
 mod dem;
 mod embedded;
+mod features;
 mod styles;
 mod svg;
 mod tour;
