@@ -29,5 +29,6 @@ pub mod frame;
 pub mod picture;
 pub mod vector;
 pub mod measure;
+#[cfg(feature = "window")]
 pub mod window;
 pub mod commands;

@@ -1,9 +1,14 @@
-//! Every shader composes and validates without a GPU.
+//! Every shader composes and validates without a GPU, and is SPIR-V that the validator of Khronos accepts.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+use std::io::Write;
+use std::process::{Command, Stdio};
+
 use hachure::gpu::shader::{SHADERS, ShaderError, VARIANTS, compose, compose_variant};
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::back::spv;
+use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 #[test]
 fn every_shader_validates() {
@@ -20,13 +25,85 @@ fn every_shader_validates() {
     }
 }
 
-fn validate(name: &str, module: Result<naga::Module, ShaderError>) {
+fn validate(name: &str, module: Result<naga::Module, ShaderError>) -> (naga::Module, ModuleInfo) {
     let module = module.unwrap_or_else(|error| panic!("{error}"));
     let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
-    validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    let info = validator.validate(&module).unwrap_or_else(|error| panic!("{name}: {error:?}"));
+    (module, info)
 }
 
 #[test]
 fn a_wrong_shader_does_not() {
     assert!(compose("lines/none").is_err());
+}
+
+#[test]
+fn every_shader_is_spirv_that_its_validator_accepts() {
+    if Command::new("spirv-val").arg("--version").stdout(Stdio::null()).status().is_err() {
+        println!("skipped: there is no spirv-val (spirv-tools)");
+        return;
+    }
+    let plain = SHADERS.iter().map(|(name, _)| (*name, &[][..]));
+    let mut checked = 0;
+    let mut last = Vec::new();
+    for (name, definitions) in plain.chain(VARIANTS.iter().copied()) {
+        let (module, info) = validate(name, compose_variant(name, definitions));
+        for entry in &module.entry_points {
+            // Devices with and without robust access get different code.
+            for policy in [BoundsCheckPolicy::Unchecked, BoundsCheckPolicy::Restrict] {
+                let words = spirv(&module, &info, entry, policy).unwrap_or_else(|error| panic!("{name}: {error}"));
+                let told = spirv_val(&words);
+                assert_eq!(told, None, "{name} {definitions:?}, {}", entry.name);
+                checked += 1;
+                last = words;
+            }
+        }
+    }
+    println!("spirv-val accepted {checked} modules");
+    assert!(checked >= 2 * (SHADERS.len() + VARIANTS.len()));
+    // The planted error: the memory model, the operands of the first instruction after the capabilities, is one that
+    // does not exist.
+    let at = last.iter().position(|word| *word == 3 << 16 | 14).unwrap();
+    last[at + 2] = 77;
+    assert!(spirv_val(&last).is_some(), "a broken word was accepted");
+}
+
+/// As wgpu writes an entry point for a Vulkan device of version 1.1.
+fn spirv(
+    module: &naga::Module,
+    info: &ModuleInfo,
+    entry: &naga::EntryPoint,
+    policy: BoundsCheckPolicy,
+) -> Result<Vec<u32>, spv::Error> {
+    let options = spv::Options {
+        lang_version: (1, 3),
+        flags: spv::WriterFlags::LABEL_VARYINGS | spv::WriterFlags::FORCE_POINT_SIZE,
+        bounds_check_policies: BoundsCheckPolicies {
+            index: BoundsCheckPolicy::Restrict,
+            buffer: policy,
+            image_load: policy,
+            binding_array: BoundsCheckPolicy::Unchecked,
+        },
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::Polyfill,
+        use_storage_input_output_16: false,
+        ..spv::Options::default()
+    };
+    let pipeline = spv::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone() };
+    spv::write_vec(module, info, &options, Some(&pipeline))
+}
+
+/// What the validator finds wrong.
+fn spirv_val(words: &[u32]) -> Option<String> {
+    let mut child = Command::new("spirv-val")
+        .args(["--target-env", "vulkan1.1", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    child.stdin.take().unwrap().write_all(&bytes).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let told = [output.stdout, output.stderr].concat();
+    (!output.status.success()).then(|| String::from_utf8_lossy(&told).into_owned())
 }

@@ -6,6 +6,7 @@ use anyhow::bail;
 
 use super::misuse::{Misuse, mistyped_command};
 use crate::file::message::{named, quoted};
+use crate::scene::embedded;
 use crate::style::{Style, StyleError};
 use crate::tones::hatching::maps;
 
@@ -78,10 +79,21 @@ pub fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     if Path::new(world).try_exists().unwrap_or(true) {
         return Ok(());
     }
+    if embedded::scene(world).is_some() {
+        return Ok(());
+    }
     if let Some(mistyped) = mistyped_command(world) {
         return Err(Misuse(mistyped).into());
     }
-    bail!("{}: there is no such file", if world.trim().is_empty() { quoted(world) } else { named(world) })
+    bail!("{}: {}", if world.trim().is_empty() { quoted(world) } else { named(world) }, no_such_file(world))
+}
+
+/// What is said of a file that is not there; of a bare name also what is inside the program.
+pub fn no_such_file(name: &str) -> String {
+    match name.contains(['.', '/', '\\']) || name.trim().is_empty() {
+        true => "there is no such file".to_owned(),
+        false => format!("there is no such file, and inside hachure are the scenes {}", embedded::scene_names()),
+    }
 }
 
 /// That a file is not an address: `command` reads files of this machine.

@@ -63,7 +63,7 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Scene file, DEM or baked pyramid; without one, the embedded world
+    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, hut); without one, the embedded world
     pub world: Option<String>,
     /// What height files leave open.
     #[command(flatten)]
@@ -71,7 +71,7 @@ pub struct BenchArgs {
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
-    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov
+    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport)
     #[arg(long)]
     pub path: PathBuf,
     /// Presets or style files; ratios are to the first

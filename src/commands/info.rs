@@ -1,13 +1,15 @@
 //! `hachure info`: what a file is, by its content: a DEM, a baked pyramid, a scene, a style or a camera path.
 
-use std::io::{ErrorKind, Read};
+mod scene;
+
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use glam::DVec3;
 use serde::Serialize;
 
+use self::scene::SceneInfo;
 use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
 use super::progress::Bar;
@@ -15,14 +17,12 @@ use super::{arguments, styles, tell, tell_json};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
-use crate::mesh::placed::Stance;
-use crate::mesh::{MeshError, obj};
 use crate::pyramid::Pyramid;
 use crate::pyramid::format::sidecar_path;
 use crate::scene::camera::Camera;
+use crate::scene::embedded;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
-use crate::scene::{MeshPlacement, Scene, World};
 use crate::source::{self, OpenOptions};
 use crate::style::hatching::Scale;
 use crate::style::{Detector, Style, Tone};
@@ -30,7 +30,7 @@ use crate::style::{Detector, Style, Tone};
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// A DEM, a baked pyramid, a scene, a style or a camera path
+    /// A DEM, a baked pyramid, a scene, a style or a camera path; or the name of a scene inside hachure
     pub file: PathBuf,
     /// What height files leave open.
     #[command(flatten)]
@@ -77,36 +77,6 @@ enum Info {
 }
 
 #[derive(Serialize)]
-struct SceneInfo {
-    dem: Option<String>,
-    procedural_seed: Option<u32>,
-    sun_azimuth_deg: f64,
-    sun_elevation_deg: f64,
-    haze_distance_m: Option<f64>,
-    start: Option<String>,
-    vertical_exaggeration: f64,
-    meshes: Vec<MeshInfo>,
-}
-
-/// A mesh of a scene, as its file is.
-#[derive(Serialize)]
-struct MeshInfo {
-    file: PathBuf,
-    /// In the scene's notation.
-    at: String,
-    yaw_deg: f64,
-    scale: f64,
-    up: &'static str,
-    triangles: u64,
-    vertices: u64,
-    /// Metres, turned up and scaled: east, north, up before the yaw.
-    size_m: [f64; 3],
-    dropped_triangles: u64,
-    border_edges: u64,
-    crowded_edges: u64,
-}
-
-#[derive(Serialize)]
 struct StyleInfo {
     name: String,
     description: String,
@@ -139,6 +109,12 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
 }
 
 fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<Info> {
+    if let Some(inside) = embedded::scene(&file.to_string_lossy()) {
+        return Ok(Info::Scene(SceneInfo::of(inside.read()?)?));
+    }
+    if embedded::path(file).is_some() {
+        return camera_path(file);
+    }
     // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
@@ -230,7 +206,7 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
     };
     let has = |key: &str| keys.iter().any(|known| known == key);
     if has("world") {
-        return scene(file, reach).map(Some);
+        return scene::read(file, reach).map(Info::Scene).map(Some);
     }
     if ["tone", "lines", "paper"].into_iter().any(has) {
         let style = styles::read(file)?;
@@ -264,79 +240,6 @@ fn draws(style: &Style) -> Vec<&'static str> {
     [lines, strokes, shadows, Some(tone), watercolor, hatching].into_iter().flatten().collect()
 }
 
-fn scene(file: &Path, reach: Reach) -> anyhow::Result<Info> {
-    let scene = Scene::read(file)?;
-    scene.check_reach(file, reach)?;
-    check_files(file, &scene)?;
-    let (dem, procedural_seed) = match scene.world {
-        World::File(path) => (Some(path.display().to_string()), None),
-        World::Url(url) => (Some(url), None),
-        World::Procedural { seed } => (None, Some(seed)),
-        World::Files(paths) => {
-            let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-            (Some(names.join(", ")), None)
-        }
-        World::Continent { seed, size_samples, spacing_m } => {
-            (Some(format!("continent {seed}, {size_samples} × {size_samples} samples, {spacing_m} m apart")), None)
-        }
-    };
-    Ok(Info::Scene(SceneInfo {
-        dem,
-        procedural_seed,
-        sun_azimuth_deg: scene.sun.azimuth_deg,
-        sun_elevation_deg: scene.sun.elevation_deg,
-        haze_distance_m: scene.haze.distance_m,
-        start: scene.start.map(|camera| camera.to_string()),
-        vertical_exaggeration: scene.vertical_exaggeration,
-        meshes: scene.meshes.iter().map(mesh).collect::<Result<_, _>>().with_context(|| named(file))?,
-    }))
-}
-
-/// That the files which a scene names are there.
-fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
-    let heights = match &scene.world {
-        World::File(path) => std::slice::from_ref(path),
-        World::Files(paths) => paths.as_slice(),
-        World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
-    };
-    let mut missing: Vec<&PathBuf> = heights.iter().chain(scene.meshes.iter().map(|mesh| &mesh.file)).collect();
-    // Where nobody may look the opening tells.
-    missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
-    missing.dedup();
-    // As many names as a line holds.
-    let names = missing.iter().take(3).map(named).collect::<Vec<_>>().join(", ");
-    match missing.len() {
-        0 => Ok(()),
-        1 => bail!("{}: {names} is not there", named(file)),
-        2 | 3 => bail!("{}: {names} are not there", named(file)),
-        count => bail!("{}: {names} and {} more are not there", named(file), count - 3),
-    }
-}
-
-fn mesh(placement: &MeshPlacement) -> Result<MeshInfo, MeshError> {
-    let mesh = obj::read(&placement.file)?;
-    let stance = Stance { origin_m: DVec3::ZERO, yaw_deg: 0.0, scale: placement.scale, z_up: placement.z_up };
-    let turn = stance.world_from_mesh();
-    let places = || mesh.vertices_m.iter().map(|place| turn * DVec3::from_array(place.map(f64::from)));
-    let low = places().fold(DVec3::INFINITY, DVec3::min);
-    let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let DVec3 { x, y, z } = placement.at_m;
-    let plus = if placement.height_above_ground { "+" } else { "" };
-    Ok(MeshInfo {
-        file: placement.file.clone(),
-        at: format!("{x},{y},{plus}{z}"),
-        yaw_deg: placement.yaw_deg,
-        scale: placement.scale,
-        up: if placement.z_up { "z" } else { "y" },
-        triangles: mesh.triangles.len() as u64,
-        vertices: mesh.vertices_m.len() as u64,
-        size_m: (high - low).to_array(),
-        dropped_triangles: mesh.flaws.dropped,
-        border_edges: mesh.flaws.borders,
-        crowded_edges: mesh.flaws.crowded,
-    })
-}
-
 impl Answer {
     /// For people.
     fn text(&self) -> String {
@@ -366,48 +269,5 @@ impl Answer {
                 path.ground_length_m / 1000.0,
             ),
         }
-    }
-}
-
-impl MeshInfo {
-    fn line(&self) -> String {
-        let [east_m, north_m, up_m] = self.size_m;
-        let flaws = [
-            (self.dropped_triangles, "triangles dropped"),
-            (self.border_edges, "open edges"),
-            (self.crowded_edges, "edges of three triangles or more"),
-        ];
-        let flaws: String =
-            flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
-        format!(
-            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m, at {}, yaw {}°{flaws}\n",
-            named(&self.file),
-            self.triangles,
-            self.at,
-            self.yaw_deg
-        )
-    }
-}
-
-impl SceneInfo {
-    fn text(&self, file: &str) -> String {
-        let world = match (&self.dem, self.procedural_seed) {
-            (Some(dem), _) => printable(dem, 400),
-            (None, Some(seed)) => format!("the procedural world, seed {seed}"),
-            (None, None) => "none".to_owned(),
-        };
-        let haze = match self.haze_distance_m {
-            Some(distance_m) => format!("{distance_m} m"),
-            None => "over the diagonal of the extent".to_owned(),
-        };
-        let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
-        format!(
-            "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{meshes}",
-            self.sun_azimuth_deg,
-            self.sun_elevation_deg,
-            self.start.as_deref().unwrap_or("a view that the extent suggests"),
-            self.vertical_exaggeration,
-        )
     }
 }

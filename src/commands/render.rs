@@ -39,7 +39,7 @@ use crate::world::{self, OpenWorld};
 /// Arguments of `render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, DEM or baked pyramid; without one, the embedded world
+    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, hut); without one, the embedded world
     pub world: Option<String>,
     /// What height files leave open.
     #[command(flatten)]
@@ -59,7 +59,7 @@ pub struct RenderArgs {
     /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
-    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov
+    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport)
     #[arg(long)]
     pub path: Option<PathBuf>,
     /// Frames per second along the path

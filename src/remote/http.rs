@@ -41,6 +41,8 @@ pub struct Whole {
 
 impl Client {
     pub fn new(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
+        // TLS of the whole process. Where a program around us has chosen another one, that is as good.
+        let _ = rustls::crypto::ring::default_provider().install_default();
         let http = reqwest::Client::builder()
             .user_agent(concat!("hachure/", env!("CARGO_PKG_VERSION")))
             .connect_timeout(settings.connect_timeout)

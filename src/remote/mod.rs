@@ -15,14 +15,19 @@
 //! is asked for twice and the answers must agree: for headers, which have no checksum.
 //!
 //! Why: `docs/decisions/remote-files.md`.
+#![cfg_attr(not(feature = "network"), allow(dead_code, reason = "some of it is of use to the network alone"))]
 
 mod address;
 mod blocks;
+#[cfg(feature = "network")]
 mod bucket;
 mod disk;
 mod error;
 mod file;
+#[cfg(feature = "network")]
 mod http;
+#[cfg_attr(not(feature = "network"), path = "no_network.rs")]
+mod network;
 mod patience;
 mod retry;
 mod settings;

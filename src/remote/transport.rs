@@ -1,30 +1,20 @@
-//! One request: a range of bytes from a file, a web server, or a bucket.
+//! One request: a range of bytes from a file, or from another machine.
 
 use std::fs::File;
 use std::io;
 use std::ops::Range;
-use std::pin::pin;
-use std::sync::OnceLock;
 use std::time::Duration;
 
-use tokio::runtime::Runtime;
-
 use super::address::{Address, Place};
-use super::bucket::Object;
-use super::http::Client;
+use super::network::Server;
 use super::{Cancelled, RemoteError, Settings};
-
-/// How often a request looks whether it is still wanted.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// What answers.
 pub enum Transport {
     /// A file on this machine.
     File(File),
-    /// A web server.
-    Http { client: Client, request: Box<reqwest::Request> },
-    /// A bucket.
-    Bucket(Object),
+    /// A web server, or a bucket.
+    Server(Server),
 }
 
 /// Bytes, and which file they are of.
@@ -57,12 +47,7 @@ impl Transport {
                 }
                 Err(source) => Err(RemoteError::Io { name: address.name.clone(), source }),
             },
-            Place::Http { url, login } => {
-                let client = Client::new(address, settings)?;
-                let request = Box::new(client.request(url, login.as_deref())?);
-                Ok(Self::Http { client, request })
-            }
-            Place::S3 { bucket, key } => Object::new(address, bucket, key, settings).map(Self::Bucket),
+            Place::Http { .. } | Place::S3 { .. } => Server::open(address, settings).map(Self::Server),
         }
     }
 
@@ -76,12 +61,7 @@ impl Transport {
         match self {
             Self::File(file) => read(file, range)
                 .map_err(|source| NoAnswer::Never(RemoteError::Io { name: address.name.clone(), source })),
-            Self::Http { client, request } => {
-                // A request without a body can be made again.
-                let request = request.try_clone().ok_or_else(|| NoAnswer::Again("no request was made".into()))?;
-                wait_for(client.range(request, range), address, cancelled)
-            }
-            Self::Bucket(object) => wait_for(object.range(range, address), address, cancelled),
+            Self::Server(server) => server.get(range, address, cancelled),
         }
     }
 }
@@ -113,40 +93,4 @@ fn read_exact_at(file: &File, mut bytes: &mut [u8], mut offset: u64) -> io::Resu
         }
     }
     Ok(())
-}
-
-/// The threads on which connections live: two for the whole program, from the first request on.
-fn runtime() -> Result<&'static Runtime, &'static str> {
-    static RUNTIME: OnceLock<Result<Runtime, String>> = OnceLock::new();
-    let build = || {
-        let mut runtime = tokio::runtime::Builder::new_multi_thread();
-        runtime
-            .worker_threads(2)
-            .thread_name("remote")
-            .enable_all()
-            .build()
-            .map_err(|error| format!("no threads for the network: {error}"))
-    };
-    RUNTIME.get_or_init(build).as_ref().map_err(String::as_str)
-}
-
-/// Waits for an answer, which has deadlines of its own, and looks now and then whether it is still wanted.
-fn wait_for(
-    request: impl Future<Output = Result<Answer, NoAnswer>>,
-    address: &Address,
-    cancelled: Cancelled<'_>,
-) -> Result<Answer, NoAnswer> {
-    let runtime = runtime().map_err(|cause| {
-        NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause: cause.to_owned() })
-    })?;
-    runtime.block_on(async {
-        let mut request = pin!(request);
-        loop {
-            match tokio::time::timeout(LOOK, request.as_mut()).await {
-                Ok(answer) => return answer,
-                Err(_) if cancelled() => return Err(NoAnswer::Never(RemoteError::Cancelled)),
-                Err(_) => {}
-            }
-        }
-    })
 }

@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod earth;
+pub mod embedded;
 pub mod frustum;
 pub mod path;
 pub mod reach;
@@ -20,6 +21,8 @@ use crate::source::OpenOptions;
 pub struct Scene {
     /// The scene file that says all this; none where nobody wrote one.
     pub file: Option<PathBuf>,
+    /// The scene of the program that says it.
+    pub embedded: Option<&'static embedded::EmbeddedScene>,
     /// The terrain.
     pub world: World,
     /// The light.
@@ -111,6 +114,7 @@ impl Scene {
     pub fn of_world(world: World) -> Self {
         Self {
             file: None,
+            embedded: None,
             world,
             sun: Sun::default(),
             haze: Haze::default(),

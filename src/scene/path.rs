@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::camera::{Camera, FOV_RANGE_DEG};
+use super::embedded;
 use crate::file::input::{LARGEST_PATH_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 
@@ -118,11 +119,14 @@ impl CameraPath {
         Ok(Self::through(&rows))
     }
 
-    /// The text of a file, for whoever parses it twice: it may be a pipe, which can be read once.
+    /// The text of a file, or of a path inside the program, for whoever parses it twice: it may be a pipe, which can be read once.
     ///
     /// # Errors
     /// A file that cannot be read, is too long, or is no text.
     pub fn read_text(path: &Path) -> Result<String, PathError> {
+        if let Some(text) = embedded::path(path) {
+            return Ok(text.to_owned());
+        }
         read_text(path, LARGEST_PATH_BYTES).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
     }
 

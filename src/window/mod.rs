@@ -5,6 +5,7 @@
 //! of a flight and draws its frames, `input` turns events into wishes; the rest are parts without a window in them.
 
 mod app;
+mod clipboard;
 mod flight;
 pub mod fly_camera;
 mod gamepad;

@@ -6,12 +6,14 @@ use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
+use super::clipboard::Clipboard;
 use crate::gpu::Gpu;
 
 /// egui and its renderer.
 pub struct Overlay {
     context: egui::Context,
     state: egui_winit::State,
+    clipboard: Clipboard,
     renderer: Renderer,
     repaint_at: Option<Instant>,
 }
@@ -33,12 +35,19 @@ impl Overlay {
         let scale = Some(window.scale_factor() as f32);
         let state = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, Some(largest));
         let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
-        Self { context, state, renderer, repaint_at: None }
+        Self { context, state, clipboard: Clipboard::of(window), renderer, repaint_at: None }
     }
 
     /// Tells the panel. Says whether it wants to be painted again, and whether it used the event up.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> egui_winit::EventResponse {
-        self.state.on_window_event(window, event)
+        // A flight asks for no text.
+        if !self.is_typing() {
+            return self.state.on_window_event(window, event);
+        }
+        self.clipboard.before(event, &mut self.state);
+        let response = self.state.on_window_event(window, event);
+        self.clipboard.after(event, &self.context, &mut self.state);
+        response
     }
 
     /// Whether a text is being typed in.
@@ -73,6 +82,7 @@ impl Overlay {
             let context = ui.ctx().clone();
             panel(&context);
         });
+        self.clipboard.take(&output.platform_output.commands);
         self.state.handle_platform_output(window, output.platform_output);
         let delay =
             output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);

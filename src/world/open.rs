@@ -9,10 +9,11 @@ use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::gpu::Gpu;
 use crate::mesh::placed::{Placed, Stance};
-use crate::mesh::{Mesh, MeshError, obj};
+use crate::mesh::{Mesh, MeshError};
 use crate::pyramid::store::{ContinentStore, Exaggerated, MosaicStore};
 use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
+use crate::scene::embedded;
 use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
 use crate::scene::view::Pose;
@@ -82,7 +83,8 @@ pub struct OpenWorld {
     pub surfaces: Surfaces,
 }
 
-/// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, or not at all.
+/// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, by the name of a
+/// scene inside the program, or not at all.
 ///
 /// # Errors
 /// When the scene file does not hold, or names what is beyond its `reach`.
@@ -90,6 +92,9 @@ pub fn scene_of(world: Option<&str>, reach: Reach) -> Result<Scene, WorldError> 
     let Some(world) = world else { return Ok(Scene::default()) };
     if world.contains("://") {
         return Ok(Scene::of_world(World::Url(world.to_owned())));
+    }
+    if let Some(scene) = embedded::scene(world) {
+        return Ok(scene.read()?);
     }
     let path = Path::new(world);
     if is_scene(path) {
@@ -115,7 +120,9 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
         World::Files(paths) => paths.iter().for_each(|path| source::add_inputs(path, &mut inputs)),
         World::Url(_) | World::Procedural { .. } | World::Continent { .. } => {}
     }
-    scene.meshes.iter().for_each(|mesh| inputs.add(&mesh.file));
+    if scene.embedded.is_none() {
+        scene.meshes.iter().for_each(|mesh| inputs.add(&mesh.file));
+    }
     inputs
 }
 
@@ -229,7 +236,7 @@ impl OpenWorld {
             let mesh = match found {
                 Some(mesh) => mesh,
                 None => {
-                    let mesh = Arc::new(obj::read(&placement.file)?);
+                    let mesh = Arc::new(self.scene.read_mesh(&placement.file)?);
                     known.push((&placement.file, Arc::clone(&mesh)));
                     mesh
                 }

@@ -4,6 +4,8 @@
 
 mod bench;
 mod dem;
+mod embedded;
+mod features;
 mod show;
 mod styles;
 mod svg;

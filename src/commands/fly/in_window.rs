@@ -1,0 +1,53 @@
+//! What `fly` does in a build with a window.
+
+use std::path::Path;
+
+use super::FlyArgs;
+use crate::commands::{arguments, progress};
+use crate::gpu::device::AdapterWish;
+use crate::scene::reach::Reach;
+use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::window::{FlightOptions, FlightWorld, Windowing};
+use crate::world::{self, OpenWorld};
+
+/// Runs the command.
+///
+/// # Errors
+/// When there is no display, an input does not hold, or the GPU fails.
+pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    // What is wrong is told before a window opens.
+    arguments::style(&args.style)?;
+    arguments::check_world(args.world.as_deref())?;
+    let windowing = Windowing::new()?;
+    let options =
+        FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
+    // As early: a DEM that is seen for the first time takes a while to bake.
+    let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
+    let store = world::open_store(&scene, &progress::Bar::default())?;
+    let args = args.clone();
+    let open = move |gpu: &crate::gpu::Gpu| {
+        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
+        let options =
+            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
+        let world = OpenWorld::on_gpu(gpu, scene, store, options)?;
+        let start = args.camera.unwrap_or_else(|| world.default_camera());
+        let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
+        if let Err(error) = world.ground_was_read() {
+            tracing::warn!("{error}");
+        }
+        Ok(FlightWorld {
+            name: title(args.world.as_deref()),
+            light: world.light(),
+            sun: world.scene.sun,
+            start,
+            surfaces: world.surfaces,
+        })
+    };
+    Ok(windowing.run(options, Box::new(open))?)
+}
+
+/// The file's name without its folders.
+fn title(world: Option<&str>) -> String {
+    let Some(world) = world else { return "the embedded world".to_owned() };
+    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
+}

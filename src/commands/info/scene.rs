@@ -1,0 +1,173 @@
+//! What a scene is: its world, its light, and the models in it.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::file::message::{named, printable};
+use crate::mesh::MeshError;
+use crate::mesh::placed::Stance;
+use crate::scene::reach::Reach;
+use crate::scene::{MeshPlacement, Scene, World};
+
+#[derive(Serialize)]
+pub(super) struct SceneInfo {
+    dem: Option<String>,
+    procedural_seed: Option<u32>,
+    sun_azimuth_deg: f64,
+    sun_elevation_deg: f64,
+    haze_distance_m: Option<f64>,
+    start: Option<String>,
+    vertical_exaggeration: f64,
+    meshes: Vec<MeshInfo>,
+}
+
+/// A mesh of a scene, as its file is.
+#[derive(Serialize)]
+struct MeshInfo {
+    file: PathBuf,
+    /// In the scene's notation.
+    at: String,
+    yaw_deg: f64,
+    scale: f64,
+    up: &'static str,
+    triangles: u64,
+    vertices: u64,
+    /// Metres, turned up and scaled: east, north, up before the yaw.
+    size_m: [f64; 3],
+    dropped_triangles: u64,
+    border_edges: u64,
+    crowded_edges: u64,
+}
+
+/// The scene of a file.
+///
+/// # Errors
+/// When it does not hold, or names what is not there or beyond its reach.
+pub(super) fn read(file: &Path, reach: Reach) -> anyhow::Result<SceneInfo> {
+    let scene = Scene::read(file)?;
+    scene.check_reach(file, reach)?;
+    check_files(file, &scene)?;
+    SceneInfo::of(scene).with_context(|| named(file))
+}
+
+impl SceneInfo {
+    /// # Errors
+    /// A model that cannot be read.
+    pub fn of(scene: Scene) -> Result<Self, MeshError> {
+        let meshes = scene.meshes.iter().map(|placement| MeshInfo::of(&scene, placement)).collect::<Result<_, _>>()?;
+        let (dem, procedural_seed) = match scene.world {
+            World::File(path) => (Some(path.display().to_string()), None),
+            World::Url(url) => (Some(url), None),
+            World::Procedural { seed } => (None, Some(seed)),
+            World::Files(paths) => {
+                let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+                (Some(names.join(", ")), None)
+            }
+            World::Continent { seed, size_samples, spacing_m } => {
+                (Some(format!("continent {seed}, {size_samples} × {size_samples} samples, {spacing_m} m apart")), None)
+            }
+        };
+        Ok(Self {
+            dem,
+            procedural_seed,
+            sun_azimuth_deg: scene.sun.azimuth_deg,
+            sun_elevation_deg: scene.sun.elevation_deg,
+            haze_distance_m: scene.haze.distance_m,
+            start: scene.start.map(|camera| camera.to_string()),
+            vertical_exaggeration: scene.vertical_exaggeration,
+            meshes,
+        })
+    }
+}
+
+/// That the files which a scene names are there.
+fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
+    let heights = match &scene.world {
+        World::File(path) => std::slice::from_ref(path),
+        World::Files(paths) => paths.as_slice(),
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
+    };
+    let mut missing: Vec<&PathBuf> = heights.iter().chain(scene.meshes.iter().map(|mesh| &mesh.file)).collect();
+    // Where nobody may look the opening tells.
+    missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
+    missing.dedup();
+    // As many names as a line holds.
+    let names = missing.iter().take(3).map(named).collect::<Vec<_>>().join(", ");
+    match missing.len() {
+        0 => Ok(()),
+        1 => bail!("{}: {names} is not there", named(file)),
+        2 | 3 => bail!("{}: {names} are not there", named(file)),
+        count => bail!("{}: {names} and {} more are not there", named(file), count - 3),
+    }
+}
+
+impl MeshInfo {
+    fn of(scene: &Scene, placement: &MeshPlacement) -> Result<Self, MeshError> {
+        let mesh = scene.read_mesh(&placement.file)?;
+        let stance = Stance { origin_m: DVec3::ZERO, yaw_deg: 0.0, scale: placement.scale, z_up: placement.z_up };
+        let turn = stance.world_from_mesh();
+        let places = || mesh.vertices_m.iter().map(|place| turn * DVec3::from_array(place.map(f64::from)));
+        let low = places().fold(DVec3::INFINITY, DVec3::min);
+        let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let DVec3 { x, y, z } = placement.at_m;
+        let plus = if placement.height_above_ground { "+" } else { "" };
+        Ok(Self {
+            file: placement.file.clone(),
+            at: format!("{x},{y},{plus}{z}"),
+            yaw_deg: placement.yaw_deg,
+            scale: placement.scale,
+            up: if placement.z_up { "z" } else { "y" },
+            triangles: mesh.triangles.len() as u64,
+            vertices: mesh.vertices_m.len() as u64,
+            size_m: (high - low).to_array(),
+            dropped_triangles: mesh.flaws.dropped,
+            border_edges: mesh.flaws.borders,
+            crowded_edges: mesh.flaws.crowded,
+        })
+    }
+
+    fn line(&self) -> String {
+        let [east_m, north_m, up_m] = self.size_m;
+        let flaws = [
+            (self.dropped_triangles, "triangles dropped"),
+            (self.border_edges, "open edges"),
+            (self.crowded_edges, "edges of three triangles or more"),
+        ];
+        let flaws: String =
+            flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
+        format!(
+            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m, at {}, yaw {}°{flaws}\n",
+            named(&self.file),
+            self.triangles,
+            self.at,
+            self.yaw_deg
+        )
+    }
+}
+
+impl SceneInfo {
+    pub fn text(&self, file: &str) -> String {
+        let world = match (&self.dem, self.procedural_seed) {
+            (Some(dem), _) => printable(dem, 400),
+            (None, Some(seed)) => format!("the procedural world, seed {seed}"),
+            (None, None) => "none".to_owned(),
+        };
+        let haze = match self.haze_distance_m {
+            Some(distance_m) => format!("{distance_m} m"),
+            None => "over the diagonal of the extent".to_owned(),
+        };
+        let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
+        format!(
+            "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
+             start     {}\nheights   × {}\n{meshes}",
+            self.sun_azimuth_deg,
+            self.sun_elevation_deg,
+            self.start.as_deref().unwrap_or("a view that the extent suggests"),
+            self.vertical_exaggeration,
+        )
+    }
+}

@@ -1,0 +1,97 @@
+//! Text on the clipboard of X11, Windows and macOS. egui-winit speaks with Wayland's by itself; what it has for the
+//! others brings decoders of pictures, which a panel of numbers cannot paste.
+
+use winit::event::{ElementState, KeyEvent, MouseButton, WindowEvent};
+use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
+use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
+use winit::window::Window;
+
+/// The clipboard, where egui-winit has none.
+pub struct Clipboard(Option<arboard::Clipboard>);
+
+impl Clipboard {
+    /// That of the window's system.
+    pub fn of(window: &Window) -> Self {
+        let is_wayland =
+            window.display_handle().is_ok_and(|display| matches!(display.as_raw(), RawDisplayHandle::Wayland(_)));
+        if is_wayland {
+            return Self(None);
+        }
+        let opened = arboard::Clipboard::new();
+        Self(opened.inspect_err(|error| tracing::warn!("there is no clipboard: {error}")).ok())
+    }
+
+    /// Before egui hears of an event that may paste: what it will find.
+    pub fn before(&mut self, event: &WindowEvent, state: &mut egui_winit::State) {
+        let WindowEvent::KeyboardInput { event: key, .. } = event else { return };
+        if !may_paste(key) {
+            return;
+        }
+        // What is no text is not pasted, nor what was text before.
+        if let Some(clipboard) = &mut self.0 {
+            state.set_clipboard_text(clipboard.get_text().unwrap_or_default());
+        }
+    }
+
+    /// After egui heard of an event: the middle button pastes what is selected elsewhere.
+    pub fn after(&mut self, event: &WindowEvent, context: &egui::Context, state: &mut egui_winit::State) {
+        let WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Middle, .. } = event else {
+            return;
+        };
+        let Some(pos) = context.input(|input| input.pointer.latest_pos()) else { return };
+        if let Some(text) = self.selected().filter(|text| !text.is_empty()) {
+            state.egui_input_mut().events.push(egui::Event::MiddleClickPaste { pos, text });
+        }
+    }
+
+    /// What egui has copied or selected.
+    pub fn take(&mut self, commands: &[egui::OutputCommand]) {
+        for command in commands {
+            match command {
+                egui::OutputCommand::CopyText(text) => {
+                    let Some(clipboard) = &mut self.0 else { continue };
+                    if let Err(error) = clipboard.set_text(text.as_str()) {
+                        tracing::warn!("nothing was copied: {error}");
+                    }
+                }
+                egui::OutputCommand::TextSelectionSettled(text) => self.select(text),
+                _ => {}
+            }
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    fn selected(&mut self) -> Option<String> {
+        use arboard::{GetExtLinux, LinuxClipboardKind};
+        self.0.as_mut()?.get().clipboard(LinuxClipboardKind::Primary).text().ok()
+    }
+
+    #[cfg(target_os = "linux")]
+    fn select(&mut self, text: &str) {
+        use arboard::{LinuxClipboardKind, SetExtLinux};
+        let Some(clipboard) = &mut self.0 else { return };
+        if let Err(error) = clipboard.set().clipboard(LinuxClipboardKind::Primary).text(text) {
+            tracing::debug!("nothing was selected: {error}");
+        }
+    }
+
+    /// Other systems have no selection that a click pastes.
+    #[cfg(not(target_os = "linux"))]
+    fn selected(&mut self) -> Option<String> {
+        None
+    }
+
+    #[cfg(not(target_os = "linux"))]
+    fn select(&mut self, _text: &str) {}
+}
+
+/// Whether a key pastes, with or without others: as egui-winit decides it, and a little wider.
+fn may_paste(key: &KeyEvent) -> bool {
+    let logical = match &key.logical_key {
+        Key::Named(NamedKey::Paste | NamedKey::Insert) => true,
+        Key::Character(text) => text.eq_ignore_ascii_case("v"),
+        _ => false,
+    };
+    let physical = matches!(key.physical_key, PhysicalKey::Code(KeyCode::KeyV | KeyCode::Paste));
+    key.state == ElementState::Pressed && (logical || physical)
+}

@@ -1,0 +1,81 @@
+//! An installed program, without its sources: its scenes and camera paths are inside.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use hachure::file::png::read_rgba8;
+
+use super::{Place, checked_in};
+
+/// Runs a copy of the program from the root of the file system.
+fn installed(place: &Place, arguments: &[&str]) -> Output {
+    let copy = place.path("hachure");
+    if !copy.exists() {
+        std::fs::copy(env!("CARGO_BIN_EXE_hachure"), &copy).unwrap();
+    }
+    Command::new(&copy)
+        .args(arguments)
+        .current_dir("/")
+        .env("HACHURE_CACHE", place.path("cache"))
+        .env("XDG_RUNTIME_DIR", place.path(""))
+        .env_remove("RUST_LOG")
+        .output()
+        .unwrap()
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+#[test]
+fn an_installed_program_tells_its_scenes_and_paths() {
+    let place = Place::empty();
+    for (name, told) in [
+        ("hut", "mesh      hut.obj: "),
+        ("continent", "continent 1, 327680 × 327680 samples"),
+        ("continent_small", "continent 1, 2048 × 2048 samples"),
+        ("tour", "a camera path"),
+        ("valley", "a camera path"),
+    ] {
+        let output = installed(&place, &["info", name]);
+        assert!(output.status.success() && text(&output).contains(told), "{name}: {}", text(&output));
+    }
+    // What is no name of one is told which there are; what looks like a file is not.
+    let output = installed(&place, &["render", "hutch", "-o", place.path("a.png").to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    let names = "hutch: there is no such file, and inside hachure are the scenes continent, continent_small, hut";
+    assert_eq!(text(&output).trim_end(), format!("hachure: {names}"));
+    let output = installed(&place, &["render", "hut.toml", "-o", place.path("a.png").to_str().unwrap()]);
+    assert_eq!(text(&output).trim_end(), "hachure: hut.toml: there is no such file");
+}
+
+#[test]
+fn a_file_of_the_same_name_comes_first() {
+    let place = Place::empty();
+    place.file("hut", "no heights at all");
+    assert!(place.error(&["render", "hut", "-o", "a.png"]).starts_with("hut: "));
+    place.file("tour", "t,x,y\n");
+    assert!(place.error(&["info", "tour"]).starts_with("tour"));
+}
+
+#[test]
+fn a_scene_inside_draws_as_its_file_does() {
+    if hachure::gpu::Gpu::open(&hachure::gpu::device::AdapterWish::Best).is_err() {
+        println!("skipped: there is no GPU");
+        return;
+    }
+    let place = Place::empty();
+    let mut pictures = Vec::new();
+    let beside = checked_in("terrain/hut.toml");
+    for (world, name) in [("hut", "inside.png"), (beside.as_str(), "file.png"), ("", "without.png")] {
+        let path = place.path(name);
+        let mut arguments = vec!["render", "--size", "96x54", "--style", "ink", "-o", path.to_str().unwrap()];
+        arguments.extend(Some(world).filter(|world| !world.is_empty()));
+        let output = installed(&place, &arguments);
+        assert!(output.status.success(), "{world}: {}", text(&output));
+        pictures.push(read_rgba8(Path::new(&path)).unwrap());
+    }
+    assert!(pictures[0] == pictures[1], "the scene inside draws another picture than terrain/hut.toml");
+    // The planted error: without its huts it is another one.
+    assert!(pictures[0] != pictures[2]);
+}

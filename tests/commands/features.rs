@@ -1,0 +1,19 @@
+//! What a build without a feature says of it: one line. CI builds one without both and runs this.
+
+use super::Place;
+
+#[test]
+fn what_is_left_out_is_told() {
+    let place = Place::empty();
+    let fly = place.hachure(&["fly", "nowhere.tif"]);
+    let fly = String::from_utf8_lossy(&fly.stderr).into_owned();
+    let without_window =
+        "hachure: this hachure was built without a window (the feature `window`); `hachure render` draws into a file\n";
+    assert_eq!(fly == without_window, cfg!(not(feature = "window")), "{fly}");
+
+    // Nobody listens there: with a network it says so.
+    let address = "http://127.0.0.1:9/land.tif";
+    let error = place.error(&["render", address, "-o", "a.png"]);
+    let without_network = format!("{address}: this hachure was built without network access (the feature `network`)");
+    assert_eq!(error == without_network, cfg!(not(feature = "network")), "{error}");
+}

@@ -1,0 +1,89 @@
+//! The program draws under the validation layer of Khronos, synchronisation included, and the layer has nothing to say.
+//!
+//! Presets with strokes, hatching, watercolour, shadows and models: every kind of pass. The layer writes into a file,
+//! also that it is there and what it looks for, so that a silent layer is not taken for a content one.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use std::path::Path;
+use std::process::Command;
+
+/// One of each kind: lines and models, chained strokes, marks, fractal marks, shadows, colour that runs.
+const PRESETS: [&str; 5] = ["ink", "pen", "crosshatch", "stipple", "wash"];
+
+/// What the layer says of all programs, by the beginning of its name, with the reason why it is none of our business.
+const OTHERS: [(&str, &str); 2] = [
+    ("UNASSIGNED-khronos-validation-createinstance-status-message", "the layer says that it is there"),
+    ("UNASSIGNED-cache-file-error", "the layer's own cache of shaders is not there yet"),
+];
+
+/// What is said of checks that `enables` turns on, message by message, and the layer's word on itself.
+struct Told {
+    messages: Vec<String>,
+    status: String,
+}
+
+/// Draws two frames, so that strokes take over from the first, under the layer. None where there is no layer.
+fn told(folder: &Path, preset: &str, enables: &str) -> Option<Told> {
+    let log = folder.join("layer.log");
+    let _ = std::fs::remove_file(&log);
+    let settings = format!(
+        "khronos_validation.enables = {enables}\n\
+         khronos_validation.debug_action = VK_DBG_LAYER_ACTION_LOG_MSG\n\
+         khronos_validation.report_flags = error,warn,perf,info\n\
+         khronos_validation.log_filename = {}\n",
+        log.display()
+    );
+    std::fs::write(folder.join("vk_layer_settings.txt"), settings).unwrap();
+    let flight = "t,x,y,z,yaw,pitch,fov\n0,1310,-4630,+4.5,16,3,50\n0.04,1310,-4629,+4.5,17,3,50\n";
+    std::fs::write(folder.join("flight.csv"), flight).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_hachure"))
+        .args(["render", "hut", "--size", "96x54", "--style", preset, "--path", "flight.csv", "--fps", "25"])
+        .args(["-o", "frame%02d.png"])
+        .current_dir(folder)
+        .env("HACHURE_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("validation-layer"))
+        .env("XDG_RUNTIME_DIR", folder)
+        .env("XDG_CACHE_HOME", folder)
+        .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")
+        .env("VK_LAYER_SETTINGS_PATH", folder)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{preset}: {}", String::from_utf8_lossy(&output.stderr));
+    assert!(folder.join("frame00.png").exists() && folder.join("frame01.png").exists());
+    let text = std::fs::read_to_string(&log).ok()?;
+    // A message begins with its name and its kind, and goes on until the next one.
+    let mut all: Vec<String> = Vec::new();
+    for line in text.lines() {
+        let begins = [" / SPEC): msgNum", " / PERF): msgNum", " / GENERAL): msgNum"].iter().any(|it| line.contains(it));
+        match all.last_mut() {
+            Some(last) if !begins => last.extend(["\n", line]),
+            _ => all.push(line.to_owned()),
+        }
+    }
+    let (status, messages) = all.into_iter().partition::<Vec<_>, _>(|message| message.starts_with(OTHERS[0].0));
+    let messages = messages.into_iter().filter(|text| !OTHERS.iter().any(|(name, _)| text.starts_with(name))).collect();
+    Some(Told { messages, status: status.concat() })
+}
+
+#[test]
+fn the_validation_layer_has_nothing_to_say() {
+    if hachure::gpu::Gpu::open(&hachure::gpu::device::AdapterWish::Best).is_err() {
+        println!("skipped: there is no Vulkan driver");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let synchronisation = "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT";
+    for preset in PRESETS {
+        let Some(told) = told(folder.path(), preset, synchronisation) else {
+            println!("skipped: there is no validation layer of Khronos (vulkan-validationlayers)");
+            return;
+        };
+        let looks = told.status.contains("Current Enables: VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION");
+        assert!(looks, "the layer does not look at synchronisation: {}", told.status);
+        assert!(told.messages.is_empty(), "{preset}: {}", told.messages.join("\n"));
+    }
+    // The planted error: with its advice turned on the layer has something to say of the same frames, of small
+    // allocations for example, and it arrives here.
+    let advice = told(folder.path(), PRESETS[0], "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT").unwrap();
+    println!("{} pieces of advice", advice.messages.len());
+    assert!(!advice.messages.is_empty(), "nothing was heard of the layer");
+}
