@@ -7,6 +7,7 @@
 
 mod eye;
 mod shared_structs;
+mod switch;
 
 use std::time::Instant;
 
@@ -14,6 +15,7 @@ pub use self::eye::EyeMemory;
 pub use self::shared_structs::shared_structs;
 use crate::composite;
 use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
 use crate::gpu::recorder::{Cx, PassTrace, Submits};
 use crate::gpu::target::{Target, TargetKind};
@@ -72,6 +74,7 @@ pub struct Frame {
     wants_motion: bool,
     trace: Option<Vec<PassTrace>>,
     record_ms: f64,
+    switch: switch::Switch,
 }
 
 /// What an eye's passes share.
@@ -101,6 +104,7 @@ impl Frame {
             wants_motion: false,
             trace: None,
             record_ms: 0.0,
+            switch: switch::Switch::default(),
         })
     }
 
@@ -145,10 +149,12 @@ impl Frame {
         self.trace.as_deref().unwrap_or_default()
     }
 
-    /// Prepares the world and renders the view of one eye. The pictures are there when the GPU is done.
+    /// Prepares the world and renders the view of one eye. The pictures are there when the GPU is done. Where pipelines
+    /// are built beside ([`Frame::set_builds`]), they may be those of the style before.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when a picture or a list is larger than the device can hold.
+    /// [`GpuError::Limit`] when a picture or a list is larger than the device can hold, [`GpuError::Shader`] when a
+    /// shader does not hold.
     pub fn render(
         &mut self,
         gpu: &Gpu,
@@ -158,6 +164,9 @@ impl Frame {
         light: &Light,
     ) -> Result<Prepared, GpuError> {
         let rig = Rig::mono(*view);
+        if self.pools.pipelines.builds() == Builds::Beside {
+            return self.render_what_is_there(gpu, world, &rig, style, light);
+        }
         let prepared = prepare(gpu, world, &rig, style, light);
         self.render_rig(gpu, world, &prepared, &rig, style, light)?;
         Ok(prepared)
@@ -176,6 +185,24 @@ impl Frame {
         style: &Style,
         light: &Light,
     ) -> Result<(), GpuError> {
+        if self.record(gpu, world, prepared, rig, style, light)? {
+            return Ok(());
+        }
+        // Without its pipelines nothing was drawn.
+        let trouble = self.shader_troubles().first().map(|error| (*error).clone());
+        trouble.map_or(Ok(()), |trouble| Err(GpuError::Shader(trouble)))
+    }
+
+    /// Records and submits a frame. Whether all was there that it needs; if not, nothing is submitted.
+    fn record(
+        &mut self,
+        gpu: &Gpu,
+        world: &Surfaces,
+        prepared: &Prepared,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<bool, GpuError> {
         self.eyes.resize_with(rig.eyes.len(), EyeMemory::default);
         let mut grew = false;
         for (memory, view) in self.eyes.iter_mut().zip(&rig.eyes) {
@@ -195,9 +222,10 @@ impl Frame {
         for (eye, memory) in self.eyes.iter_mut().enumerate() {
             render_eye(&mut cx, &seen, eye, memory);
         }
+        let is_complete = cx.is_complete();
         self.trace = cx.submit();
         self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
-        Ok(())
+        Ok(is_complete)
     }
 }
 

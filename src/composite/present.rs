@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 
 use crate::gpu::Gpu;
-use crate::gpu::pipelines::{Draw, replaced};
+use crate::gpu::pipelines::{Draw, Key, Raw, Ready, replaced};
 use crate::gpu::pools::Pools;
 use crate::gpu::target::Target;
 
@@ -20,7 +20,7 @@ crate::gpu::shared::describe!(PresentUniform as "Present" in "composite/present"
 /// The pass of a window. Its frames are the window's, so it has pools of its own.
 pub struct PresentPass {
     pools: Pools,
-    draw: Draw,
+    draw: Key,
     /// Whether the window shows what is written as it is: then the pass encodes.
     encodes: bool,
 }
@@ -28,13 +28,13 @@ pub struct PresentPass {
 impl PresentPass {
     /// For a window's format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let draw = Draw {
+        let draw = Key::Draw(Draw {
             name: "composite/present",
             fragment: "fragment",
             colors: [replaced(format), None],
             depth: None,
             topology: wgpu::PrimitiveTopology::TriangleList,
-        };
+        });
         Self { pools: Pools::new(gpu), draw, encodes: !format.is_srgb() }
     }
 
@@ -51,7 +51,7 @@ impl PresentPass {
         let Pools { pipelines, groups, arena, .. } = &mut self.pools;
         let uniform = PresentUniform { encode: u32::from(self.encodes), pad: 0, window_px };
         let resources = [("present", arena.uniform(gpu, "present", &uniform)), ("picture", picture.into())];
-        let (ready, _) = pipelines.draw(gpu, groups, &self.draw, &resources);
+        let ready = pipelines.ready(gpu, groups, &self.draw, &resources);
         arena.flush(gpu);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite/present"),
@@ -63,9 +63,11 @@ impl PresentPass {
             })],
             ..Default::default()
         });
-        pass.set_pipeline(&ready.pipeline);
-        pass.set_bind_group(0, &ready.bound.group, &ready.bound.offsets);
-        pass.draw(0..3, 0..1);
+        if let Some((Ready { raw: Raw::Draw(pipeline), bound }, _)) = &ready {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &bound.group, &bound.offsets);
+            pass.draw(0..3, 0..1);
+        }
         drop(pass);
         self.pools.end_frame();
     }

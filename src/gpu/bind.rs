@@ -8,6 +8,7 @@ use super::Gpu;
 use super::buffer::Buffer;
 use super::pools::KEEP_FRAMES;
 use super::reflection::Variable;
+use super::shader::ShaderError;
 use super::target::Target;
 
 /// What a variable is bound to.
@@ -75,8 +76,8 @@ impl BindGroups {
     /// Binds named resources to the variables of group 0; what the entry points do not use is passed over. `number` is
     /// unique to `layout`.
     ///
-    /// # Panics
-    /// When a variable has no resource: a mistake in the program that the first run of a pass shows.
+    /// # Errors
+    /// [`ShaderError`] when a variable has no resource: a mistake that the first run of a pass shows.
     pub fn bind(
         &mut self,
         gpu: &Gpu,
@@ -84,13 +85,13 @@ impl BindGroups {
         (number, layout): (u64, &wgpu::BindGroupLayout),
         variables: &[Variable],
         resources: &[Named],
-    ) -> Bound {
+    ) -> Result<Bound, ShaderError> {
         let mut offsets = Vec::new();
         let mut entries = Vec::with_capacity(variables.len());
         // Variables are sorted by their bindings.
         for variable in variables {
             let Some((_, resource)) = resources.iter().find(|(name, _)| *name == variable.name) else {
-                panic!("{label}.wgsl: nothing is bound to {}", variable.name);
+                return Err(ShaderError::new(label, &format!("nothing is bound to {}", variable.name)));
             };
             let entry = match resource {
                 Resource::Buffer(buffer) if variable.is_uniform() => {
@@ -109,7 +110,7 @@ impl BindGroups {
         let key = (number, entries);
         if let Some((group, used_in)) = self.groups.get_mut(&key) {
             *used_in = frame;
-            return Bound { group: group.clone(), offsets };
+            return Ok(Bound { group: group.clone(), offsets });
         }
         gpu.count_object();
         let entries: Vec<_> = key
@@ -120,7 +121,7 @@ impl BindGroups {
         let group =
             gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries });
         self.groups.insert(key, (group.clone(), frame));
-        Bound { group, offsets }
+        Ok(Bound { group, offsets })
     }
 
     /// Drops all: what they bind is held by nobody else any more.

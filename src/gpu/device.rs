@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
+use super::shader::ShaderError;
 use crate::file::message::quoted;
 
 /// Why there is no GPU to work with, or why it stopped.
@@ -44,9 +45,13 @@ pub enum GpuError {
     /// wgpu found a mistake of ours, or the driver gave up.
     #[error("the GPU reported: {0}")]
     Device(String),
+    /// A shader that is being worked on does not hold.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
 }
 
-/// An open device.
+/// An open device. Its clones are the same device, for other threads.
+#[derive(Clone)]
 pub struct Gpu {
     /// For surfaces.
     pub instance: wgpu::Instance,
@@ -57,7 +62,7 @@ pub struct Gpu {
     /// Runs things.
     pub queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<String>>>,
-    objects: AtomicU64,
+    objects: Arc<AtomicU64>,
 }
 
 /// How to choose an adapter.
@@ -144,7 +149,7 @@ impl Gpu {
                 list.push(error.to_string());
             }
         }));
-        Ok(Self { instance, adapter, device, queue, errors, objects: AtomicU64::new(0) })
+        Ok(Self { instance, adapter, device, queue, errors, objects: Arc::default() })
     }
 
     /// The adapter's name, driver and its version: what a report states.

@@ -3,6 +3,7 @@
 pub mod arena;
 pub mod bind;
 pub mod buffer;
+mod build;
 pub mod device;
 pub mod later;
 pub mod pipelines;
@@ -14,7 +15,9 @@ pub mod scan;
 pub mod shader;
 pub mod shared;
 pub mod target;
+pub mod texts;
 pub mod timer;
 pub mod upload_ring;
+pub mod workers;
 
 pub use device::{Gpu, GpuError};

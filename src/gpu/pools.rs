@@ -3,13 +3,14 @@
 use std::any::{Any, TypeId};
 use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Gpu;
 use super::arena::Arena;
 use super::bind::BindGroups;
 use super::buffer::Buffers;
 use super::pipelines::Pipelines;
+use super::workers::Workers;
 
 /// What nobody has asked for in so many frames goes: some seconds of a window.
 pub const KEEP_FRAMES: u64 = 240;
@@ -58,6 +59,9 @@ type Aged = (Arc<dyn Any + Send + Sync>, u64);
 pub struct Kept {
     values: FxHashMap<TypeId, Vec<Aged>>,
     frame: u64,
+    workers: Option<Workers<(TypeId, Arc<dyn Any + Send + Sync>)>>,
+    /// One of a type at a time.
+    being_made: FxHashSet<TypeId>,
 }
 
 impl Kept {
@@ -70,18 +74,52 @@ impl Kept {
         find: impl Fn(&T) -> bool,
         make: impl FnOnce() -> Result<T, E>,
     ) -> Result<Arc<T>, E> {
+        if let Some(value) = self.known(find) {
+            return Ok(value);
+        }
+        let value = Arc::new(make()?);
         let values = self.values.entry(TypeId::of::<T>()).or_default();
-        for (value, used_in) in values.iter_mut() {
+        values.push((Arc::clone(&value) as Arc<dyn Any + Send + Sync>, self.frame));
+        Ok(value)
+    }
+
+    /// The value that `find` knows; if there is none, `make` begins on another thread.
+    pub fn ask<T: Send + Sync + 'static>(
+        &mut self,
+        find: impl Fn(&T) -> bool,
+        make: impl FnOnce() -> T + Send + 'static,
+    ) -> Option<Arc<T>> {
+        let known = self.known(find);
+        let kind = TypeId::of::<T>();
+        if known.is_none() && self.being_made.insert(kind) {
+            self.workers.get_or_insert_default().start(move || (kind, Arc::new(make()) as Arc<dyn Any + Send + Sync>));
+        }
+        known
+    }
+
+    /// Takes what was made on other threads; waits for nothing.
+    pub fn take_made(&mut self) {
+        while let Some((kind, value)) = self.workers.as_mut().and_then(Workers::take) {
+            self.being_made.remove(&kind);
+            self.values.entry(kind).or_default().push((value, self.frame));
+        }
+    }
+
+    /// Whether something is being made on another thread.
+    pub fn is_making(&self) -> bool {
+        self.workers.as_ref().is_some_and(|workers| workers.open() > 0)
+    }
+
+    fn known<T: Send + Sync + 'static>(&mut self, find: impl Fn(&T) -> bool) -> Option<Arc<T>> {
+        for (value, used_in) in self.values.get_mut(&TypeId::of::<T>())? {
             if let Ok(value) = Arc::clone(value).downcast::<T>()
                 && find(&value)
             {
                 *used_in = self.frame;
-                return Ok(value);
+                return Some(value);
             }
         }
-        let value = Arc::new(make()?);
-        values.push((Arc::clone(&value) as Arc<dyn Any + Send + Sync>, self.frame));
-        Ok(value)
+        None
     }
 
     fn end_frame(&mut self) {

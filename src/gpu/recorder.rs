@@ -3,15 +3,20 @@
 //! Everything that varies is handed in. A pass is a function of a [`Cx`] and its inputs; it owns nothing, so the same
 //! pass can be recorded for many eyes and styles in one submit.
 //!
-//! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver each pass is submitted by itself, so that it can be timed
-//! ([`timer`](super::timer)); [`Submits`] says otherwise where a test or a measurement wants what a GPU does.
+//! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver
+//! each pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise where
+//! a test or a measurement wants what a GPU does. All of them come when the frame is recorded, and none of a frame that
+//! lacks a pipeline.
+//!
+//! A rehearsal ([`Cx::rehearsal`]) records nothing: it asks for what a frame would need.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use super::Gpu;
 use super::bind::{Bound, Named, Resource};
 use super::buffer::{Buffer, BufferKind};
-use super::pipelines::{Compute, Draw, Ready};
+use super::pipelines::{Builds, Compute, Draw, Key, Raw, Ready};
 use super::pools::Pools;
 use super::reflection::Variable;
 use super::target::Target;
@@ -19,6 +24,9 @@ use super::timer::Timer;
 
 /// Side of a workgroup of a picture pass, in pixels; the shaders say `@workgroup_size(8, 8)`.
 pub const WORKGROUP_PX: u32 = 8;
+
+/// More than any place in a buffer that a pass counts from its end.
+const BLANK_BYTES: u64 = 1 << 12;
 
 /// How a frame is submitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,24 +95,29 @@ pub struct Cx<'a> {
     timer: &'a mut Timer,
     encoder: wgpu::CommandEncoder,
     submits: Submits,
-    /// How many submits of this frame are done.
-    submitted: u32,
     trace: Option<Vec<PassTrace>>,
+    /// What is submitted by itself, before the rest; timed under a name, or not.
+    recorded: Vec<(Option<&'static str>, wgpu::CommandEncoder)>,
+    /// What a rehearsal hands out for every buffer.
+    blank: Option<wgpu::Buffer>,
+    is_complete: bool,
 }
 
-/// A render pipeline that is ready to draw with, and what it reads.
+/// A render pipeline that is ready to draw with, and what it reads; nothing while it is not there, and then nothing is
+/// drawn with it.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    pipeline: wgpu::RenderPipeline,
-    bound: Bound,
+    ready: Option<(wgpu::RenderPipeline, Bound)>,
     uses: Option<(Vec<Traced>, Vec<Traced>)>,
 }
 
 impl Drawing {
     /// Makes it the one that draws.
     pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bound.group, &self.bound.offsets);
+        if let Some((pipeline, bound)) = &self.ready {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &bound.group, &bound.offsets);
+        }
     }
 }
 
@@ -122,7 +135,34 @@ pub struct Attachments<'a> {
 impl<'a> Cx<'a> {
     /// Begins a frame.
     pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
-        Self { gpu, pools, timer, encoder: encoder(gpu), submits, submitted: 0, trace: traces.then(Vec::new) }
+        Self {
+            gpu,
+            pools,
+            timer,
+            encoder: encoder(gpu),
+            submits,
+            trace: traces.then(Vec::new),
+            recorded: Vec::new(),
+            blank: None,
+            is_complete: true,
+        }
+    }
+
+    /// Begins a frame that is never drawn: its passes ask for their pipelines and for what takes long to make, and
+    /// nothing is recorded, bound or written.
+    pub fn rehearsal(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer) -> Self {
+        let blank = Buffer::new(gpu, &BufferKind::storage("rehearsal"), BLANK_BYTES).raw;
+        Self { blank: Some(blank), ..Self::new(gpu, pools, timer, Submits::Whole, false) }
+    }
+
+    /// Whether nothing is drawn. A pass that has nothing to do in a frame asks for its pipelines all the same then.
+    pub fn rehearses(&self) -> bool {
+        self.blank.is_some()
+    }
+
+    /// Whether all that the passes so far asked for was there.
+    pub fn is_complete(&self) -> bool {
+        self.is_complete
     }
 
     /// The device.
@@ -132,12 +172,18 @@ impl<'a> Cx<'a> {
 
     /// A uniform with `value`, for as many passes of this frame as want it.
     pub fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Resource {
-        self.pools.arena.uniform(self.gpu, name, value)
+        match self.blank(name, size_of::<T>() as u64) {
+            Some(blank) => Resource::Buffer(blank),
+            None => self.pools.arena.uniform(self.gpu, name, value),
+        }
     }
 
     /// The buffer of a kind, which only the GPU writes: of at least `bytes`. Passes and eyes that use it follow each
     /// other.
     pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {
+        if let Some(blank) = self.blank(kind.name, bytes) {
+            return blank;
+        }
         let buffer = self.pools.buffers.scratch(self.gpu, kind, bytes);
         if self.pools.buffers.take_replaced() {
             self.pools.groups.clear();
@@ -147,11 +193,22 @@ impl<'a> Cx<'a> {
 
     /// A buffer with `content`, for as many passes of this frame as want it.
     pub fn upload<T: bytemuck::NoUninit>(&mut self, kind: &BufferKind, content: &[T]) -> Buffer {
-        self.pools.buffers.upload(self.gpu, kind, content)
+        match self.blank(kind.name, size_of_val(content) as u64) {
+            Some(blank) => blank,
+            None => self.pools.buffers.upload(self.gpu, kind, content),
+        }
+    }
+
+    fn blank(&self, name: &'static str, bytes: u64) -> Option<Buffer> {
+        let raw = self.blank.clone()?;
+        Some(Buffer { name, raw, offset: 0, size: std::num::NonZeroU64::new(bytes) })
     }
 
     /// Writes the first bytes of a buffer between the passes recorded so far and those to come.
     pub fn write<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer, content: &[T]) {
+        if self.rehearses() {
+            return;
+        }
         let from = self.pools.arena.push(self.gpu, buffer.name, content);
         let bytes = size_of_val(content) as u64;
         self.encoder.copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
@@ -176,6 +233,25 @@ impl<'a> Cx<'a> {
         self.pools.kept.get(find, || make(self.gpu))
     }
 
+    /// As [`Cx::kept`], for what takes long to make. Where pipelines are built beside the frame, so is this, and until
+    /// then there is none and the frame is not drawn.
+    pub fn kept_beside<T: Send + Sync + 'static>(
+        &mut self,
+        find: impl Fn(&T) -> bool,
+        make: impl FnOnce(&Gpu) -> T + Send + 'static,
+    ) -> Option<Arc<T>> {
+        let Pools { kept, pipelines, .. } = &mut *self.pools;
+        let found = match pipelines.builds() {
+            Builds::AtOnce => kept.get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
+            Builds::Beside => {
+                let gpu = self.gpu.clone();
+                kept.ask(find, move || make(&gpu))
+            }
+        };
+        self.is_complete &= found.is_some();
+        found
+    }
+
     /// Runs a shader once for each pixel of a `size_px` picture.
     pub fn pixels(&mut self, shader: impl Into<Compute>, size_px: [u32; 2], resources: &[Named]) {
         self.groups(shader, size_px.map(|side| side.div_ceil(WORKGROUP_PX)), resources);
@@ -194,33 +270,54 @@ impl<'a> Cx<'a> {
     }
 
     fn dispatch(&mut self, key: Compute, resources: &[Named], run: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        let name = key.name;
         let Pools { pipelines, groups, .. } = &mut *self.pools;
-        let (Ready { pipeline, bound }, variables) = pipelines.compute(self.gpu, groups, key, resources);
+        let key = Key::Compute(key);
+        if self.blank.is_some() {
+            self.is_complete &= pipelines.ask(self.gpu, &key);
+            return;
+        }
+        let Some((Ready { raw: Raw::Compute(pipeline), bound }, variables)) =
+            pipelines.ready(self.gpu, groups, &key, resources)
+        else {
+            self.is_complete = false;
+            return;
+        };
         if let Some(trace) = &mut self.trace {
             let (reads, writes) = uses(variables, resources);
-            trace.push(PassTrace { name: key.name, submit: self.submitted, reads, writes });
+            trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
         }
-        let query = self.timer.begin(key.name, &mut self.encoder);
+        let query = self.timer.begin(name, &mut self.encoder);
         {
             let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
-            let descriptor = wgpu::ComputePassDescriptor { label: Some(key.name), timestamp_writes };
+            let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
             let mut pass = self.encoder.begin_compute_pass(&descriptor);
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &bound.group, &bound.offsets);
             run(&mut pass);
         }
-        self.end(key.name, query);
+        self.end(name, query);
     }
 
     /// Makes a render pipeline ready for [`Cx::render`].
     pub fn drawing(&mut self, key: &Draw, resources: &[Named]) -> Drawing {
         let Pools { pipelines, groups, .. } = &mut *self.pools;
-        let (Ready { pipeline, bound }, variables) = pipelines.draw(self.gpu, groups, key, resources);
+        let key = Key::Draw(key.clone());
+        if self.blank.is_some() {
+            self.is_complete &= pipelines.ask(self.gpu, &key);
+            return Drawing { ready: None, uses: None };
+        }
+        let Some((Ready { raw: Raw::Draw(pipeline), bound }, variables)) =
+            pipelines.ready(self.gpu, groups, &key, resources)
+        else {
+            self.is_complete = false;
+            return Drawing { ready: None, uses: None };
+        };
         let uses = self.trace.is_some().then(|| uses(variables, resources));
-        Drawing { pipeline, bound, uses }
+        Drawing { ready: Some((pipeline, bound)), uses }
     }
 
-    /// Records a render pass.
+    /// Records a render pass, if its drawings are ready.
     pub fn render(
         &mut self,
         name: &'static str,
@@ -228,6 +325,9 @@ impl<'a> Cx<'a> {
         on: Attachments<'_>,
         record: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
+        if drawings.iter().any(|drawing| drawing.ready.is_none()) {
+            return;
+        }
         if let Some(trace) = &mut self.trace {
             let mut reads = Vec::new();
             let mut writes: Vec<_> = on.colors.iter().copied().chain(on.depth).map(Traced::of).collect();
@@ -236,7 +336,7 @@ impl<'a> Cx<'a> {
                 writes.extend(written.iter().cloned());
             }
             reads.dedup();
-            trace.push(PassTrace { name, submit: self.submitted, reads, writes });
+            trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
         }
         let query = self.timer.begin(name, &mut self.encoder);
         {
@@ -271,16 +371,32 @@ impl<'a> Cx<'a> {
         self.end(name, query);
     }
 
-    /// Submits the passes recorded so far, and goes on: what would keep the GPU busy for long comes in several submits.
+    /// What was recorded so far is a submit, and what follows is the next: what would keep the GPU busy for long comes in
+    /// several.
     pub fn submit_so_far(&mut self) {
-        let recorded = self.take_recorded();
-        self.gpu.queue.submit([recorded.finish()]);
+        if !self.rehearses() {
+            self.cut(None);
+        }
     }
 
-    /// Submits the frame. Its passes, if they were traced.
+    /// Submits the frame, if it is complete. Its passes, if they were traced.
     pub fn submit(mut self) -> Option<Vec<PassTrace>> {
+        if self.rehearses() {
+            return None;
+        }
+        if !self.is_complete {
+            self.timer.forget(self.gpu);
+            self.pools.end_frame();
+            return self.trace.map(|_| Vec::new());
+        }
         self.timer.resolve(&mut self.encoder);
         self.pools.arena.flush(self.gpu);
+        for (name, recorded) in self.recorded.drain(..) {
+            match name {
+                Some(name) => self.timer.time(self.gpu, name, recorded),
+                None => _ = self.gpu.queue.submit([recorded.finish()]),
+            }
+        }
         self.gpu.queue.submit([self.encoder.finish()]);
         self.timer.end_frame();
         self.pools.end_frame();
@@ -291,16 +407,14 @@ impl<'a> Cx<'a> {
         if let Some(query) = query {
             self.timer.end(&mut self.encoder, query);
         } else if self.timer.waits(self.submits) {
-            let recorded = self.take_recorded();
-            self.timer.time(self.gpu, name, recorded);
+            self.cut(Some(name));
         }
     }
 
-    /// What a submit needs is told to the GPU; the next one begins.
-    fn take_recorded(&mut self) -> wgpu::CommandEncoder {
-        self.pools.arena.flush(self.gpu);
-        self.submitted += 1;
-        std::mem::replace(&mut self.encoder, encoder(self.gpu))
+    /// Ends a submit, which is timed under a name, or not.
+    fn cut(&mut self, name: Option<&'static str>) {
+        let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+        self.recorded.push((name, recorded));
     }
 }
 

@@ -40,7 +40,7 @@ impl Reflection {
     /// # Errors
     /// [`ShaderError`] when it does not validate, or binds what no layout of ours has.
     pub fn new(name: &str, module: &naga::Module) -> Result<Self, ShaderError> {
-        let error = |cause: String| ShaderError { name: name.to_owned(), cause };
+        let error = |cause: String| ShaderError::of_lines(name, &cause);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(module)
             .map_err(|cause| error(cause.emit_to_string("")))?;
@@ -89,7 +89,7 @@ impl Reflection {
         let mut all: Vec<Variable> = Vec::new();
         for wanted in entry_points {
             let Some((_, variables)) = self.entry_points.iter().find(|(name, _)| name == wanted) else {
-                return Err(ShaderError { name: self.name.clone(), cause: format!("has no entry point {wanted}") });
+                return Err(ShaderError::new(&self.name, &format!("has no entry point {wanted}")));
             };
             for variable in variables {
                 match all.iter_mut().find(|known| known.name == variable.name) {
@@ -136,7 +136,9 @@ fn access(ty: &wgpu::BindingType) -> (bool, bool) {
 }
 
 fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, filters: bool) -> Option<wgpu::BindingType> {
-    let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None };
+    // With a least size, what is too small is refused when it is bound, and not when the frame is submitted.
+    let least = std::num::NonZeroU64::new(u64::from(module.types[variable.ty].inner.size(module.to_ctx())));
+    let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: least };
     match variable.space {
         naga::AddressSpace::Uniform => return Some(buffer(wgpu::BufferBindingType::Uniform, true)),
         naga::AddressSpace::Storage { access } => {

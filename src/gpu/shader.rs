@@ -12,6 +12,7 @@ use wgpu::naga;
 
 use super::Gpu;
 use super::reflection::{Reflection, Variable};
+use super::texts::Texts;
 
 macro_rules! shader {
     ($path:literal) => {
@@ -20,7 +21,7 @@ macro_rules! shader {
 }
 
 /// What other shaders import, in the order in which they import each other.
-const MODULES: &[(&str, &str)] = &[
+pub(super) const MODULES: &[(&str, &str)] = &[
     shader!("shared/view"),
     shader!("shared/surface_id"),
     shader!("shared/terrain"),
@@ -108,20 +109,44 @@ pub const VARIANTS: &[(&str, &[&str])] =
     &[("tones/toon", &["SEEN"]), ("tones/hatching", &["SWELLING"]), ("tones/fractal_hatching", &["ENDED"])];
 
 /// A mistake in a shader's text, with its place.
-#[derive(Debug, thiserror::Error)]
-#[error("{name}.wgsl: {cause}")]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}.wgsl{}: {cause}", place.map(|[line, column]| format!(":{line}:{column}")).unwrap_or_default())]
 pub struct ShaderError {
     /// Which one.
     pub name: String,
-    /// What naga says.
+    /// Line and column, if they are known.
+    pub place: Option<[u32; 2]>,
+    /// What naga or the driver says, in one line.
     pub cause: String,
 }
 
-/// The text of a shader: the embedded one, or that of a folder of shaders that is being worked on.
-fn text(name: &str, embedded: &'static str) -> Cow<'static, str> {
-    let worked_on = std::env::var_os("HACHURE_SHADERS")
-        .and_then(|folder| std::fs::read_to_string(std::path::Path::new(&folder).join(format!("{name}.wgsl"))).ok());
-    worked_on.map_or(Cow::Borrowed(embedded), Cow::Owned)
+impl ShaderError {
+    /// Of a whole shader.
+    pub fn new(name: &str, cause: &str) -> Self {
+        Self { name: name.to_owned(), place: None, cause: cause.split_whitespace().collect::<Vec<_>>().join(" ") }
+    }
+
+    /// From the lines that naga and naga_oil write: `error: cause`, `┌─ name:line:column`, the text, and `= notes`.
+    pub(super) fn of_lines(name: &str, lines: &str) -> Self {
+        let mut error = Self::new(name, "");
+        let mut causes: Vec<&str> = Vec::new();
+        for line in lines.lines().map(str::trim) {
+            let cause = line.strip_prefix("error: ").or_else(|| line.strip_prefix("= "));
+            if let Some(place) = line.strip_prefix("┌─ ") {
+                let mut parts = place.rsplitn(3, ':');
+                let (column, row) = (parts.next(), parts.next());
+                let number = |part: Option<&str>| part.and_then(|part| part.trim().parse::<u32>().ok());
+                error.place = number(row).zip(number(column)).map(|(row, column)| [row, column]);
+                if let (Some(_), Some(path)) = (error.place, parts.next().filter(|path| !path.is_empty())) {
+                    path.clone_into(&mut error.name);
+                }
+            } else if let Some(cause) = cause.filter(|cause| !causes.contains(cause)) {
+                causes.push(cause);
+            }
+        }
+        let cause = if causes.is_empty() { lines.to_owned() } else { causes.join(": ") };
+        Self { cause: Self::new(name, &cause).cause, ..error }
+    }
 }
 
 /// Composes a shader of [`SHADERS`] with its imports.
@@ -137,12 +162,19 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
 /// # Errors
 /// As [`compose`].
 pub fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
-    let source = SHADERS
+    compose_of(&Texts::of_environment(), name, definitions)
+}
+
+/// As [`compose_variant`], of other texts.
+///
+/// # Errors
+/// As [`compose`].
+pub fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
+    let (_, embedded) = SHADERS
         .iter()
         .find(|(known, _)| *known == name)
-        .map(|(_, source)| text(name, source))
-        .ok_or_else(|| ShaderError { name: name.to_owned(), cause: "not in the table of shaders".to_owned() })?;
-    compose_defined(name, &source, definitions)
+        .ok_or_else(|| ShaderError::new(name, "not in the table of shaders"))?;
+    compose_defined(texts, name, &texts.text(name, embedded), definitions)
 }
 
 /// Composes a shader that is in no table, with the imports that the others have: to run a shared function by itself.
@@ -150,26 +182,29 @@ pub fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module,
 /// # Errors
 /// [`ShaderError`] when `source` does not parse or validate; `name` is for errors.
 pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
-    compose_defined(name, source, &[])
+    compose_defined(&Texts::of_environment(), name, source, &[])
 }
 
-fn compose_defined(name: &str, source: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
+fn compose_defined(
+    texts: &Texts,
+    name: &str,
+    source: &str,
+    definitions: &[&str],
+) -> Result<naga::Module, ShaderError> {
     let shader_defs =
         definitions.iter().map(|definition| ((*definition).to_owned(), ShaderDefValue::Bool(true))).collect();
     let mut composer = Composer::default();
-    for (path, source) in MODULES {
-        composer
-            .add_composable_module(ComposableModuleDescriptor {
-                source: &text(path, source),
-                file_path: path,
-                ..Default::default()
-            })
-            .map_err(|error| ShaderError { name: (*path).to_owned(), cause: error.to_string() })?;
+    for (path, embedded) in MODULES {
+        let source = texts.text(path, embedded);
+        let module = ComposableModuleDescriptor { source: &source, file_path: path, ..Default::default() };
+        if let Err(error) = composer.add_composable_module(module) {
+            return Err(ShaderError::of_lines(path, &error.emit_to_string(&composer)));
+        }
     }
     match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, shader_defs, ..Default::default() })
     {
         Ok(module) => Ok(module),
-        Err(error) => Err(ShaderError { name: name.to_owned(), cause: error.emit_to_string(&composer) }),
+        Err(error) => Err(ShaderError::of_lines(name, &error.emit_to_string(&composer))),
     }
 }
 
@@ -184,9 +219,9 @@ impl Shader {
     /// Composes and compiles the variant of `name` with `definitions` turned on.
     ///
     /// # Errors
-    /// [`ShaderError`] when the text is wrong; what the driver says of it comes through [`Gpu::check`].
-    pub fn new(gpu: &Gpu, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
-        let module = compose_variant(name, definitions)?;
+    /// [`ShaderError`] when the text is wrong; what wgpu says of it goes to the open error scope.
+    pub fn new(gpu: &Gpu, texts: &Texts, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
+        let module = compose_of(texts, name, definitions)?;
         let reflection = Reflection::new(name, &module)?;
         gpu.count_object();
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -202,5 +237,26 @@ impl Shader {
     /// [`ShaderError`] when the shader lacks one of them.
     pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
         self.reflection.variables(entry_points)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistake_is_one_line_with_its_place() {
+        let text = "#import hachure::view::View\n@group(0) @binding(0) var<uniform> view: View;\n\
+                    fn f() -> f32 {\n    return viw.focal_px;\n}\n";
+        let error = compose_text("some/pass", text).map(|_| ()).unwrap_err();
+        assert!(error.to_string().starts_with("some/pass.wgsl:4:12: "), "{error}");
+        assert!(error.cause.contains("viw") && !error.to_string().contains('\n'), "{error}");
+        // Validation, too.
+        let text = "fn f() -> f32 {\n    return 1u;\n}\n";
+        let error = compose_text("some/pass", text).map(|_| ()).unwrap_err();
+        assert!(error.to_string().starts_with("some/pass.wgsl:"), "{error}");
+        assert!(!error.cause.is_empty() && !error.to_string().contains('\n'), "{error}");
+        // What has no such lines is taken as it is.
+        assert_eq!(ShaderError::of_lines("a", "x:\n  y").to_string(), "a.wgsl: x: y");
     }
 }

@@ -90,6 +90,17 @@ impl Timer {
         add(&mut self.waiting, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
     }
 
+    /// Drops the frame that is being recorded: it is not submitted. What was submitted before and not asked for goes too.
+    pub(super) fn forget(&mut self, gpu: &Gpu) {
+        self.waiting.clear();
+        if !self.waits {
+            match Self::new(gpu) {
+                Ok(timer) => *self = timer,
+                Err(error) => tracing::warn!("GPU timer: {error}"),
+            }
+        }
+    }
+
     /// Before the frame's last submit.
     pub(super) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if !self.waits {

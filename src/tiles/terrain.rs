@@ -248,6 +248,13 @@ impl Terrain {
         }
     }
 
+    /// The frame for which the terrain was prepared was not drawn: its horizon maps are still to be made.
+    pub fn forget_planned_horizons(&mut self) {
+        if let Some(maps) = &mut self.horizon_maps {
+            maps.forget_planned();
+        }
+    }
+
     /// The horizon maps; none while nobody asks for them.
     pub fn horizon_maps(&self) -> Option<&HorizonMaps> {
         self.horizon_maps.as_ref()

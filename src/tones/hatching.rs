@@ -8,7 +8,7 @@ pub mod uniform;
 
 use glam::DVec3;
 
-use self::maps::Maps;
+use self::maps::MadeMaps;
 use self::uniform::HatchUniform;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
@@ -59,11 +59,10 @@ impl Inputs<'_> {
 /// Hatches what the inputs show.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
-    let maps = match cx.kept(|maps: &Maps| maps.are_of(hatching), |gpu| Maps::new(gpu, hatching)) {
-        Ok(maps) => maps,
-        // Checked when the style was loaded: somebody has taken a picture away since.
-        Err(error) => return tracing::warn!("{error}; nothing is hatched"),
-    };
+    let made_of = hatching.clone();
+    let find = |maps: &MadeMaps| maps.are_of(hatching);
+    let Some(made) = cx.kept_beside(find, move |gpu| MadeMaps::new(gpu, &made_of)) else { return };
+    let Some(maps) = made.maps() else { return };
     let uniform = HatchUniform::new(hatching, (axes::FIRST_LEVEL, axes::LEVELS), maps.side_px);
     let directions = axes::axes(&hatching.layers);
     let phases = axes::phases(&directions, inputs.origin_m, f64::from(maps.side_px));

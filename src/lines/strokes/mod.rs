@@ -23,7 +23,6 @@ pub mod stroke;
 pub mod texture;
 pub mod twin;
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
@@ -243,13 +242,10 @@ impl FrameStrokes {
         memory.uniform = StrokesUniform::new(strokes, view.part.size_px, haze_m);
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
         let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));
-        let texture = strokes.texture.as_ref().map(|recipe| {
-            let made = cx.kept(
-                |texture: &StrokeTexture| texture.is_of(recipe),
-                |gpu| Ok::<_, Infallible>(StrokeTexture::new(gpu, recipe)),
-            );
-            let Ok(texture) = made;
-            texture
+        let texture = strokes.texture.as_ref().and_then(|recipe| {
+            let made_of = recipe.clone();
+            let find = |texture: &StrokeTexture| texture.is_of(recipe);
+            cx.kept_beside(find, move |gpu| StrokeTexture::new(gpu, &made_of))
         });
         memory.texture.clone_from(&texture);
         let lists = Lists::new(cx, &memory.uniform);

@@ -33,10 +33,34 @@ const ROUNDS: usize = 8;
 
 /// Thresholds of every layer's marks.
 pub struct Maps {
-    recipes: Vec<Recipe>,
     quads: GrowingBuffer,
     /// Of a tile, in texels.
     pub side_px: u32,
+}
+
+/// The maps of a style, or that they cannot be made: that is told once.
+pub struct MadeMaps {
+    recipes: Vec<Recipe>,
+    maps: Option<Maps>,
+}
+
+impl MadeMaps {
+    /// As [`Maps::new`].
+    pub fn new(gpu: &Gpu, hatching: &Hatching) -> Self {
+        // Checked when the style was loaded: somebody has taken a picture away since.
+        let maps = Maps::new(gpu, hatching).inspect_err(|error| tracing::warn!("{error}; nothing is hatched"));
+        Self { recipes: recipes(hatching), maps: maps.ok() }
+    }
+
+    /// Whether these are the maps of `hatching`.
+    pub fn are_of(&self, hatching: &Hatching) -> bool {
+        self.recipes == recipes(hatching)
+    }
+
+    /// The maps, if they could be made.
+    pub fn maps(&self) -> Option<&Maps> {
+        self.maps.as_ref()
+    }
 }
 
 /// The recipes of the layers, in order.
@@ -68,12 +92,7 @@ impl Maps {
         }
         let mut quads = GrowingBuffer::new(gpu, "tonal art maps", wgpu::BufferUsages::STORAGE);
         quads.write(gpu, &content);
-        Ok(Self { recipes, quads, side_px })
-    }
-
-    /// Whether these are the maps of `hatching`.
-    pub fn are_of(&self, hatching: &Hatching) -> bool {
-        self.recipes == recipes(hatching)
+        Ok(Self { quads, side_px })
     }
 
     /// What the shader binds.

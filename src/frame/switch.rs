@@ -1,0 +1,164 @@
+//! How a window goes from a style to another without waiting: the old one is drawn until all is there that the new one
+//! needs.
+//!
+//! What that is nobody lists. The frame itself is rehearsed: its passes run with a recorder that only asks
+//! ([`Cx::rehearsal`]), as the first frame of a style, as the next one at rest, and as one after a turn, for strokes do
+//! something else in each. What the rehearsal did not meet is missed when a frame is recorded; nothing of such a frame is
+//! submitted, and the last picture stays.
+//!
+//! Why: `docs/decisions/pipelines-beside.md`.
+
+use glam::{DQuat, DVec3};
+
+use super::eye::EyeMemory;
+use super::{Frame, Seen, prepare, render_eye};
+use crate::gpu::pipelines::Builds;
+use crate::gpu::recorder::Cx;
+use crate::gpu::shader::ShaderError;
+use crate::gpu::texts::Texts;
+use crate::gpu::{Gpu, GpuError};
+use crate::scene::Light;
+use crate::style::Style;
+use crate::surface::vertices::PatchMesh;
+use crate::surface::view::{Part, Rig, View};
+use crate::tiles::Terrain;
+use crate::tiles::selection::Selection;
+use crate::tiles::terrain::Prepared;
+
+/// Pictures of a rehearsal are this large: nothing is drawn on them.
+const REHEARSAL_PX: [u32; 2] = [16, 16];
+/// A turn by this part of the field of view brings strokes that take over from those before.
+const TURN: f64 = 0.25;
+
+/// Which style is drawn while another one is asked for.
+#[derive(Default)]
+pub(super) struct Switch {
+    shown: Option<Style>,
+    /// Of the rehearsals of one style.
+    rehearsal: Option<(Style, EyeMemory)>,
+}
+
+impl Frame {
+    /// Where pipelines are built, and what else takes long to make. [`Builds::Beside`] is for windows: a frame then
+    /// never waits for them, and [`Frame::render`] draws the style before until all is there.
+    pub fn set_builds(&mut self, gpu: &Gpu, builds: Builds) {
+        self.pools.pipelines.set_builds(gpu, builds);
+    }
+
+    /// Whether something is being made beside: when it is there, the picture may be another one.
+    pub fn is_building(&self) -> bool {
+        self.pools.pipelines.is_building() || self.pools.kept.is_making()
+    }
+
+    /// Takes what was made beside; waits for nothing.
+    pub fn take_built(&mut self) {
+        self.pools.pipelines.take_built();
+        self.pools.kept.take_made();
+    }
+
+    /// Whether the last picture is of `style`.
+    pub fn shows(&self, style: &Style) -> bool {
+        self.switch.shown.as_ref() == Some(style)
+    }
+
+    /// How many pipelines the thread that draws has built itself.
+    pub fn built_at_once(&self) -> u64 {
+        self.pools.pipelines.built_at_once()
+    }
+
+    /// Takes shaders from other texts: those that change from now on are found by [`Frame::reload_shaders`].
+    pub fn set_shaders(&mut self, texts: Texts) {
+        self.pools.pipelines.set_texts(texts);
+    }
+
+    /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
+    /// that are. Each replaces the old one when it holds; what is wrong is told by [`Frame::shader_troubles`].
+    pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
+        self.pools.pipelines.reload(gpu)
+    }
+
+    /// Whether shaders are files that may change.
+    pub fn watches_shaders(&self) -> bool {
+        self.pools.pipelines.watches()
+    }
+
+    /// What is wrong with shaders that are being worked on; the pictures are drawn with what they were before.
+    pub fn shader_troubles(&self) -> Vec<&ShaderError> {
+        self.pools.pipelines.troubles()
+    }
+
+    /// As [`Frame::render`], without waiting for what is built beside.
+    pub(super) fn render_what_is_there(
+        &mut self,
+        gpu: &Gpu,
+        terrain: &mut Terrain,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<Prepared, GpuError> {
+        self.take_built();
+        if !self.shows(style) && self.rehearse(gpu, terrain, rig, style, light)? {
+            self.switch = Switch { shown: Some(style.clone()), rehearsal: None };
+        }
+        let Some(shown) = self.switch.shown.take() else {
+            // Tiles come meanwhile.
+            return Ok(prepare(gpu, terrain, rig, style, light));
+        };
+        let prepared = prepare(gpu, terrain, rig, &shown, light);
+        let drawn = self.record(gpu, terrain, &prepared, rig, &shown, light);
+        self.switch.shown = Some(shown);
+        if !drawn? {
+            // As if it had not been: its strokes begin anew, and its horizon maps are made by another frame.
+            self.forget();
+            terrain.forget_planned_horizons();
+        }
+        Ok(prepared)
+    }
+
+    /// Whether all is there that the first frames of a style need; what is not begins to be built.
+    fn rehearse(
+        &mut self,
+        gpu: &Gpu,
+        terrain: &mut Terrain,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<bool, GpuError> {
+        if style.asks_for_horizons() {
+            terrain.map_horizons(gpu, Some(light.to_sun));
+        }
+        let known = self.switch.rehearsal.take().filter(|(known, _)| known == style);
+        let (_, memory) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), EyeMemory::default())));
+        if let Some(strokes) = &mut memory.strokes {
+            strokes.forget();
+        }
+        let mut is_complete = true;
+        for view in first_views(&rig.eyes[0]) {
+            memory.begin_frame(gpu, &view, style)?;
+            let rig = &Rig { eyes: vec![view], ..rig.clone() };
+            let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
+            let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
+            let (step_s, wants_motion) = (self.step_s, self.wants_motion);
+            let seen = Seen { terrain, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
+            render_eye(&mut cx, &seen, 0, memory);
+            is_complete &= cx.is_complete();
+        }
+        Ok(is_complete)
+    }
+}
+
+/// The first frame of a style, the next one, and one after a turn.
+fn first_views(view: &View) -> [View; 3] {
+    let pose = view.pose;
+    let turn = DQuat::from_axis_angle(DVec3::Z, TURN * pose.fov_rad);
+    let mut turned = pose;
+    (turned.forward, turned.right, turned.up) = (turn * pose.forward, turn * pose.right, turn * pose.up);
+    let small = |previous, pose| View {
+        pose,
+        previous,
+        picture_px: REHEARSAL_PX,
+        part: Part::whole(REHEARSAL_PX),
+        ..*view
+    };
+    [small(pose, pose), small(pose, pose), small(pose, turned)]
+}

@@ -1,0 +1,149 @@
+//! Threads that do a frame's slow work beside it: pipelines, textures, tables. What is done is taken when a frame asks.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
+
+/// As many threads at most.
+const MOST_THREADS: usize = 4;
+
+/// The lowest priority but the very last: drawing goes first.
+const PRIORITY: u8 = 20;
+
+type Job<T> = Box<dyn FnOnce() -> T + Send>;
+
+/// The threads, and the jobs that are not taken back yet. Ends with the jobs that have begun; the others are dropped.
+pub struct Workers<T> {
+    jobs: Option<Sender<Job<T>>>,
+    done: Receiver<Option<T>>,
+    threads: Vec<JoinHandle<()>>,
+    is_over: Arc<AtomicBool>,
+    open: usize,
+}
+
+impl<T: Send + 'static> Default for Workers<T> {
+    /// Half as many threads as there are cores.
+    fn default() -> Self {
+        let (jobs, waiting) = channel::<Job<T>>();
+        let (sender, done) = channel();
+        let (waiting, is_over) = (Arc::new(Mutex::new(waiting)), Arc::new(AtomicBool::new(false)));
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let start = |_| {
+            let (waiting, sender, is_over) = (Arc::clone(&waiting), sender.clone(), Arc::clone(&is_over));
+            std::thread::Builder::new().name("frame worker".to_owned()).spawn(move || work(&waiting, &sender, &is_over))
+        };
+        // Where the system gives no thread, the jobs stay open; a system like that has other worries.
+        let threads = (0..(cores / 2).clamp(1, MOST_THREADS)).filter_map(|number| start(number).ok()).collect();
+        Self { jobs: Some(jobs), done, threads, is_over, open: 0 }
+    }
+}
+
+impl<T: Send + 'static> Workers<T> {
+    /// Does something on one of the threads.
+    pub fn start(&mut self, job: impl FnOnce() -> T + Send + 'static) {
+        if let Some(jobs) = &self.jobs {
+            self.open += usize::from(jobs.send(Box::new(job)).is_ok());
+        }
+    }
+
+    /// What was done and is not taken yet; waits for nothing. A job that panicked has no result.
+    pub fn take(&mut self) -> Option<T> {
+        while let Ok(done) = self.done.try_recv() {
+            self.open -= 1;
+            if done.is_some() {
+                return done;
+            }
+        }
+        None
+    }
+
+    /// How many jobs have no result that was taken.
+    pub fn open(&self) -> usize {
+        self.open
+    }
+}
+
+impl<T> Drop for Workers<T> {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.jobs = None;
+        for thread in self.threads.drain(..) {
+            // A driver must not be compiling while the process ends. Panics of jobs were caught.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn work<T>(waiting: &Mutex<Receiver<Job<T>>>, done: &Sender<Option<T>>, is_over: &AtomicBool) {
+    let priority = ThreadPriorityValue::try_from(PRIORITY).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform);
+    if let Err(error) = set_current_thread_priority(priority) {
+        tracing::debug!("priority of a frame worker: {error:?}");
+    }
+    loop {
+        let Ok(Ok(job)) = waiting.lock().map(|waiting| waiting.recv()) else { return };
+        if is_over.load(Ordering::Relaxed) {
+            return;
+        }
+        // A shader that is being worked on may be too much for its parser: that is no reason to stop.
+        let result = catch_unwind(AssertUnwindSafe(job)).ok();
+        if done.send(result).is_err() {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use std::time::{Duration, Instant};
+
+    use super::*;
+
+    fn all(workers: &mut Workers<u32>) -> Vec<u32> {
+        let begun = Instant::now();
+        let mut all = Vec::new();
+        while workers.open() > 0 {
+            all.extend(workers.take());
+            assert!(begun.elapsed() < Duration::from_secs(60), "{} are open", workers.open());
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        all.sort_unstable();
+        all
+    }
+
+    #[test]
+    fn everything_is_done_and_a_panic_stops_nothing() {
+        let mut workers = Workers::default();
+        for number in 0..20 {
+            workers.start(move || if number == 7 { panic!("planted") } else { number });
+        }
+        assert_eq!(all(&mut workers), (0..20).filter(|number| *number != 7).collect::<Vec<_>>());
+        workers.start(|| 99);
+        assert_eq!(all(&mut workers), [99]);
+    }
+
+    #[test]
+    fn its_end_waits_for_what_has_begun_and_for_nothing_else() {
+        let (begun, has_begun) = channel();
+        let (ended, has_ended) = channel();
+        let mut workers = Workers::default();
+        for _ in 0..1000 {
+            let (begun, ended) = (begun.clone(), ended.clone());
+            workers.start(move || {
+                begun.send(()).unwrap();
+                std::thread::sleep(Duration::from_millis(20));
+                ended.send(()).unwrap();
+            });
+        }
+        has_begun.recv().unwrap();
+        drop(workers);
+        let ended = has_ended.try_iter().count();
+        assert_eq!(ended, 1 + has_begun.try_iter().count());
+        assert!(ended < 100, "{ended}");
+    }
+}
