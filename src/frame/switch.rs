@@ -8,6 +8,8 @@
 //!
 //! Why: `docs/decisions/pipelines-beside.md`.
 
+use std::time::Instant;
+
 use glam::{DQuat, DVec3};
 
 use super::eye::EyeMemory;
@@ -97,9 +99,12 @@ impl Frame {
         light: &Light,
     ) -> Result<Prepared, GpuError> {
         self.take_built();
+        let begun = Instant::now();
         if !self.shows(style) && self.rehearse(gpu, terrain, rig, style, light)? {
             self.switch = Switch { shown: Some(style.clone()), rehearsal: None };
         }
+        let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        self.record_ms = rehearsal_ms;
         let Some(shown) = self.switch.shown.take() else {
             // Tiles come meanwhile.
             return Ok(prepare(gpu, terrain, rig, style, light));
@@ -107,6 +112,7 @@ impl Frame {
         let prepared = prepare(gpu, terrain, rig, &shown, light);
         let drawn = self.record(gpu, terrain, &prepared, rig, &shown, light);
         self.switch.shown = Some(shown);
+        self.record_ms += rehearsal_ms;
         if !drawn? {
             // As if it had not been: its strokes begin anew, and its horizon maps are made by another frame.
             self.forget();
@@ -153,12 +159,7 @@ fn first_views(view: &View) -> [View; 3] {
     let turn = DQuat::from_axis_angle(DVec3::Z, TURN * pose.fov_rad);
     let mut turned = pose;
     (turned.forward, turned.right, turned.up) = (turn * pose.forward, turn * pose.right, turn * pose.up);
-    let small = |previous, pose| View {
-        pose,
-        previous,
-        picture_px: REHEARSAL_PX,
-        part: Part::whole(REHEARSAL_PX),
-        ..*view
-    };
+    let small =
+        |previous, pose| View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view };
     [small(pose, pose), small(pose, pose), small(pose, turned)]
 }

@@ -61,11 +61,7 @@ pub fn build(gpu: &Gpu, texts: &Texts, key: &Key, number: u64) -> Result<Pipelin
 ///
 /// # Errors
 /// Those of `make`, and wgpu's.
-pub fn in_scope<T>(
-    gpu: &Gpu,
-    name: &str,
-    make: impl FnOnce() -> Result<T, ShaderError>,
-) -> Result<T, ShaderError> {
+pub fn in_scope<T>(gpu: &Gpu, name: &str, make: impl FnOnce() -> Result<T, ShaderError>) -> Result<T, ShaderError> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();
     match (made, pollster::block_on(scope.pop())) {

@@ -10,8 +10,8 @@ use rustc_hash::FxHashMap;
 
 use super::Gpu;
 use super::bind::{BindGroups, Bound, Named};
-use super::build::{Pipeline, build, in_scope};
 pub use super::build::{Key, Raw};
+use super::build::{Pipeline, build, in_scope};
 use super::pools::KEEP_FRAMES;
 use super::reflection::Variable;
 use super::shader::ShaderError;

@@ -185,12 +185,7 @@ pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderErro
     compose_defined(&Texts::of_environment(), name, source, &[])
 }
 
-fn compose_defined(
-    texts: &Texts,
-    name: &str,
-    source: &str,
-    definitions: &[&str],
-) -> Result<naga::Module, ShaderError> {
+fn compose_defined(texts: &Texts, name: &str, source: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     let shader_defs =
         definitions.iter().map(|definition| ((*definition).to_owned(), ShaderDefValue::Bool(true))).collect();
     let mut composer = Composer::default();

@@ -93,7 +93,9 @@ pub fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'
         for (name, _, imports) in &all {
             // An import names a module, or something in it.
             let names = |path: &&str| {
-                let rest = |import: &str| import.strip_prefix(*path).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+                let rest = |import: &str| {
+                    import.strip_prefix(*path).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
+                };
                 !path.is_empty() && imports.iter().any(|import| rest(&import.import))
             };
             if paths.iter().any(names) {

@@ -4,8 +4,10 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod beside;
 mod eyes;
 mod lens;
+mod live;
 mod steady;
 mod switches;
 

@@ -1,0 +1,182 @@
+//! Shaders that are being worked on: what holds is drawn with, what does not hold is told, and the old one stays.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use hachure::composite::PICTURE;
+use hachure::frame::Frame;
+use hachure::gpu::GpuError;
+use hachure::gpu::pipelines::Builds;
+use hachure::gpu::texts::Texts;
+use hachure::style::Style;
+use hachure::surface::view::Rig;
+
+use crate::common::World;
+use crate::{START, bytes, draw, hill, view};
+
+const COMPOSITE: &str = include_str!("../../shaders/composite/composite.wgsl");
+const VIEW: &str = include_str!("../../shaders/shared/view.wgsl");
+
+/// A frame whose shaders are those of a folder.
+struct Live {
+    world: World,
+    frame: Frame,
+    style: Style,
+    rig: Rig,
+    folder: tempfile::TempDir,
+}
+
+impl Live {
+    fn new(style: &str) -> Option<Self> {
+        let world = hill()?;
+        let pose = world.pose(START);
+        let folder = tempfile::tempdir().unwrap();
+        for part in ["composite", "shared"] {
+            std::fs::create_dir(folder.path().join(part)).unwrap();
+        }
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame.set_shaders(texts(folder.path()));
+        let style = Style::load(style).unwrap();
+        Some(Self { world, frame, style, rig: Rig::mono(view(pose, pose)), folder })
+    }
+
+    /// Writes a shader; how many pipelines are built anew.
+    fn write(&mut self, name: &str, text: &str) -> usize {
+        std::fs::write(self.folder.path().join(format!("{name}.wgsl")), text).unwrap();
+        self.frame.reload_shaders(&self.world.gpu)
+    }
+
+    fn picture(&mut self) -> Vec<u8> {
+        draw(&mut self.world, &mut self.frame, &self.style, &self.rig);
+        bytes(&self.world, &self.frame, 0, &PICTURE)
+    }
+
+    fn troubles(&self) -> Vec<String> {
+        self.frame.shader_troubles().iter().map(ToString::to_string).collect()
+    }
+}
+
+fn texts(folder: &Path) -> Texts {
+    Texts::of(Some(folder.to_owned()))
+}
+
+/// The composite with something else in place of `old`.
+fn changed(old: &str, new: &str) -> String {
+    assert!(COMPOSITE.contains(old), "the shader has changed: {old}");
+    COMPOSITE.replace(old, new)
+}
+
+const LAST: &str = "textureStore(picture, pixel, vec4<f32>(color, 1.0));";
+const LAST_INVERTED: &str = "textureStore(picture, pixel, vec4<f32>(1.0 - color, 1.0));";
+
+#[test]
+fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
+    let Some(mut live) = Live::new("ink") else { return };
+    let first = live.picture();
+    assert_eq!(live.frame.reload_shaders(&live.world.gpu), 0);
+    assert_eq!(live.write("composite/composite", &changed(LAST, LAST_INVERTED)), 1);
+    let inverted = live.picture();
+    let differing = first.iter().zip(&inverted).filter(|(a, b)| a != b).count();
+    assert!(differing > first.len() / 4, "{differing} bytes of {}", first.len());
+
+    let wrong = [
+        // Not WGSL, and not a name.
+        (changed("if any(id.xy", "if any id.xy"), ":70:"),
+        (changed("composite.paper;", "composite.papyrus;"), ":85:"),
+        (changed("#import hachure::view::{View, ", "#import hachure::viw::{View, "), "viw"),
+        ("@compute @workgroup_size(8, 8)\nfn other() {}\n".to_owned(), "no entry point main"),
+        // What nobody hands.
+        (
+            changed(LAST, "textureStore(picture, pixel, vec4<f32>(color, paper_px));")
+                .replace("// Ink of hatching.", "@group(0) @binding(8) var<uniform> paper_px: f32;"),
+            "nothing is bound to paper_px",
+        ),
+        // What is handed as something else.
+        (changed("rgba16float", "rgba32float"), "composite/composite.wgsl: "),
+        // More than is handed.
+        (changed("    pad: f32,\n", "    pad: f32,\n    more: array<vec4<f32>, 64>,\n"), "composite/composite.wgsl: "),
+        // What no GPU has.
+        (changed("@workgroup_size(8, 8)", "@workgroup_size(2048, 2048)"), "composite/composite.wgsl: "),
+    ];
+    for (text, told) in wrong {
+        assert_eq!(live.write("composite/composite", &text), 1, "{told}");
+        assert!(live.picture() == inverted, "{told}: the old pipeline does not stay");
+        let troubles = live.troubles();
+        assert_eq!(troubles.len(), 1, "{told}: {troubles:?}");
+        println!("{}", troubles[0]);
+        assert!(troubles[0].starts_with("composite/composite.wgsl") && troubles[0].contains(told), "{troubles:?}");
+        assert!(!troubles[0].contains('\n'), "{troubles:?}");
+    }
+
+    // Mended: another layout, which leaves one of the pictures out; then as it was.
+    let without_ink = changed("textureLoad(ink, pixel, 0).r", "0.0");
+    assert_eq!(live.write("composite/composite", &without_ink), 1);
+    assert!(live.picture() == first && live.troubles().is_empty(), "{:?}", live.troubles());
+    live.write("composite/composite", COMPOSITE);
+    assert!(live.picture() == first && live.troubles().is_empty(), "{:?}", live.troubles());
+}
+
+#[test]
+fn a_module_rebuilds_all_that_imports_it() {
+    let Some(mut live) = Live::new("ink") else { return };
+    let first = live.picture();
+    let pipelines = live.frame.built_at_once() as usize;
+    let rebuilt = live.write("shared/view", VIEW);
+    assert!(rebuilt > 3 && rebuilt < pipelines, "{rebuilt} of {pipelines}");
+    assert!(live.picture() == first);
+    // A mistake in it is one message, whoever imports it, and names it.
+    assert_eq!(live.write("shared/view", &VIEW.replace("struct View {", "struct View [")), rebuilt);
+    assert!(live.picture() == first);
+    let troubles = live.troubles();
+    assert_eq!(troubles.len(), 1, "{troubles:?}");
+    assert!(troubles[0].starts_with("shared/view.wgsl:"), "{troubles:?}");
+    live.write("shared/view", VIEW);
+    assert!(live.picture() == first && live.troubles().is_empty(), "{:?}", live.troubles());
+}
+
+#[test]
+fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
+    let Some(mut live) = Live::new("ink") else { return };
+    live.write("composite/composite", &changed("composite.paper;", "composite.papyrus;"));
+    let World { gpu, terrain, .. } = &mut live.world;
+    let drawn = live.frame.render(gpu, terrain, &live.rig.eyes[0], &live.style, &crate::light());
+    let error = drawn.map(|_| ()).unwrap_err();
+    assert!(matches!(&error, GpuError::Shader(_)), "{error}");
+    assert!(error.to_string().starts_with("composite/composite.wgsl:85:"), "{error}");
+    live.write("composite/composite", COMPOSITE);
+    assert!(!live.picture().is_empty());
+}
+
+#[test]
+fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
+    let Some(mut live) = Live::new("ink") else { return };
+    let first = live.picture();
+    live.frame.set_builds(&live.world.gpu, Builds::Beside);
+    let step = |live: &mut Live| {
+        let World { gpu, terrain, .. } = &mut live.world;
+        live.frame.render(gpu, terrain, &live.rig.eyes[0], &live.style, &crate::light()).unwrap();
+        live.world.gpu.check().unwrap();
+        bytes(&live.world, &live.frame, 0, &PICTURE)
+    };
+    let until = |live: &mut Live, what: &str, is_so: &dyn Fn(&Live, &[u8]) -> bool| {
+        let begun = Instant::now();
+        loop {
+            let picture = step(live);
+            if is_so(live, &picture) {
+                return picture;
+            }
+            assert!(picture == first, "{what}: neither the old picture nor the new one");
+            assert!(begun.elapsed() < Duration::from_secs(120), "{what} does not come");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    };
+    let built = live.frame.built_at_once();
+    until(&mut live, "the style", &|live, _| live.frame.shows(&live.style));
+    live.write("composite/composite", &changed("composite.paper;", "composite.papyrus;"));
+    until(&mut live, "the message", &|live, _| !live.troubles().is_empty());
+    live.write("composite/composite", &changed(LAST, LAST_INVERTED));
+    let inverted = until(&mut live, "the change", &|live, picture| live.troubles().is_empty() && picture != first);
+    let other = live.write("composite/composite", COMPOSITE);
+    assert_eq!((other, live.frame.built_at_once()), (1, built));
+    assert!(inverted != first);
+}
