@@ -129,30 +129,73 @@ fn without_a_display_one_line_says_so() {
     }
 }
 
-#[test]
-fn flies_and_takes_pictures() {
+/// Whether there is what the window needs; if not, it says why.
+fn can_run() -> bool {
     if let Some(missing) = ["Xvfb", "xdotool"].into_iter().find(|program| !is_installed(program)) {
-        return skip(&format!("{missing} is not installed"));
+        skip(&format!("{missing} is not installed"));
+        return false;
     }
-    if let Err(error) = Gpu::open(&AdapterWish::Best) {
-        return skip(&error.to_string());
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    write_dem(&folder.join("cone.tif"));
-    let display = Display::open().expect("Xvfb starts");
+    Gpu::open(&AdapterWish::Best).inspect_err(|error| skip(&error.to_string())).is_ok()
+}
 
+/// Opens a window over a small world in `folder`. Standard error is in the file `stderr` there.
+fn open(display: &Display, folder: &Path, environment: &[(&str, &Path)]) -> (Running, String) {
+    write_dem(&folder.join("cone.tif"));
     let errors = folder.join("stderr");
     let mut command = hachure(folder);
     command.args(["cone.tif", "--size", "320x200"]).env("DISPLAY", &display.name).env("XDG_RUNTIME_DIR", folder);
-    command.stderr(std::fs::File::create_new(&errors).unwrap());
+    command.envs(environment.iter().copied()).stderr(std::fs::File::create_new(&errors).unwrap());
     let mut program = Running(command.spawn().unwrap());
-    let told = || std::fs::read_to_string(&errors).unwrap();
     let window = until("a window", || {
-        assert!(program.0.try_wait().unwrap().is_none(), "{}", told());
+        assert!(program.0.try_wait().unwrap().is_none(), "{}", std::fs::read_to_string(&errors).unwrap());
         display.xdotool(&["search", "--onlyvisible", "--name", "hachure"]).filter(|id| !id.is_empty())
     });
     display.key(&["windowfocus", &window]);
+    (program, window)
+}
+
+#[test]
+fn a_shader_changes_while_it_flies() {
+    if !can_run() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let shaders = folder.join("shaders");
+    std::fs::create_dir_all(shaders.join("composite")).unwrap();
+    let composite = shaders.join("composite/composite.wgsl");
+    let text = include_str!("../shaders/composite/composite.wgsl");
+    std::fs::write(&composite, text).unwrap();
+    let display = Display::open().expect("Xvfb starts");
+    let (mut program, _) = open(&display, folder, &[("HACHURE_SHADERS", &shaders)]);
+    let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+    let start = take_picture(&display, folder);
+
+    let inverted = text.replace("vec4<f32>(color, 1.0)", "vec4<f32>(1.0 - color, 1.0)");
+    assert!(inverted != text);
+    std::fs::write(&composite, &inverted).unwrap();
+    let other = until("the change", || Some(take_picture(&display, folder)).filter(|picture| *picture != start));
+    // What does not hold is told in one line, and changes nothing.
+    std::fs::write(&composite, text.replace("composite.paper;", "composite.papyrus;")).unwrap();
+    let line = until("the message", || told().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
+    assert!(line.contains("composite/composite.wgsl:85:"), "{line}");
+    assert!(take_picture(&display, folder) == other);
+    std::fs::write(&composite, text).unwrap();
+    until("the mended one", || (take_picture(&display, folder) == start).then_some(()));
+    assert!(program.0.try_wait().unwrap().is_none(), "{}", told());
+    assert_eq!(told().lines().filter(|line| line.contains("papyrus")).count(), 1, "{}", told());
+}
+
+#[test]
+fn flies_and_takes_pictures() {
+    if !can_run() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let display = Display::open().expect("Xvfb starts");
+    let (mut program, window) = open(&display, folder, &[]);
+    let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
 
     let start = take_picture(&display, folder);
     assert_eq!((start.width, start.height), (320, 200));

@@ -21,12 +21,14 @@ use super::panel::{self, Facts};
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
+use super::toasts::Toasts;
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::composite::PICTURE;
 use crate::file::{FileError, standard};
 use crate::frame::{Frame, Light};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
+use crate::gpu::pipelines::Builds;
 use crate::lines::strokes::NumbersLater;
 use crate::scene::view::{Pose, View};
 use crate::style::Style;
@@ -68,7 +70,7 @@ pub struct Flight {
     stroke_numbers: NumbersLater,
     last: LastPicture,
     panel_shown: bool,
-    toast: Option<(String, Instant)>,
+    toasts: Toasts,
     escape_until: Option<Instant>,
     hidden: bool,
     /// The picture on the screen is not the one that it should be.
@@ -77,6 +79,8 @@ pub struct Flight {
     flowing_since: Option<Instant>,
     late_facts_at: Option<Instant>,
     next_gamepads: Instant,
+    next_built: Instant,
+    next_shaders: Instant,
     frames_left: Option<u64>,
 }
 
@@ -134,13 +138,15 @@ impl Flight {
             stroke_numbers: NumbersLater::default(),
             last,
             panel_shown: true,
-            toast: None,
+            toasts: Toasts::default(),
             escape_until: None,
             hidden: false,
             stale: true,
             flowing_since: None,
             late_facts_at: None,
             next_gamepads: Instant::now(),
+            next_built: Instant::now(),
+            next_shaders: Instant::now(),
             frames_left: options.frames,
             world,
             gpu,
@@ -169,7 +175,8 @@ impl Flight {
         let now = Instant::now();
         let since = self.flowing_since.replace(now);
         let step_s = since.map_or(FIRST_STEP_S, |since| (now - since).as_secs_f64());
-        let input = self.input.take(self.camera.fov_deg / f64::from(self.screen.size_px()[1]));
+        let deg_per_px = self.camera.fov_deg / f64::from(self.screen.size_px()[1]);
+        let input = self.input.take(deg_per_px, now, step_s);
         self.stale |= self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
 
         self.tidy(now);
@@ -177,13 +184,14 @@ impl Flight {
         let rendered = self.stale || self.frames_left.is_some();
         if rendered {
             self.render_picture(step_s)?;
-            if let Some(since) = since {
+            if let Some(since) = since.filter(|_| self.shows_asked()) {
                 self.frame_times.push((now - since).as_secs_f64() * 1000.0);
             }
         }
         self.present(surface, painted);
         self.gpu.check()?;
-        if let Some(frames) = &mut self.frames_left {
+        let shows_asked = self.shows_asked();
+        if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_asked) {
             *frames = frames.saturating_sub(1);
             if *frames == 0 {
                 self.report()?;
@@ -194,13 +202,24 @@ impl Flight {
         // Tiles that came in make a better picture the next time; strokes come and go for a while.
         let is_settling = self.frame.as_ref().is_some_and(Frame::is_settling);
         self.stale = rendered && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling);
-        let flows = !input.is_still() || !self.camera.is_still() || self.stale || self.frames_left.is_some();
+        let flows = !input.is_still()
+            || self.input.flies()
+            || !self.camera.is_still()
+            || self.stale
+            || self.frames_left.is_some();
         self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
         if !flows {
             self.flowing_since = None;
         }
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now());
-        Ok(if flows || repaint { Next::Frame } else { Next::Sleep })
+        // A shader may fail when it is first drawn with.
+        let has_news = self.tell_troubles();
+        Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
+    }
+
+    /// Whether the picture is of the style that is asked for: until all is there that it needs, the one before stays.
+    fn shows_asked(&self) -> bool {
+        self.frame.as_ref().is_some_and(|frame| frame.shows(self.style()))
     }
 
     fn style(&self) -> &Style {
@@ -216,9 +235,8 @@ impl Flight {
 
     /// Drops what is past: toasts and late facts; takes what the GPU measured.
     fn tidy(&mut self, now: Instant) {
-        if self.toast.as_ref().is_some_and(|(_, until)| *until <= now) {
-            self.toast = None;
-        }
+        self.toasts.tidy(now);
+        self.look_after_shaders(now);
         // Only looks: nothing waits for the GPU here.
         if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
@@ -247,7 +265,6 @@ impl Flight {
             over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
             gpu_bytes: self.gpu.memory_bytes(),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
-            toast: self.toast.as_ref().map(|(text, _)| text.as_str()),
         };
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
         let mut asked = panel::Asked::default();
@@ -255,9 +272,7 @@ impl Flight {
             if self.panel_shown {
                 asked = panel::show(context, &facts, &self.styles, &mut self.settings, &mut self.camera);
             }
-            if let Some(text) = facts.toast {
-                panel::show_toast(context, text);
-            }
+            panel::show_toasts(context, &self.toasts, asked.rect);
         });
         // A higher clearance lifts the camera, a lower one does not sink it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
@@ -280,6 +295,8 @@ impl Flight {
         let view = View::whole(self.last.pose, pose, picture_px);
         self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
+        // A window never waits for a compiler.
+        frame.set_builds(&self.gpu, Builds::Beside);
         let prepared = frame.render(&self.gpu, &mut self.world.surfaces, &view, style, &light)?;
         self.stroke_numbers.ask(&self.gpu, frame.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;

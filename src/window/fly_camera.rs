@@ -13,7 +13,7 @@ const MOVE_LAG_S: f64 = 0.09;
 /// The same for looking around.
 const LOOK_LAG_S: f64 = 0.03;
 /// A longer step is taken as this long: a pause is not a flight.
-const LONGEST_STEP_S: f64 = 0.25;
+const LONGEST_STEP_S: f64 = 1.0;
 /// What is left of a turn below this is done at once.
 const LEAST_TURN_DEG: f64 = 0.002;
 /// Below this part of the speed, the camera stands.

@@ -1,5 +1,7 @@
 //! Events of the window become wishes: to fly, to look, to do something. The panel hears what is meant for it.
 
+use std::time::Instant;
+
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::{CursorGrabMode, Window};
@@ -55,11 +57,16 @@ impl Input {
         &self.gamepads
     }
 
-    /// What is asked of the camera since the last call, `deg_per_px` in the middle of the window.
-    pub fn take(&mut self, deg_per_px: f64) -> FlyInput {
+    /// What is asked of the camera in a step that ends now, `deg_per_px` in the middle of the window.
+    pub fn take(&mut self, deg_per_px: f64, now: Instant, step_s: f64) -> FlyInput {
         let [right_px, down_px] = std::mem::take(&mut self.moved_px);
         let look_deg = [right_px * deg_per_px, -down_px * deg_per_px];
-        FlyInput { look_deg, ..self.keys.input() }.plus(self.gamepads.poll())
+        FlyInput { look_deg, ..self.keys.take(now, step_s) }.plus(self.gamepads.poll())
+    }
+
+    /// Whether a key is down that flies.
+    pub fn flies(&self) -> bool {
+        self.keys.fly()
     }
 
     /// What the gamepads ask for now.
@@ -120,7 +127,7 @@ impl Input {
         // What goes up is never only the panel's: a key that went down before would stay down.
         if overlay.is_typing() {
             if !down {
-                self.keys.set(code, false);
+                self.keys.set(code, false, Instant::now());
             }
             return tell(window, overlay, event);
         }
@@ -128,8 +135,8 @@ impl Input {
         if copies {
             return tell(window, overlay, event);
         }
-        let flies = self.keys.set(code, down);
-        match keys::action(code, self.keys.shift()) {
+        let flies = self.keys.set(code, down, Instant::now());
+        match keys::action(code, key.logical_key.to_text(), self.keys.shift()) {
             Some(Action::Zoom(factor)) if down => Heard::Do(Action::Zoom(factor)),
             Some(action) if down && !key.repeat => Heard::Do(action),
             _ if flies && !key.repeat => Heard::Fly,

@@ -1,6 +1,7 @@
 //! What the keys mean.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
 
 use winit::keyboard::KeyCode;
 
@@ -46,8 +47,9 @@ pub const HELP: &[(&str, &str)] = &[
     ("Esc Esc", "quit"),
 ];
 
-/// What `code` does as it goes down; keys that fly do nothing here.
-pub fn action(code: KeyCode, shift: bool) -> Option<Action> {
+/// What a key does as it goes down: by the sign that the keyboard's layout gives it where it is named by a sign, and
+/// else by its place. Keys that fly do nothing here.
+pub fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> {
     use KeyCode as Key;
     const DIGITS: [KeyCode; 9] = [
         Key::Digit1,
@@ -60,6 +62,12 @@ pub fn action(code: KeyCode, shift: bool) -> Option<Action> {
         Key::Digit8,
         Key::Digit9,
     ];
+    match sign {
+        Some("-" | "−") => return Some(Action::StepScale(-1)),
+        // The same key on many keyboards, and one of them needs Shift.
+        Some("+" | "=") => return Some(Action::StepScale(1)),
+        _ => {}
+    }
     Some(match code {
         Key::Tab => Action::StepStyle(if shift { -1 } else { 1 }),
         Key::F12 | Key::KeyP => Action::Screenshot,
@@ -68,33 +76,44 @@ pub fn action(code: KeyCode, shift: bool) -> Option<Action> {
         Key::F11 => Action::FullScreen,
         Key::BracketLeft => Action::Zoom(1.0 / 1.1),
         Key::BracketRight => Action::Zoom(1.1),
-        Key::Minus | Key::NumpadSubtract => Action::StepScale(-1),
-        Key::Equal | Key::NumpadAdd => Action::StepScale(1),
         Key::Escape => Action::Escape,
         _ => Action::ChooseStyle(DIGITS.iter().position(|digit| *digit == code)?),
     })
 }
 
-/// The keys that are down.
+/// A key that goes down and up again between two frames was down this long: the system does not tell when.
+const TAP: Duration = Duration::from_millis(16);
+
+/// The keys that are down, and for how long they were since the last frame.
 #[derive(Debug, Default)]
 pub struct KeysDown {
-    down: HashSet<KeyCode>,
+    /// Since when, or since the last frame.
+    down: HashMap<KeyCode, Instant>,
+    /// Those that went up since the last frame.
+    held: HashMap<KeyCode, Duration>,
 }
 
 impl KeysDown {
     /// A key went down or up. Says whether it flies.
-    pub fn set(&mut self, code: KeyCode, down: bool) -> bool {
+    pub fn set(&mut self, code: KeyCode, down: bool, now: Instant) -> bool {
         if down {
-            self.down.insert(code)
-        } else {
-            self.down.remove(&code)
-        };
-        !FlyInput::is_still(&Self { down: HashSet::from([code]) }.input())
+            self.down.entry(code).or_insert(now);
+        } else if let Some(since) = self.down.remove(&code) {
+            *self.held.entry(code).or_default() += (now - since).max(TAP);
+        }
+        let alone = Self { down: HashMap::from([(code, now)]), ..Self::default() };
+        alone.fly()
+    }
+
+    /// Whether any of those that are down flies, and none undoes it.
+    pub fn fly(&self) -> bool {
+        !self.input(|codes| f64::from(i8::from(self.any(codes)))).is_still()
     }
 
     /// All are up: the window is no longer told.
     pub fn clear(&mut self) {
         self.down.clear();
+        self.held.clear();
     }
 
     /// Whether a Shift is down.
@@ -107,11 +126,20 @@ impl KeysDown {
         self.any(&[KeyCode::ControlLeft, KeyCode::ControlRight])
     }
 
-    /// What they ask of the camera.
-    pub fn input(&self) -> FlyInput {
+    /// What they ask of the camera in a step that ends now: a key that was down for a part of it asks for that part.
+    pub fn take(&mut self, now: Instant, step_s: f64) -> FlyInput {
+        let mut held = std::mem::take(&mut self.held);
+        for (code, since) in &mut self.down {
+            *held.entry(*code).or_default() += now.saturating_duration_since(*since);
+            *since = now;
+        }
+        let held_s = |code: &KeyCode| held.get(code).map_or(0.0, Duration::as_secs_f64);
+        self.input(|codes| (codes.iter().map(held_s).fold(0.0, f64::max) / step_s.max(1e-6)).min(1.0))
+    }
+
+    fn input(&self, part: impl Fn(&[KeyCode]) -> f64) -> FlyInput {
         use KeyCode as Key;
-        let axis =
-            |plus: &[KeyCode], minus: &[KeyCode]| f64::from(i8::from(self.any(plus)) - i8::from(self.any(minus)));
+        let axis = |plus: &[KeyCode], minus: &[KeyCode]| part(plus) - part(minus);
         FlyInput {
             forward: axis(&[Key::KeyW, Key::ArrowUp], &[Key::KeyS, Key::ArrowDown]),
             right: axis(&[Key::KeyD, Key::ArrowRight], &[Key::KeyA, Key::ArrowLeft]),
@@ -122,35 +150,92 @@ impl KeysDown {
     }
 
     fn any(&self, codes: &[KeyCode]) -> bool {
-        codes.iter().any(|code| self.down.contains(code))
+        codes.iter().any(|code| self.down.contains_key(code))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::scene::camera::Camera;
+    use crate::window::fly_camera::FlyCamera;
 
     #[test]
     fn opposite_keys_cancel() {
+        let now = Instant::now();
+        let then = now + Duration::from_millis(100);
         let mut keys = KeysDown::default();
-        assert!(keys.set(KeyCode::KeyW, true));
-        assert!(keys.set(KeyCode::KeyE, true));
-        assert!(!keys.set(KeyCode::ShiftLeft, true));
-        let input = keys.input();
+        assert!(keys.set(KeyCode::KeyW, true, now));
+        assert!(keys.set(KeyCode::KeyE, true, now));
+        assert!(!keys.set(KeyCode::ShiftLeft, true, now));
+        assert!(keys.fly());
+        let input = keys.take(then, 0.1);
         assert_eq!((input.forward, input.up, input.fast), (1.0, 1.0, true));
-        keys.set(KeyCode::KeyS, true);
-        keys.set(KeyCode::Space, true);
-        assert_eq!(keys.input().forward, 0.0);
+        keys.set(KeyCode::KeyS, true, then);
+        keys.set(KeyCode::Space, true, then);
+        let input = keys.take(then + Duration::from_millis(100), 0.1);
+        assert_eq!((input.forward, input.up), (0.0, 1.0));
         keys.clear();
-        assert!(keys.input().is_still());
+        assert!(keys.take(then, 0.1).is_still() && !keys.fly());
+    }
+
+    /// How far a flight goes whose frames take `frame_ms`, of a key that is down for so long.
+    fn flown_m(frame_ms: u64, down_ms: std::ops::Range<u64>) -> f64 {
+        let at = |begun: Instant, ms| begun + Duration::from_millis(ms);
+        let begun = Instant::now();
+        let start =
+            Camera { position_m: DVec3::ZERO, height_above_ground: false, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 45.0 };
+        let mut camera = FlyCamera::new(&start, |_| -1000.0, [30_000.0, 30_000.0]);
+        let mut keys = KeysDown::default();
+        let mut is_down = false;
+        for end_ms in (frame_ms..5000).step_by(frame_ms as usize) {
+            for ms in end_ms - frame_ms..end_ms {
+                if down_ms.contains(&ms) != is_down {
+                    is_down = !is_down;
+                    keys.set(KeyCode::KeyW, is_down, at(begun, ms));
+                }
+            }
+            let step_s = frame_ms as f64 / 1000.0;
+            camera.advance(&keys.take(at(begun, end_ms), step_s), step_s, |_| -1000.0);
+        }
+        assert!(camera.is_still());
+        camera.position_m.length() / camera.speed_m_s
+    }
+
+    #[test]
+    fn a_key_moves_by_the_time_that_it_is_down() {
+        for down_ms in [10..70, 35..295, 100..1234, 20..1020] {
+            let held_s = (down_ms.end - down_ms.start) as f64 / 1000.0;
+            for frame_ms in [10, 16, 100, 500] {
+                let flown_s = flown_m(frame_ms, down_ms.clone());
+                // What is left of a speed that is nearly none.
+                assert!((flown_s - held_s).abs() < 2e-3, "{down_ms:?} at {frame_ms} ms: {flown_s} s of {held_s} s");
+            }
+        }
+        // A tap is not lost, however slow frames are; whole steps would be a slow frame long.
+        let tap_s = flown_m(500, 120..121);
+        assert!((tap_s - TAP.as_secs_f64()).abs() < 2e-3, "{tap_s}");
+    }
+
+    #[test]
+    fn signs_are_those_of_the_layout() {
+        // Where an English keyboard has a minus, a German one has an ß, and its minus is where there the slash is.
+        assert_eq!(action(KeyCode::Minus, Some("ß"), false), None);
+        assert_eq!(action(KeyCode::Slash, Some("-"), false), Some(Action::StepScale(-1)));
+        assert_eq!(action(KeyCode::BracketRight, Some("+"), false), Some(Action::StepScale(1)));
+        assert_eq!(action(KeyCode::Equal, Some("="), false), Some(Action::StepScale(1)));
+        assert_eq!(action(KeyCode::NumpadAdd, Some("+"), false), Some(Action::StepScale(1)));
+        assert_eq!(action(KeyCode::BracketRight, Some("]"), false), Some(Action::Zoom(1.1)));
     }
 
     #[test]
     fn keys_that_fly_do_nothing_else() {
         for code in [KeyCode::KeyW, KeyCode::KeyA, KeyCode::KeyS, KeyCode::KeyD, KeyCode::KeyQ, KeyCode::KeyE] {
-            assert_eq!(action(code, false), None);
+            assert_eq!(action(code, Some("w"), false), None);
         }
-        assert_eq!(action(KeyCode::Tab, true), Some(Action::StepStyle(-1)));
-        assert_eq!(action(KeyCode::Digit3, false), Some(Action::ChooseStyle(2)));
+        assert_eq!(action(KeyCode::Tab, Some("\t"), true), Some(Action::StepStyle(-1)));
+        assert_eq!(action(KeyCode::Digit3, Some("3"), false), Some(Action::ChooseStyle(2)));
     }
 }

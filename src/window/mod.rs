@@ -16,6 +16,7 @@ mod screen;
 mod screenshot;
 mod settings;
 mod statistics;
+mod toasts;
 
 use winit::event_loop::EventLoop;
 

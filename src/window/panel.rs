@@ -6,10 +6,15 @@ use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, LEAST_CLEARANCE_M, SPEED_RANGE
 use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
+use super::toasts::{self, Toasts};
 use crate::lines::strokes::StrokeNumbers;
 
 /// The panel's width in points.
 const WIDTH: f32 = 228.0;
+/// A message is broken into lines of this width in points.
+const TOAST_WIDTH: f32 = 420.0;
+/// Between a message and its frame, and the frame's line.
+const TOAST_PADDING: f32 = 8.0;
 /// The height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
 /// What is missing from the picture is said in this colour.
@@ -43,13 +48,13 @@ pub struct Facts<'a> {
     pub gpu_bytes: u64,
     /// Of the camera.
     pub height_above_ground_m: f64,
-    /// What was worth a word lately.
-    pub toast: Option<&'a str>,
 }
 
 /// What was asked for by a button.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Asked {
+    /// Where the panel stands, which asks for nothing to stand there.
+    pub rect: Option<egui::Rect>,
     /// A picture into a file.
     pub screenshot: bool,
     /// Back to the start.
@@ -83,30 +88,41 @@ pub fn show(
 ) -> Asked {
     let mut asked = Asked::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
-    egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false).show(
-        context,
-        |ui| {
-            ui.set_width(WIDTH);
-            egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
-                picture(ui, facts, styles, settings);
-                section(ui, "Cost", true, |ui| cost(ui, facts));
-                section(ui, "Cost by pass", false, |ui| passes(ui, facts));
-                section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
-                section(ui, "Light", false, |ui| light(ui, settings));
-                section(ui, "Keys", false, |ui| {
-                    keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
-                });
+    let window = egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false);
+    let shown = window.show(context, |ui| {
+        ui.set_width(WIDTH);
+        egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
+            picture(ui, facts, styles, settings);
+            section(ui, "Cost", true, |ui| cost(ui, facts));
+            section(ui, "Cost by pass", false, |ui| passes(ui, facts));
+            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
+            section(ui, "Light", false, |ui| light(ui, settings));
+            section(ui, "Keys", false, |ui| {
+                keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
             });
-        },
-    );
+        });
+    });
+    asked.rect = shown.map(|shown| shown.response.rect);
     asked
 }
 
-/// The toast alone: it shows without the panel too.
-pub fn show_toast(context: &egui::Context, text: &str) {
-    let area = egui::Area::new(egui::Id::unique("toast")).order(egui::Order::Foreground).interactable(false);
-    area.anchor(egui::Align2::RIGHT_BOTTOM, [-10.0, -10.0]).show(context, |ui| {
-        egui::Frame::window(ui.style()).show(ui, |ui| ui.label(text));
+/// The messages, beside the panel; they show without it too.
+pub fn show_toasts(context: &egui::Context, toasts: &Toasts, panel: Option<egui::Rect>) {
+    if toasts.is_empty() {
+        return;
+    }
+    let place = toasts::place(context.content_rect(), panel);
+    let area = egui::Area::new(egui::Id::unique("toasts")).order(egui::Order::Foreground).interactable(false);
+    let area = area.pivot(egui::Align2::RIGHT_BOTTOM).fixed_pos(place.right_bottom()).constrain(false);
+    area.show(context, |ui| {
+        ui.with_layout(Layout::top_down(Align::Max), |ui| {
+            for text in toasts.texts() {
+                egui::Frame::window(ui.style()).show(ui, |ui| {
+                    ui.set_max_width((place.width() - 2.0 * TOAST_PADDING).clamp(60.0, TOAST_WIDTH));
+                    ui.add(egui::Label::new(text).wrap());
+                });
+            }
+        });
     });
 }
 
@@ -304,7 +320,6 @@ mod tests {
             over_budget_px: None,
             gpu_bytes: 0,
             height_above_ground_m: 0.0,
-            toast: None,
         };
         let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| cost(ui, &facts));
         let texts = output.shapes.into_iter().filter_map(|clipped| match clipped.shape {

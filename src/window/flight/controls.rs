@@ -7,15 +7,22 @@ use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
 use super::{Flight, Next};
+use crate::frame::Frame;
+use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
 use crate::window::input::Heard;
 use crate::window::keys::Action;
+use crate::window::toasts::{self, About};
 use crate::window::{WindowError, screenshot};
 
 /// How often gamepads are asked while nothing moves.
 const GAMEPAD_REST: Duration = Duration::from_millis(40);
 /// How often new gamepads are looked for.
 const GAMEPAD_SEARCH: Duration = Duration::from_secs(1);
+/// How often what is built beside is asked for while nothing moves.
+const BUILT_LOOK: Duration = Duration::from_millis(10);
+/// How often the files of shaders are looked at, where they may change.
+const SHADER_LOOK: Duration = Duration::from_millis(250);
 /// How long a toast stays.
 const TOAST: Duration = Duration::from_secs(5);
 /// A second Esc within this time quits.
@@ -78,13 +85,13 @@ impl Flight {
                     return Ok(Next::Quit);
                 }
                 self.escape_until = Some(Instant::now() + ESCAPE);
-                self.say("Esc again quits".to_owned(), ESCAPE);
+                self.say(About::Quitting, "Esc again quits".to_owned(), ESCAPE);
             }
         }
         if self.settings.style != before.style {
             let style = self.style();
             let text = format!("{}: {}", style.name, style.description);
-            self.say(text, TOAST / 2);
+            self.say(About::Style, text, TOAST / 2);
         }
         self.stale |= self.settings != before;
         Ok(Next::Frame)
@@ -96,8 +103,12 @@ impl Flight {
             return None;
         }
         let gamepads = self.input.gamepads().may_come().then_some(self.next_gamepads);
-        let toast = self.toast.as_ref().map(|(_, until)| *until);
-        [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads].into_iter().flatten().min()
+        let frame = self.frame.as_ref();
+        let built = frame.is_some_and(Frame::is_building).then_some(self.next_built);
+        let shaders = frame.is_some_and(Frame::watches_shaders).then_some(self.next_shaders);
+        let toast = self.toasts.next_end();
+        let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders];
+        due.into_iter().flatten().min()
     }
 
     /// Whether what is due is a frame.
@@ -109,13 +120,43 @@ impl Flight {
                 return Next::Frame;
             }
         }
-        let toast = self.toast.as_ref().map(|(_, until)| *until);
-        let due = [self.overlay.repaint_at(), self.late_facts_at, toast].into_iter().flatten().any(|at| at <= now);
+        self.look_after_shaders(now);
+        if self.stale {
+            return Next::Frame;
+        }
+        let due = [self.overlay.repaint_at(), self.late_facts_at, self.toasts.next_end()]
+            .into_iter()
+            .flatten()
+            .any(|at| at <= now);
         if due { Next::Frame } else { Next::Sleep }
     }
 
-    fn say(&mut self, text: String, how_long: Duration) {
-        self.toast = Some((text, Instant::now() + how_long));
+    fn say(&mut self, about: About, text: String, how_long: Duration) {
+        self.toasts.say(about, text, toasts::until(how_long));
+    }
+
+    /// Looks for shaders that have changed, takes what was built beside, and tells what does not hold. The picture is
+    /// another one then.
+    pub(super) fn look_after_shaders(&mut self, now: Instant) {
+        let Some(frame) = &mut self.frame else { return };
+        if frame.watches_shaders() && self.next_shaders <= now {
+            self.next_shaders = now + SHADER_LOOK;
+            if frame.reload_shaders(&self.gpu) > 0 {
+                self.next_built = now + BUILT_LOOK;
+            }
+        }
+        if frame.is_building() && self.next_built <= now {
+            self.next_built = now + BUILT_LOOK;
+            frame.take_built();
+            self.stale |= !frame.is_building();
+        }
+        self.tell_troubles();
+    }
+
+    /// Says what does not hold of shaders that are being worked on. Whether that is something else than before.
+    pub(super) fn tell_troubles(&mut self) -> bool {
+        let Some(frame) = &self.frame else { return false };
+        self.toasts.set_lasting(frame.shader_troubles().iter().map(ToString::to_string).collect())
     }
 
     pub(super) fn restart(&mut self) {
@@ -136,6 +177,10 @@ impl Flight {
             light: self.light(),
             planes: &[],
         };
+        // A file waits for what it needs.
+        if let Some(frame) = &mut self.frame {
+            frame.set_builds(&self.gpu, Builds::AtOnce);
+        }
         let taken = screenshot::take(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, Path::new("."));
         // Its targets are the window's, and now hold the file's picture.
         self.stale = true;
@@ -149,7 +194,7 @@ impl Flight {
             // A full disk is no reason to stop flying.
             Err(PictureError::Sink(error)) => error.to_string(),
         };
-        self.say(text, TOAST);
+        self.say(About::File, text, TOAST);
         Ok(())
     }
 }

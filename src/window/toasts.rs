@@ -1,0 +1,161 @@
+//! What is worth a word: messages that go by themselves, and those that stay as long as their cause does.
+
+use std::time::{Duration, Instant};
+
+use egui::{Pos2, Rect};
+
+/// More at once are not read; the oldest goes.
+const MOST: usize = 4;
+/// In points, from the border of the window and from the panel.
+const MARGIN: f32 = 10.0;
+/// A narrower place is not read.
+const NARROWEST: f32 = 120.0;
+
+/// What a message is about: a newer one of the same takes its place, any other one stands beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The style that was chosen.
+    Style,
+    /// What Esc does.
+    Quitting,
+    /// A file that was written, or was not.
+    File,
+}
+
+/// The messages, the newest last.
+#[derive(Debug, Default)]
+pub struct Toasts {
+    passing: Vec<(About, String, Instant)>,
+    /// Of shaders that do not hold.
+    lasting: Vec<String>,
+}
+
+impl Toasts {
+    /// Says something until then. A file is never said in place of another.
+    pub fn say(&mut self, about: About, text: String, until: Instant) {
+        self.passing.retain(|(known, said, _)| *known != about || (about == About::File && *said != text));
+        self.passing.push((about, text, until));
+        let surplus = self.passing.len().saturating_sub(MOST);
+        self.passing.drain(..surplus);
+    }
+
+    /// What stays until it is told otherwise. Whether that is something else than before.
+    pub fn set_lasting(&mut self, texts: Vec<String>) -> bool {
+        let is_new = self.lasting != texts;
+        self.lasting = texts;
+        is_new
+    }
+
+    /// Drops what is past.
+    pub fn tidy(&mut self, now: Instant) {
+        self.passing.retain(|(.., until)| *until > now);
+    }
+
+    /// When the next of them goes.
+    pub fn next_end(&self) -> Option<Instant> {
+        self.passing.iter().map(|(.., until)| *until).min()
+    }
+
+    /// All, from top to bottom.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.lasting.iter().map(String::as_str).chain(self.passing.iter().map(|(_, text, _)| text.as_str()))
+    }
+
+    /// Whether there are any.
+    pub fn is_empty(&self) -> bool {
+        self.lasting.is_empty() && self.passing.is_empty()
+    }
+}
+
+/// How long something that was just said is shown.
+pub fn until(how_long: Duration) -> Instant {
+    Instant::now() + how_long
+}
+
+/// Where messages stand in a window beside the panel: the widest place of those that are wide enough to be read in, or
+/// else the largest.
+pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
+    let window = window.shrink(MARGIN);
+    let Some(panel) = panel.map(|panel| panel.expand(MARGIN)).filter(|panel| panel.intersects(window)) else {
+        return window;
+    };
+    let of = |left: f32, top: f32, right: f32, bottom: f32| {
+        Rect::from_min_max(Pos2::new(left, top), Pos2::new(right.max(left), bottom.max(top)))
+    };
+    let beside = [
+        of(panel.right().max(window.left()), window.top(), window.right(), window.bottom()),
+        of(window.left(), window.top(), panel.left().min(window.right()), window.bottom()),
+        of(window.left(), panel.bottom().max(window.top()), window.right(), window.bottom()),
+        of(window.left(), window.top(), window.right(), panel.top().min(window.bottom())),
+    ];
+    let rank = |place: &Rect| {
+        let reads = place.width() >= NARROWEST && place.height() >= 24.0;
+        (reads, place.area())
+    };
+    let better = |a: Rect, b: Rect| if rank(&b) > rank(&a) { b } else { a };
+    beside.into_iter().reduce(better).unwrap_or(window)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(toasts: &Toasts) -> Vec<&str> {
+        toasts.texts().collect()
+    }
+
+    #[test]
+    fn none_takes_the_place_of_another_unread() {
+        let now = Instant::now();
+        let after = |seconds| now + Duration::from_secs(seconds);
+        let mut toasts = Toasts::default();
+        toasts.say(About::File, "wrote a.png".to_owned(), after(5));
+        toasts.say(About::Style, "ink".to_owned(), after(3));
+        toasts.say(About::File, "wrote b.png".to_owned(), after(6));
+        assert_eq!(texts(&toasts), ["wrote a.png", "ink", "wrote b.png"]);
+        // Stepping through the styles does not fill the window.
+        toasts.say(About::Style, "pen".to_owned(), after(4));
+        assert_eq!(texts(&toasts), ["wrote a.png", "wrote b.png", "pen"]);
+        // Each goes by itself.
+        assert_eq!(toasts.next_end(), Some(after(4)));
+        toasts.tidy(after(5));
+        assert_eq!(texts(&toasts), ["wrote b.png"]);
+        // The last ones are read when there are too many.
+        (0..9).for_each(|number| toasts.say(About::File, number.to_string(), after(9)));
+        assert_eq!(texts(&toasts), ["5", "6", "7", "8"]);
+    }
+
+    #[test]
+    fn a_lasting_one_goes_when_its_cause_does() {
+        let mut toasts = Toasts::default();
+        assert!(toasts.set_lasting(vec!["lsa.wgsl: no".to_owned()]));
+        toasts.tidy(Instant::now() + Duration::from_secs(3600));
+        assert!(texts(&toasts) == ["lsa.wgsl: no"] && toasts.next_end().is_none() && !toasts.is_empty());
+        assert!(!toasts.set_lasting(vec!["lsa.wgsl: no".to_owned()]) && toasts.set_lasting(Vec::new()));
+        assert!(toasts.is_empty());
+    }
+
+    #[test]
+    fn they_stand_beside_the_panel() {
+        let rect = |left, top, right, bottom| Rect::from_min_max(Pos2::new(left, top), Pos2::new(right, bottom));
+        let window = rect(0.0, 0.0, 1280.0, 720.0);
+        assert_eq!(place(window, None), window.shrink(MARGIN));
+        let panels = [
+            rect(8.0, 8.0, 248.0, 700.0),
+            // Collapsed, moved to the right, across the middle, below.
+            rect(8.0, 8.0, 248.0, 30.0),
+            rect(1000.0, 8.0, 1240.0, 700.0),
+            rect(500.0, 300.0, 740.0, 500.0),
+            rect(0.0, 600.0, 1280.0, 720.0),
+        ];
+        for panel in panels {
+            let place = place(window, Some(panel));
+            assert!(!place.intersects(panel) && window.contains_rect(place), "{panel:?}: {place:?}");
+            assert!(place.width() >= NARROWEST && place.height() > 100.0, "{panel:?}: {place:?}");
+        }
+        // In a narrow window there is room below a panel that is collapsed.
+        let narrow = rect(0.0, 0.0, 260.0, 300.0);
+        let below = place(narrow, Some(rect(8.0, 8.0, 248.0, 30.0)));
+        assert!(below.top() > 30.0 && below.width() > 200.0, "{below:?}");
+    }
+}
