@@ -108,6 +108,17 @@ fn take_picture(display: &Display, folder: &Path) -> Picture {
     read_rgba8(&path).unwrap()
 }
 
+/// A picture of which all tiles have come: two that follow each other are the same.
+fn settled(display: &Display, folder: &Path) -> Picture {
+    let mut last = take_picture(display, folder);
+    until("rest", || {
+        std::thread::sleep(Duration::from_millis(300));
+        let before = std::mem::replace(&mut last, take_picture(display, folder));
+        (before == last).then_some(())
+    });
+    last
+}
+
 fn hachure(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
     command.current_dir(folder).env("HACHURE_CACHE", folder.join("cache")).env_remove("WAYLAND_DISPLAY");
@@ -169,12 +180,18 @@ fn a_shader_changes_while_it_flies() {
     let display = Display::open().expect("Xvfb starts");
     let (mut program, _) = open(&display, folder, &[("HACHURE_SHADERS", &shaders)]);
     let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
-    let start = take_picture(&display, folder);
+    let start = settled(&display, folder);
 
     let inverted = text.replace("vec4<f32>(color, 1.0)", "vec4<f32>(1.0 - color, 1.0)");
     assert!(inverted != text);
     std::fs::write(&composite, &inverted).unwrap();
-    let other = until("the change", || Some(take_picture(&display, folder)).filter(|picture| *picture != start));
+    let is_dark = |picture: &Picture| {
+        let sum: u64 = picture.rgba.iter().map(|byte| u64::from(*byte)).sum();
+        sum < picture.rgba.len() as u64 * 128
+    };
+    // Paper is bright.
+    assert!(!is_dark(&start));
+    let other = until("the change", || Some(take_picture(&display, folder)).filter(is_dark));
     // What does not hold is told in one line, and changes nothing.
     std::fs::write(&composite, text.replace("composite.paper;", "composite.papyrus;")).unwrap();
     let line = until("the message", || told().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
@@ -197,7 +214,7 @@ fn flies_and_takes_pictures() {
     let (mut program, window) = open(&display, folder, &[]);
     let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
 
-    let start = take_picture(&display, folder);
+    let start = settled(&display, folder);
     assert_eq!((start.width, start.height), (320, 200));
     let first = &start.rgba[..4];
     let others = start.rgba.chunks_exact(4).filter(|pixel| *pixel != first).count();

@@ -87,8 +87,8 @@ const TAP: Duration = Duration::from_millis(16);
 /// The keys that are down, and for how long they were since the last frame.
 #[derive(Debug, Default)]
 pub struct KeysDown {
-    /// Since when, or since the last frame.
-    down: HashMap<KeyCode, Instant>,
+    /// Since when, or since the last frame; and whether a frame has seen it.
+    down: HashMap<KeyCode, (Instant, bool)>,
     /// Those that went up since the last frame.
     held: HashMap<KeyCode, Duration>,
 }
@@ -97,11 +97,12 @@ impl KeysDown {
     /// A key went down or up. Says whether it flies.
     pub fn set(&mut self, code: KeyCode, down: bool, now: Instant) -> bool {
         if down {
-            self.down.entry(code).or_insert(now);
-        } else if let Some(since) = self.down.remove(&code) {
-            *self.held.entry(code).or_default() += (now - since).max(TAP);
+            self.down.entry(code).or_insert((now, false));
+        } else if let Some((since, is_seen)) = self.down.remove(&code) {
+            let held = now.saturating_duration_since(since);
+            *self.held.entry(code).or_default() += if is_seen { held } else { held.max(TAP) };
         }
-        let alone = Self { down: HashMap::from([(code, now)]), ..Self::default() };
+        let alone = Self { down: HashMap::from([(code, (now, false))]), ..Self::default() };
         alone.fly()
     }
 
@@ -129,9 +130,9 @@ impl KeysDown {
     /// What they ask of the camera in a step that ends now: a key that was down for a part of it asks for that part.
     pub fn take(&mut self, now: Instant, step_s: f64) -> FlyInput {
         let mut held = std::mem::take(&mut self.held);
-        for (code, since) in &mut self.down {
+        for (code, (since, is_seen)) in &mut self.down {
             *held.entry(*code).or_default() += now.saturating_duration_since(*since);
-            *since = now;
+            (*since, *is_seen) = (now, true);
         }
         let held_s = |code: &KeyCode| held.get(code).map_or(0.0, Duration::as_secs_f64);
         self.input(|codes| (codes.iter().map(held_s).fold(0.0, f64::max) / step_s.max(1e-6)).min(1.0))

@@ -113,13 +113,13 @@ pub fn show_toasts(context: &egui::Context, toasts: &Toasts, panel: Option<egui:
     }
     let place = toasts::place(context.content_rect(), panel);
     let area = egui::Area::new(egui::Id::unique("toasts")).order(egui::Order::Foreground).interactable(false);
-    let area = area.pivot(egui::Align2::RIGHT_BOTTOM).fixed_pos(place.right_bottom()).constrain(false);
-    area.show(context, |ui| {
-        ui.with_layout(Layout::top_down(Align::Max), |ui| {
-            for text in toasts.texts() {
+    // From the bottom up, so that none has to know how large the others were in the frame before.
+    area.fixed_pos(place.min).constrain(false).show(context, |ui| {
+        ui.allocate_ui_with_layout(place.size(), Layout::bottom_up(Align::Max), |ui| {
+            for text in toasts.texts().rev() {
                 egui::Frame::window(ui.style()).show(ui, |ui| {
                     ui.set_max_width((place.width() - 2.0 * TOAST_PADDING).clamp(60.0, TOAST_WIDTH));
-                    ui.add(egui::Label::new(text).wrap());
+                    ui.add(egui::Label::new(text).wrap().halign(Align::Min));
                 });
             }
         });
@@ -330,6 +330,40 @@ mod tests {
             _ => None,
         });
         texts.collect()
+    }
+
+    #[test]
+    fn messages_lie_in_the_window_and_beside_the_panel() {
+        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(640.0, 420.0));
+        let panel = egui::Rect::from_min_max(egui::pos2(8.0, 8.0), egui::pos2(250.0, 380.0));
+        let context = egui::Context::default();
+        let mut toasts = Toasts::default();
+        let long = "composite/composite.wgsl:85:24: no such thing; ".repeat(4);
+        for (number, about) in [toasts::About::File, toasts::About::Style, toasts::About::File].into_iter().enumerate()
+        {
+            toasts.say(about, format!("{number} {long}"), toasts::until(std::time::Duration::from_secs(9)));
+            // The first frame only measures; in the next one all that there is then has to be there.
+            let mut texts = Vec::new();
+            for _ in 0..2 {
+                let input = egui::RawInput { screen_rect: Some(window), ..Default::default() };
+                let output = context.run_ui(input, |ui| show_toasts(ui.ctx(), &toasts, Some(panel)));
+                texts = output.shapes.into_iter().filter_map(|clipped| text_rect(&clipped.shape)).collect();
+            }
+            assert_eq!(texts.len(), number + 1);
+            for rect in &texts {
+                assert!(window.contains_rect(*rect) && !rect.intersects(panel), "{rect:?}");
+            }
+            let overlap = |(i, a): (usize, &egui::Rect)| texts[i + 1..].iter().any(|b| a.intersects(*b));
+            assert!(!texts.iter().enumerate().any(overlap), "{texts:?}");
+        }
+    }
+
+    fn text_rect(shape: &egui::Shape) -> Option<egui::Rect> {
+        match shape {
+            egui::Shape::Text(text) => Some(text.visual_bounding_rect()),
+            egui::Shape::Vec(shapes) => shapes.iter().find_map(text_rect),
+            _ => None,
+        }
     }
 
     #[test]

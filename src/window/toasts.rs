@@ -57,7 +57,7 @@ impl Toasts {
     }
 
     /// All, from top to bottom.
-    pub fn texts(&self) -> impl Iterator<Item = &str> {
+    pub fn texts(&self) -> impl DoubleEndedIterator<Item = &str> {
         self.lasting.iter().map(String::as_str).chain(self.passing.iter().map(|(_, text, _)| text.as_str()))
     }
 

@@ -143,6 +143,8 @@ impl Flight {
             self.next_shaders = now + SHADER_LOOK;
             if frame.reload_shaders(&self.gpu) > 0 {
                 self.next_built = now + BUILT_LOOK;
+                // Right after a screenshot, pipelines are built at once.
+                self.stale |= !frame.is_building();
             }
         }
         if frame.is_building() && self.next_built <= now {
