@@ -159,7 +159,6 @@ fn first_views(view: &View) -> [View; 3] {
     let turn = DQuat::from_axis_angle(DVec3::Z, TURN * pose.fov_rad);
     let mut turned = pose;
     (turned.forward, turned.right, turned.up) = (turn * pose.forward, turn * pose.right, turn * pose.up);
-    let small =
-        |previous, pose| View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view };
+    let small = |previous, pose| View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX) };
     [small(pose, pose), small(pose, pose), small(pose, turned)]
 }
