@@ -20,12 +20,12 @@ use crate::gpu::shader::ShaderError;
 use crate::gpu::texts::Texts;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::Light;
+use crate::scene::view::{Part, Rig, View};
 use crate::style::Style;
-use crate::surface::vertices::PatchMesh;
-use crate::surface::view::{Part, Rig, View};
-use crate::tiles::Terrain;
+use crate::surface::land::vertices::PatchMesh;
 use crate::tiles::selection::Selection;
 use crate::tiles::terrain::Prepared;
+use crate::world::Surfaces;
 
 /// Pictures of a rehearsal are this large: nothing is drawn on them.
 const REHEARSAL_PX: [u32; 2] = [16, 16];
@@ -93,30 +93,30 @@ impl Frame {
     pub(super) fn render_what_is_there(
         &mut self,
         gpu: &Gpu,
-        terrain: &mut Terrain,
+        world: &mut Surfaces,
         rig: &Rig,
         style: &Style,
         light: &Light,
     ) -> Result<Prepared, GpuError> {
         self.take_built();
         let begun = Instant::now();
-        if !self.shows(style) && self.rehearse(gpu, terrain, rig, style, light)? {
+        if !self.shows(style) && self.rehearse(gpu, world, rig, style, light)? {
             self.switch = Switch { shown: Some(style.clone()), rehearsal: None };
         }
         let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.record_ms = rehearsal_ms;
         let Some(shown) = self.switch.shown.take() else {
             // Tiles come meanwhile.
-            return Ok(prepare(gpu, terrain, rig, style, light));
+            return Ok(prepare(gpu, world, rig, style, light));
         };
-        let prepared = prepare(gpu, terrain, rig, &shown, light);
-        let drawn = self.record(gpu, terrain, &prepared, rig, &shown, light);
+        let prepared = prepare(gpu, world, rig, &shown, light);
+        let drawn = self.record(gpu, world, &prepared, rig, &shown, light);
         self.switch.shown = Some(shown);
         self.record_ms += rehearsal_ms;
         if !drawn? {
             // As if it had not been: its strokes begin anew, and its horizon maps are made by another frame.
             self.forget();
-            terrain.forget_planned_horizons();
+            world.terrain.forget_planned_horizons();
         }
         Ok(prepared)
     }
@@ -125,13 +125,13 @@ impl Frame {
     fn rehearse(
         &mut self,
         gpu: &Gpu,
-        terrain: &mut Terrain,
+        world: &mut Surfaces,
         rig: &Rig,
         style: &Style,
         light: &Light,
     ) -> Result<bool, GpuError> {
         if style.asks_for_horizons() {
-            terrain.map_horizons(gpu, Some(light.to_sun));
+            world.terrain.map_horizons(gpu, Some(light.to_sun));
         }
         let known = self.switch.rehearsal.take().filter(|(known, _)| known == style);
         let (_, memory) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), EyeMemory::default())));
@@ -145,7 +145,7 @@ impl Frame {
             let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
             let (step_s, wants_motion) = (self.step_s, self.wants_motion);
-            let seen = Seen { terrain, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
+            let seen = Seen { world, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
             render_eye(&mut cx, &seen, 0, memory);
             is_complete &= cx.is_complete();
         }
@@ -159,6 +159,7 @@ fn first_views(view: &View) -> [View; 3] {
     let turn = DQuat::from_axis_angle(DVec3::Z, TURN * pose.fov_rad);
     let mut turned = pose;
     (turned.forward, turned.right, turned.up) = (turn * pose.forward, turn * pose.right, turn * pose.up);
-    let small = |previous, pose| View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX) };
+    let small =
+        |previous, pose| View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view };
     [small(pose, pose), small(pose, pose), small(pose, turned)]
 }

@@ -7,8 +7,8 @@ use hachure::composite::PICTURE;
 use hachure::frame::Frame;
 use hachure::gpu::pipelines::Builds;
 use hachure::gpu::recorder::Submits;
+use hachure::scene::view::{Pose, Rig};
 use hachure::style::{self, Style};
-use hachure::surface::view::{Pose, Rig};
 
 use crate::common::World;
 use crate::{START, bytes, draw, hill, light, view};
@@ -41,7 +41,7 @@ impl Twins {
     fn step(&mut self, world: &mut World, asked: &Style, before: Option<&Style>, pose: Pose) {
         let view = view(self.pose, pose);
         self.pose = pose;
-        self.beside.render(&world.gpu, &mut world.terrain, &view, asked, &light()).unwrap();
+        self.beside.render(&world.gpu, &mut world.surfaces, &view, asked, &light()).unwrap();
         world.gpu.wait();
         let Some(shown) = [Some(asked), before].into_iter().flatten().find(|style| self.beside.shows(style)) else {
             assert!(self.beside.target(&PICTURE).is_none() && before.is_none(), "{}", asked.name);

@@ -8,8 +8,8 @@ use hachure::frame::Frame;
 use hachure::gpu::GpuError;
 use hachure::gpu::pipelines::Builds;
 use hachure::gpu::texts::Texts;
+use hachure::scene::view::Rig;
 use hachure::style::Style;
-use hachure::surface::view::Rig;
 
 use crate::common::World;
 use crate::{START, bytes, draw, hill, view};
@@ -138,8 +138,8 @@ fn a_module_rebuilds_all_that_imports_it() {
 fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
     let Some(mut live) = Live::new("ink") else { return };
     live.write("composite/composite", &changed("composite.paper;", "composite.papyrus;"));
-    let World { gpu, terrain, .. } = &mut live.world;
-    let drawn = live.frame.render(gpu, terrain, &live.rig.eyes[0], &live.style, &crate::light());
+    let World { gpu, surfaces, .. } = &mut live.world;
+    let drawn = live.frame.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light());
     let error = drawn.map(|_| ()).unwrap_err();
     assert!(matches!(&error, GpuError::Shader(_)), "{error}");
     assert!(error.to_string().starts_with("composite/composite.wgsl:85:"), "{error}");
@@ -153,8 +153,8 @@ fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
     let first = live.picture();
     live.frame.set_builds(&live.world.gpu, Builds::Beside);
     let step = |live: &mut Live| {
-        let World { gpu, terrain, .. } = &mut live.world;
-        live.frame.render(gpu, terrain, &live.rig.eyes[0], &live.style, &crate::light()).unwrap();
+        let World { gpu, surfaces, .. } = &mut live.world;
+        live.frame.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light()).unwrap();
         live.world.gpu.check().unwrap();
         bytes(&live.world, &live.frame, 0, &PICTURE)
     };
