@@ -3,9 +3,10 @@
 //! Everything that varies is handed in. A pass is a function of a [`Cx`] and its inputs; it owns nothing, so the same
 //! pass can be recorded for many eyes and styles in one submit.
 //!
-//! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver each
-//! pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise where a test
-//! or a measurement wants what a GPU does. A frame that lacks a pipeline is not submitted.
+//! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver
+//! each pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise where
+//! a test or a measurement wants what a GPU does. All of them come when the frame is recorded, and none of a frame that
+//! lacks a pipeline.
 //!
 //! A rehearsal ([`Cx::rehearsal`]) records nothing: it asks for what a frame would need.
 
@@ -94,11 +95,9 @@ pub struct Cx<'a> {
     timer: &'a mut Timer,
     encoder: wgpu::CommandEncoder,
     submits: Submits,
-    /// How many submits of this frame are done.
-    submitted: u32,
     trace: Option<Vec<PassTrace>>,
-    /// Passes that are submitted by themselves.
-    recorded: Vec<(&'static str, wgpu::CommandEncoder)>,
+    /// What is submitted by itself, before the rest; timed under a name, or not.
+    recorded: Vec<(Option<&'static str>, wgpu::CommandEncoder)>,
     /// What a rehearsal hands out for every buffer.
     blank: Option<wgpu::Buffer>,
     is_complete: bool,
@@ -136,9 +135,17 @@ pub struct Attachments<'a> {
 impl<'a> Cx<'a> {
     /// Begins a frame.
     pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
-        let (encoder, trace) = (encoder(gpu), traces.then(Vec::new));
-        let (recorded, blank, is_complete) = (Vec::new(), None, true);
-        Self { gpu, pools, timer, encoder, submits, submitted: 0, trace, recorded, blank, is_complete }
+        Self {
+            gpu,
+            pools,
+            timer,
+            encoder: encoder(gpu),
+            submits,
+            trace: traces.then(Vec::new),
+            recorded: Vec::new(),
+            blank: None,
+            is_complete: true,
+        }
     }
 
     /// Begins a frame that is never drawn: its passes ask for their pipelines and for what takes long to make, and
@@ -281,7 +288,7 @@ impl<'a> Cx<'a> {
         };
         if let Some(trace) = &mut self.trace {
             let (reads, writes) = uses(variables, resources);
-            trace.push(PassTrace { name, submit: self.submitted, reads, writes });
+            trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
         }
         let query = self.timer.begin(name, &mut self.encoder);
         {
@@ -332,7 +339,7 @@ impl<'a> Cx<'a> {
                 writes.extend(written.iter().cloned());
             }
             reads.dedup();
-            trace.push(PassTrace { name, submit: self.submitted, reads, writes });
+            trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
         }
         let query = self.timer.begin(name, &mut self.encoder);
         {
@@ -367,18 +374,12 @@ impl<'a> Cx<'a> {
         self.end(name, query);
     }
 
-    /// Submits the passes recorded so far, and goes on: what would keep the GPU busy for long comes in several submits.
+    /// What was recorded so far is a submit, and what follows is the next: what would keep the GPU busy for long comes in
+    /// several.
     pub fn submit_so_far(&mut self) {
-        if self.rehearses() || !self.is_complete {
-            return;
+        if !self.rehearses() {
+            self.cut(None);
         }
-        self.pools.arena.flush(self.gpu);
-        for (name, recorded) in self.recorded.drain(..) {
-            self.timer.time(self.gpu, name, recorded);
-        }
-        let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
-        self.gpu.queue.submit([recorded.finish()]);
-        self.submitted += 1;
     }
 
     /// Submits the frame, if it is complete. Its passes, if they were traced.
@@ -394,7 +395,10 @@ impl<'a> Cx<'a> {
         self.timer.resolve(&mut self.encoder);
         self.pools.arena.flush(self.gpu);
         for (name, recorded) in self.recorded.drain(..) {
-            self.timer.time(self.gpu, name, recorded);
+            match name {
+                Some(name) => self.timer.time(self.gpu, name, recorded),
+                None => _ = self.gpu.queue.submit([recorded.finish()]),
+            }
         }
         self.gpu.queue.submit([self.encoder.finish()]);
         self.timer.end_frame();
@@ -406,10 +410,14 @@ impl<'a> Cx<'a> {
         if let Some(query) = query {
             self.timer.end(&mut self.encoder, query);
         } else if self.timer.waits(self.submits) {
-            let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
-            self.recorded.push((name, recorded));
-            self.submitted += 1;
+            self.cut(Some(name));
         }
+    }
+
+    /// Ends a submit, which is timed under a name, or not.
+    fn cut(&mut self, name: Option<&'static str>) {
+        let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
+        self.recorded.push((name, recorded));
     }
 }
 

@@ -24,12 +24,10 @@ const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 /// have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for long.
 pub fn run(cx: &mut Cx<'_>, terrain: &[Named], maps: &HorizonMaps) {
     let uniform = HorizonsUniform { to_sun: maps.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 };
-    let jobs = maps.jobs();
-    // A rehearsal has none, and asks for the pipeline all the same.
-    let parts = if cx.rehearses() { 1 } else { jobs.len().div_ceil(MAPS_AT_ONCE) };
-    for part in 0..parts {
-        let first = part * MAPS_AT_ONCE;
-        let jobs = &jobs[first..jobs.len().min(first + MAPS_AT_ONCE)];
+    // A rehearsal asks, for maps that will be planned.
+    let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
+    let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());
+    for (part, jobs) in parts.enumerate() {
         if part > 0 {
             cx.submit_so_far();
         }
