@@ -7,6 +7,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use hachure::file::atomic;
+
 /// One of each kind: lines and models, chained strokes, marks, fractal marks, shadows, colour that runs.
 const PRESETS: [&str; 5] = ["ink", "pen", "crosshatch", "stipple", "wash"];
 
@@ -33,9 +35,9 @@ fn told(folder: &Path, preset: &str, enables: &str) -> Option<Told> {
          khronos_validation.log_filename = {}\n",
         log.display()
     );
-    std::fs::write(folder.join("vk_layer_settings.txt"), settings).unwrap();
+    atomic::write(&folder.join("vk_layer_settings.txt"), settings.as_bytes()).unwrap();
     let flight = "t,x,y,z,yaw,pitch,fov\n0,1310,-4630,+4.5,16,3,50\n0.04,1310,-4629,+4.5,17,3,50\n";
-    std::fs::write(folder.join("flight.csv"), flight).unwrap();
+    atomic::write(&folder.join("flight.csv"), flight.as_bytes()).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_hachure"))
         .args(["render", "hut", "--size", "96x54", "--style", preset, "--path", "flight.csv", "--fps", "25"])
         .args(["-o", "frame%02d.png"])
