@@ -139,13 +139,6 @@ impl HorizonMaps {
         &self.jobs
     }
 
-    /// The frame of the last plan was not drawn: what it planned counts as not made.
-    pub fn forget_planned(&mut self) {
-        for job in self.jobs.drain(..) {
-            self.made.retain(|_, made| made.slot as i32 != job.slot);
-        }
-    }
-
     /// How far above a tile's level horizons have to stay, at its corners; none for a tile that has no map.
     pub fn floor_at(&self, atlas: &Atlas, tile: TileAddress) -> Option<[f32; 4]> {
         self.made_of(atlas, tile).map(|_| self.floor.at(tile))
