@@ -1,7 +1,7 @@
 //! The window, on a display that is only memory: it opens, hears keys, writes pictures, and ends well.
 
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
 //! Frames of one eye and of two: passes hold nothing that belongs to a frame, whatever the driver submits at once.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
 #[path = "../common/mod.rs"]
 mod common;
