@@ -85,7 +85,7 @@ pub enum Groups<'a> {
         arguments: &'a Buffer,
         /// In bytes.
         offset: u64,
-        /// Not more; rows of [`ROW`] may be filled up.
+        /// Not more; a last row of 65,535 may be filled up.
         most: u32,
     },
 }

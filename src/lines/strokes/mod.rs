@@ -190,7 +190,7 @@ impl<'a> DrawnStrokes<'a> {
         self.memory.samples()
     }
 
-    /// A buffer of the eye that was drawn last: [`COUNTS`], [`EDGES`], [`PIECES`] and those of the rooms beside. None if
+    /// A buffer of the eye that was drawn last: [`COUNTS`], [`PIECES`] and those of the rooms beside. None if
     /// nothing has asked for it lately.
     pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)

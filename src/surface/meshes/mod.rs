@@ -31,7 +31,7 @@ const VERTICES: BufferKind = BufferKind::storage("mesh vertices");
 const TRIANGLES: BufferKind = BufferKind::storage("mesh triangles");
 /// [`Standing`]s.
 const STANDINGS: BufferKind = BufferKind::storage("mesh standings");
-/// [`MeshInstance`]s of an eye.
+/// `MeshInstance`s of an eye.
 pub const INSTANCES: BufferKind = BufferKind::storage("mesh instances");
 /// What is dispatched and drawn: see [`cull`].
 const DRAWS: BufferKind = BufferKind::indirect("mesh draws");
