@@ -6,13 +6,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
-
 /// As many threads at most.
 const MOST_THREADS: usize = 4;
-
-/// The lowest priority but the very last: drawing goes first.
-const PRIORITY: u8 = 20;
 
 type Job<T> = Box<dyn FnOnce() -> T + Send>;
 
@@ -79,10 +74,8 @@ impl<T> Drop for Workers<T> {
 }
 
 fn work<T>(waiting: &Mutex<Receiver<Job<T>>>, done: &Sender<Option<T>>, is_over: &AtomicBool) {
-    let priority = ThreadPriorityValue::try_from(PRIORITY).map_or(ThreadPriority::Min, ThreadPriority::Crossplatform);
-    if let Err(error) = set_current_thread_priority(priority) {
-        tracing::debug!("priority of a frame worker: {error:?}");
-    }
+    // The priority is that of drawing: a job holds locks of the device now and then, and who waits for a thread of a low
+    // priority waits for all others.
     loop {
         let Ok(Ok(job)) = waiting.lock().map(|waiting| waiting.recv()) else { return };
         if is_over.load(Ordering::Relaxed) {

@@ -23,6 +23,9 @@ struct Twins {
     /// Pictures that were of the style before.
     of_before: usize,
     record_ms: Vec<f64>,
+    /// In the first frame that asks for another style, beside and where it is waited for.
+    begins_ms: Vec<f64>,
+    waits_ms: Vec<f64>,
 }
 
 impl Twins {
@@ -30,7 +33,8 @@ impl Twins {
         let mut beside = Frame::new(&world.gpu).unwrap();
         beside.set_builds(&world.gpu, Builds::Beside);
         let waiting = Frame::new(&world.gpu).unwrap();
-        let mut twins = Self { beside, waiting, pose: world.pose(START), of_before: 0, record_ms: Vec::new() };
+        let (record_ms, begins_ms, waits_ms) = Default::default();
+        let mut twins = Self { beside, waiting, pose: world.pose(START), of_before: 0, record_ms, begins_ms, waits_ms };
         twins.beside.set_submits(Submits::Whole);
         twins.waiting.set_submits(Submits::Whole);
         twins
@@ -58,12 +62,23 @@ impl Twins {
     /// Asks until it is shown.
     fn switch(&mut self, world: &mut World, asked: &Style, before: Option<&Style>) {
         let begun = Instant::now();
+        let steps = self.record_ms.len();
         while !self.beside.shows(asked) {
             self.step(world, asked, before, self.pose);
+            if before.is_some() && self.record_ms.len() == steps + 1 {
+                self.begins_ms.push(self.record_ms[steps]);
+            }
             assert!(begun.elapsed() < PATIENCE, "{} does not come: {:?}", asked.name, self.beside.shader_troubles());
             std::thread::sleep(Duration::from_millis(2));
         }
+        // The twin has just drawn its first frame of the style.
+        self.waits_ms.push(self.waiting.record_ms());
     }
+}
+
+fn median(times_ms: &mut [f64]) -> f64 {
+    times_ms.sort_by(f64::total_cmp);
+    times_ms[times_ms.len() / 2]
 }
 
 #[test]
@@ -90,16 +105,16 @@ fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
     let at_once = twins.waiting.built_at_once();
     // Planted: with nothing beside, frames wait for their pipelines.
     assert!(at_once > 40, "{at_once}");
-    let times_ms = &mut twins.record_ms;
-    times_ms.sort_by(f64::total_cmp);
-    let (median_ms, most_ms) = (times_ms[times_ms.len() / 2], times_ms[times_ms.len() - 1]);
+    let [all_ms, begins_ms, waits_ms] =
+        [&mut twins.record_ms, &mut twins.begins_ms, &mut twins.waits_ms].map(|times_ms| median(times_ms));
     println!(
-        "{} frames, {} of them of the style before: recording takes {median_ms:.2} ms at the median, {most_ms:.2} ms at most",
-        times_ms.len(),
+        "{} frames, {} of them of the style before; recording takes {all_ms:.2} ms at the median, {begins_ms:.2} ms where \
+         a switch begins, and {waits_ms:.2} ms where it is waited for",
+        twins.record_ms.len(),
         twins.of_before
     );
-    // A machine that does other things too may hold a thread up for this long.
-    assert!(most_ms < 2.0 * median_ms + 200.0, "{most_ms} ms");
+    // Of one frame a busy machine takes as long as it likes; of most it does not. Planted: waiting is not that quick.
+    assert!(begins_ms < 2.0 * all_ms + 20.0 && begins_ms < 0.5 * waits_ms, "{begins_ms} ms, {waits_ms} ms");
     world.gpu.check().unwrap();
 }
 
