@@ -6,13 +6,11 @@
 //! is not called any more goes.
 
 mod eye;
-mod shared_structs;
 mod switch;
 
 use std::time::Instant;
 
 pub use self::eye::EyeMemory;
-pub use self::shared_structs::shared_structs;
 use crate::composite;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Builds;

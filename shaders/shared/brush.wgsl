@@ -18,6 +18,7 @@ struct Brush {
     fill: f32,
     // Pressure falls towards the border over this, or over this part of half the width if that is less.
     border_px: f32,
+    // 0 to 1 of half the width.
     border_part: f32,
     // What is left of it there.
     border_pressure: f32,

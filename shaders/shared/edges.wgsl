@@ -4,9 +4,11 @@
 
 // An edge of the surface as drawn, from a to b, camera-relative in metres.
 struct Edge {
+    // Metres from the rig's origin.
     a_m: vec3<f32>,
     // Lasts across frames while its patch is drawn.
     key: u32,
+    // Metres from the rig's origin.
     b_m: vec3<f32>,
     // KIND_CONTOUR, KIND_BORDER or KIND_CREASE.
     kind: u32,

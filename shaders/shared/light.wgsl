@@ -1,6 +1,7 @@
 // How light a place is: the tone that is asked for, before steps, marks and haze.
 #define_import_path hachure::light
 
+// As the shaders read it.
 struct Light {
     to_sun: vec3<f32>,
     // How far light reaches around: 0 is Lambert's cosine, 1 half-Lambert, which keeps form in the shade.

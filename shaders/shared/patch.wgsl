@@ -10,6 +10,7 @@ struct Patch {
     id: u32,
     // Levels above the patch's own, at its first column, last column, first row, last row.
     edge_levels: vec4<f32>,
+    // Levels above the patch's own inside of it.
     inner_level: f32,
     // The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row.
     sides: u32,

@@ -11,7 +11,9 @@ struct Sample {
     px: vec2<f32>,
     // The texture's parameter.
     along_px: f32,
+    // At full pressure.
     half_width_px: f32,
+    // Distance along the view axis.
     depth_m: f32,
     // How far along the stroke it is to where drawing ends: above 0 the sample is drawn, below it is not.
     shown_px: f32,
@@ -50,16 +52,19 @@ struct Heritage {
     padding: u32,
 }
 
+// How many samples there are.
 struct SampleCounts {
     // All of the list.
     samples: u32,
     // Those of chains of this frame; the others fade.
     fresh: u32,
+    // Strokes of this frame's chains.
     strokes: u32,
     // Strokes that the budget left out.
     left_out: u32,
     // Strokes that took over from others.
     carried: u32,
+    // The shortest class of strokes that the budget had room for, four to an octave of pixels.
     least_class: u32,
     // Chains of this frame, as in StrokeCounts.
     chains: u32,

@@ -3,8 +3,11 @@
 
 // A point of a stroke.
 struct Point {
+    // On the picture.
     px: vec2<f32>,
+    // Distance along the view axis.
     depth_m: f32,
+    // Whose it is.
     chain: u32,
     // Of the edge that begins here.
     kind: u32,

@@ -5,21 +5,31 @@
 
 // A straight piece of a line. Positions are in 1/16 px of the full picture.
 struct Piece {
+    // One end, in 1/16 px of the full picture. It may lie outside of it; farther than 2²¹ it is taken as there.
     a: vec2<i32>,
+    // The other end.
     b: vec2<i32>,
     // At a and b.
     depths_m: vec2<f32>,
+    // Which edge of the picture it comes from.
     edge: u32,
     // Lasts across frames; several pieces may share it.
     key: u32,
 }
 
+// How many there are of everything, on the GPU.
 struct StrokeCounts {
+    // Edges that were found.
     edges: u32,
+    // Pieces to chain, at byte 4. More than there is room for are passed over.
     pieces: u32,
+    // Chains: what `chain::run` writes.
     chains: u32,
+    // Points of strokes.
     points: u32,
+    // Edges that found no room.
     edges_lost: u32,
+    // Pieces that found no room.
     pieces_lost: u32,
     // Which rounds of ranking had something to do: see chain_rank.wgsl.
     progress: u32,
@@ -28,11 +38,15 @@ struct StrokeCounts {
 
 // Pieces that run on from each other: `count` places of the order, from `first` on.
 struct Chain {
+    // Its first place in the order.
     first: u32,
+    // Its pieces.
     count: u32,
+    // 1 if its end runs on into its beginning.
     is_closed: u32,
     // Of the first piece.
     key: u32,
+    // From its first end to its last, with the gaps between pieces; of a closed one all the way round. Modulo 2³².
     length_units: u32,
     padding: array<u32, 3>,
 }
@@ -40,8 +54,11 @@ struct Chain {
 // A place of the order: twice the number of its piece, and 1 more if it runs from b to a; its chain; and how far the
 // piece begins from the chain's start.
 struct Place {
+    // Twice the number of the piece, and 1 more if it runs from b to a.
     state: u32,
+    // The chain that has it.
     chain: u32,
+    // From the chain's start to the start of the piece. Modulo 2³².
     begin_units: u32,
 }
 

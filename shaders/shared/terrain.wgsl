@@ -7,6 +7,7 @@
 // Grid coordinates `g` are in samples of the finest level, relative to the anchor, a sample near the camera.
 #define_import_path hachure::terrain
 
+// A level as the shader reads it.
 struct Level {
     // Level coordinate of g: g * scale + fraction, counted from sample `cell`.
     scale: vec2<f32>,
@@ -15,6 +16,7 @@ struct Level {
     size: vec2<i32>,
     // Its rows of tiles in `tile_rows`: the first, which row of the level that is, and how many.
     first_row: i32,
+    // The number of its first row of tiles in the level.
     top: i32,
     row_count: i32,
     pad: i32,
@@ -22,6 +24,7 @@ struct Level {
 
 // A row of the tiles that the view needs.
 struct TileRow {
+    // The column of its first tile in the level.
     left: i32,
     count: i32,
     // In `tiles`.
@@ -29,6 +32,7 @@ struct TileRow {
     pad: i32,
 }
 
+// A tile, as the shader reads it.
 struct TileRecord {
     // At the corners north-west, north-east, south-west, south-east: the largest height error of the up to four tiles
     // that meet there, in metres.

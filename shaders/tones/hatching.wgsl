@@ -28,6 +28,7 @@ const GOLDEN: f32 = 0.38196601;
 // Of a mark's border, in thresholds: four steps of those, or a line that is just coming would be dotted.
 const LEAST_BORDER: f32 = 0.016;
 
+// An axis as the shaders read it.
 struct Axis {
     direction: vec3<f32>,
     pad: f32,

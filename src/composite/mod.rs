@@ -2,11 +2,10 @@
 
 pub mod present;
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
+pub(crate) use crate::gpu::wgsl::composite::composite::Composite as CompositeUniform;
 use crate::scene::Light;
 use crate::style::Style;
 use crate::style::color::linear_from_srgb;
@@ -15,27 +14,6 @@ use crate::style::color::linear_from_srgb;
 pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
 /// One pixel, for styles without lines: reading outside of it gives 0.
 pub const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct CompositeUniform {
-    paper: [f32; 3],
-    haze_m: f32,
-    ink: [f32; 3],
-    grain: f32,
-    sky_zenith: [f32; 3],
-    faintest_line: f32,
-    sky_horizon: [f32; 3],
-    line_strength: f32,
-    haze: [f32; 3],
-    faintest_tone: f32,
-    stroke_ink: [f32; 3],
-    line_reach: f32,
-    mark_ink: [f32; 3],
-    pad: f32,
-}
-
-crate::gpu::shared::describe!(CompositeUniform as "Composite" in "composite/composite": paper, haze_m, ink, grain, sky_zenith, faintest_line, sky_horizon, line_strength, haze, faintest_tone, stroke_ink, line_reach, mark_ink, pad);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {

@@ -1,21 +1,10 @@
 //! The picture onto a window. See `shaders/composite/present.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::{Draw, Key, Raw, Ready, replaced};
 use crate::gpu::pools::Pools;
 use crate::gpu::target::Target;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct PresentUniform {
-    encode: u32,
-    pad: u32,
-    window_px: [f32; 2],
-}
-
-crate::gpu::shared::describe!(PresentUniform as "Present" in "composite/present": encode, pad, window_px);
+pub(crate) use crate::gpu::wgsl::composite::present::Present as PresentUniform;
 
 /// The pass of a window. Its frames are the window's, so it has pools of its own.
 pub struct PresentPass {

@@ -13,11 +13,12 @@ pub mod recorder;
 mod reflection;
 pub mod scan;
 pub mod shader;
-pub mod shared;
+
 pub mod target;
 pub mod texts;
 pub mod timer;
 pub mod upload_ring;
+pub mod wgsl;
 pub mod workers;
 
 pub use device::{Gpu, GpuError};

@@ -1,25 +1,15 @@
 //! Exclusive prefix sum of whole numbers, in place. See `shaders/gpu/scan.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
+pub(crate) use crate::gpu::wgsl::gpu::scan_begin::ScanSource;
 
 /// The most values of a scan: one workgroup has the sums of all blocks.
 pub const MAX_VALUES: u32 = 1 << 21;
 
 const BLOCK: u64 = 2048;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct ScanSource {
-    index: u32,
-    capacity: u32,
-}
-
-crate::gpu::shared::describe!(ScanSource as "ScanSource" in "gpu/scan_begin": index, capacity);
 
 /// How many values there are.
 const SIZE: BufferKind = BufferKind::storage("scan size");

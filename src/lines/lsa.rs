@@ -2,10 +2,9 @@
 //!
 //! Why: `docs/decisions/lsa-contours.md`.
 
-use bytemuck::{Pod, Zeroable};
-
 use super::detector::Inputs;
 use crate::gpu::recorder::Cx;
+pub(crate) use crate::gpu::wgsl::lines::lsa::Lsa as LsaUniform;
 use crate::style::Epsilon;
 
 /// ε of Eq. 6 as the paper has it.
@@ -15,16 +14,6 @@ pub const PAPER_EPSILON_M: f32 = 1e-5;
 pub const FOOTPRINT_EPSILON: f32 = 2e-3;
 /// The ramp k of Eq. 6.
 pub const PLANE_RAMP: [f32; 2] = [50.0, 150.0];
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct LsaUniform {
-    epsilon_paper_m: f32,
-    epsilon_footprint: f32,
-    plane_ramp: [f32; 2],
-}
-
-crate::gpu::shared::describe!(LsaUniform as "Lsa" in "lines/lsa": epsilon_paper_m, epsilon_footprint, plane_ramp);
 
 /// Finds how far each pixel's surroundings are from the plane of the pixel.
 pub fn run(cx: &mut Cx<'_>, epsilon: Epsilon, inputs: &Inputs<'_>) {

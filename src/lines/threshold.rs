@@ -1,24 +1,13 @@
 //! Errors → lines: density filter and ramp. See `shaders/lines/threshold.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
+pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform;
 use crate::style::{Detector, Lines};
 
 /// Lines: 0 none, 1 full.
 pub const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct ThresholdUniform {
-    ramp: [f32; 2],
-    density: f32,
-    scalar: u32,
-}
-
-crate::gpu::shared::describe!(ThresholdUniform as "Threshold" in "lines/threshold": ramp, density, scalar);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {

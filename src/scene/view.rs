@@ -1,8 +1,8 @@
 //! One eye's view, in f64, and as the shaders read it.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
+pub use crate::gpu::wgsl::shared::view::View as ViewUniform;
 use crate::scene::frustum::Frustum;
 
 /// The near plane. Reversed infinite depth loses nothing by a small one.
@@ -87,28 +87,6 @@ impl Rig {
         Self { origin_m: view.pose.position_m, eyes: vec![view] }
     }
 }
-
-/// `View` in `shaders/shared/view.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct ViewUniform {
-    clip_from_camera: [[f32; 4]; 4],
-    previous_clip_from_camera: [[f32; 4]; 4],
-    ray_corner: [f32; 3],
-    focal_px: f32,
-    ray_dx: [f32; 3],
-    near_m: f32,
-    ray_dy: [f32; 3],
-    pad: f32,
-    size_px: [u32; 2],
-    origin_px: [i32; 2],
-    picture_px: [f32; 2],
-    jitter_px: [f32; 2],
-    eye_m: [f32; 3],
-    pad_eye: f32,
-}
-
-crate::gpu::shared::describe!(ViewUniform as "View" in "surface/land/resolve": clip_from_camera, previous_clip_from_camera, ray_corner, focal_px, ray_dx, near_m, ray_dy, pad, size_px, origin_px, picture_px, jitter_px, eye_m, pad_eye);
 
 impl Pose {
     /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.

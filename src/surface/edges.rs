@@ -6,41 +6,14 @@
 //!
 //! Why: `docs/decisions/edge-visibility.md`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
+pub use crate::gpu::wgsl::shared::edges::Edge;
+pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
 
 /// Edges in a frame, at most.
 pub const MOST_EDGES: u32 = 1 << 20;
-
-/// `Edge` in `shaders/shared/edges.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
-pub struct Edge {
-    /// Metres from the rig's origin.
-    pub a_m: [f32; 3],
-    /// Lasts across frames while its patch is drawn.
-    pub key: u32,
-    /// Metres from the rig's origin.
-    pub b_m: [f32; 3],
-    /// 0 a contour, 1 the border of the land or of a mesh, 2 a crease.
-    pub kind: u32,
-}
-
-crate::gpu::shared::describe!(Edge as "Edge" in "lines/strokes/extract": a_m, key, b_m, kind);
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct EdgeRulesUniform {
-    crease_cosine: f32,
-    borders: u32,
-    capacity: u32,
-    padding: u32,
-}
-
-crate::gpu::shared::describe!(EdgeRulesUniform as "EdgeRules" in "surface/land/edges": crease_cosine, borders, capacity, padding);
 
 /// Which edges are wanted beside contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -9,7 +9,6 @@
 //!
 //! Why: `docs/decisions/horizon-maps.md`.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, Vec2};
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -19,6 +18,7 @@ use super::queues::by_level;
 use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
 use crate::gpu::Gpu;
+pub use crate::gpu::wgsl::surface::land::horizons::SeenJob as HorizonJob;
 use crate::pyramid::{LevelSize, TileAddress};
 
 /// The horizon toward the sun and the visible sky, in 16 bits each. Storage of two channels that every backend has.
@@ -29,17 +29,6 @@ pub const HORIZON_MAP_SIDE: u32 = 130;
 pub const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;
 /// Maps that a frame makes if it must not wait, and that one submit makes if it must: 67 600 texels.
 pub const MAPS_AT_ONCE: usize = 4;
-
-/// A map to make, as the shader reads it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq, Eq)]
-pub struct HorizonJob {
-    slot: i32,
-    level: i32,
-    tile: [i32; 2],
-}
-
-crate::gpu::shared::describe!(HorizonJob as "SeenJob" in "surface/land/horizons": slot, level, tile);
 
 /// How a map was made.
 struct Made {

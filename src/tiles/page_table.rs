@@ -4,7 +4,7 @@
 //!
 //! Why: `docs/decisions/page-table.md`.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -13,57 +13,10 @@ use super::horizon_maps::HorizonMaps;
 use super::needed::children;
 use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
+pub use crate::gpu::wgsl::shared::terrain::Level as LevelInfo;
+pub use crate::gpu::wgsl::shared::terrain::TileRecord;
+pub use crate::gpu::wgsl::shared::terrain::TileRow;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
-
-/// A level as the shader reads it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
-pub struct LevelInfo {
-    scale: [f32; 2],
-    fraction: [f32; 2],
-    cell: [i32; 2],
-    size: [i32; 2],
-    /// Where its rows begin in the list of rows.
-    first_row: i32,
-    /// The number of its first row of tiles in the level.
-    top: i32,
-    row_count: i32,
-    pad: i32,
-}
-
-crate::gpu::shared::describe!(LevelInfo as "Level" in "surface/land/resolve": scale, fraction, cell, size, first_row, top, row_count, pad);
-
-/// A row of tiles of a level, as the shader reads it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable, PartialEq)]
-pub struct TileRow {
-    /// The column of its first tile in the level.
-    left: i32,
-    count: i32,
-    /// Where its tiles begin in the list of tiles.
-    first_tile: i32,
-    pad: i32,
-}
-
-crate::gpu::shared::describe!(TileRow as "TileRow" in "surface/land/resolve": left, count, first_tile, pad);
-
-/// A tile, as the shader reads it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
-pub struct TileRecord {
-    /// The errors at its corners in metres: see `TileStatistics::corner_errors_m`.
-    errors_m: [f32; 4],
-    /// The residency floor at its corners, as four numbers of 8 bits: see [`ResidencyFloor::at`].
-    blocked: u32,
-    /// Its slot in the atlas; [`NO_SLOT`] for a tile that is not there.
-    slot: u32,
-    /// 1 where no finer tile exists: its surface is followed between the samples.
-    is_finest: u32,
-    /// As `blocked`, for its horizon map; [`NO_MAP`] where it has none.
-    unlit: u32,
-}
-
-crate::gpu::shared::describe!(TileRecord as "TileRecord" in "surface/land/resolve": errors_m, blocked, slot, is_finest, unlit);
 
 /// What a record says of a tile that is not there.
 const NO_SLOT: u32 = u32::MAX;

@@ -26,10 +26,10 @@
 //!
 //! Why: `docs/decisions/level-of-detail.md`.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 use super::earth_curvature::EarthCurvature;
+pub use crate::gpu::wgsl::shared::patch::Patch as PatchInstance;
 use crate::pyramid::LevelSize;
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::scene::frustum::Frustum;
@@ -68,28 +68,6 @@ impl PatchKey {
         (DVec2::new(self.x as f64, self.y as f64) * side, side)
     }
 }
-
-/// `Patch` in `shaders/shared/patch.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable, PartialEq)]
-pub struct PatchInstance {
-    /// First sample, in grid units relative to the anchor.
-    pub origin_units: [i32; 2],
-    /// Log2 of the units between vertices.
-    pub stride_exponent: u32,
-    /// What the surface id target gets; never 0.
-    pub id: u32,
-    /// Levels above the patch's own at its first column, last column, first row, last row.
-    pub edge_levels: [f32; 4],
-    /// Levels above the patch's own inside of it.
-    pub inner_level: f32,
-    /// The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row. Where
-    /// two patches meet, the edges between them are those of one.
-    pub sides: u32,
-    pub(crate) padding: [f32; 2],
-}
-
-crate::gpu::shared::describe!(PatchInstance as "Patch" in "surface/land/vertices": origin_units, stride_exponent, id, edge_levels, inner_level, sides, padding);
 
 /// The view that patches are chosen for.
 #[derive(Clone, Debug)]

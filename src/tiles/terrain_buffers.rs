@@ -1,41 +1,17 @@
 //! What `shaders/shared/terrain.wgsl` declares, as it lies on the GPU: the terrain's uniform and the page table.
 
-use bytemuck::{Pod, Zeroable};
 use glam::DVec2;
 
 use super::atlas::Atlas;
-use super::grid_projection::{GridProjection, MAX_TERMS};
+use super::grid_projection::GridProjection;
 use super::needed::LevelRule;
 use super::page_table::PageTable;
 use super::selection::units_log2;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
+pub(crate) use crate::gpu::wgsl::shared::terrain::Terrain as TerrainUniform;
 use crate::pyramid::TileStore;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct TerrainUniform {
-    terms: [[f32; 4]; MAX_TERMS],
-    extent_units: [i32; 4],
-    grid_unit: f32,
-    world_unit: f32,
-    degree: i32,
-    level_count: i32,
-    camera_z_coarse_m: f32,
-    camera_z_fine_m: f32,
-    min_z_m: f32,
-    max_z_m: f32,
-    spacing_m: f32,
-    level_error_px: f32,
-    world_origin_m: [f32; 2],
-    focal_px: f32,
-    units_per_sample: f32,
-    inverse_radius: f32,
-    pad: f32,
-}
-
-crate::gpu::shared::describe!(TerrainUniform as "Terrain" in "surface/land/resolve": terms, extent_units, grid_unit, world_unit, degree, level_count, camera_z_coarse_m, camera_z_fine_m, min_z_m, max_z_m, spacing_m, level_error_px, world_origin_m, focal_px, units_per_sample, inverse_radius, pad);
 
 impl TerrainUniform {
     /// For a view. `anchor` is the sample that grid coordinates count from.

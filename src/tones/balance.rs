@@ -15,11 +15,10 @@ pub mod balanced_ink;
 pub mod ink_sums;
 pub mod ink_windows;
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind, Targets};
+pub(crate) use crate::gpu::wgsl::shared::cover::Balance as BalanceUniform;
 use crate::style::hatching::Hatching;
 
 /// Ink without bounds, its rise, the darkness that was asked for, and whether there is a surface.
@@ -37,18 +36,6 @@ pub const MARKS: TargetKind = TargetKind::storage("marks", wgpu::TextureFormat::
 const CELL_PX: u32 = 8;
 /// Cells that may look at each other: the bell's reach, the cell itself, and what lies between two.
 const REACH_CELLS: u32 = 6;
-
-/// `Balance` in `shaders/shared/cover.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct BalanceUniform {
-    cell_px: i32,
-    pad_a: i32,
-    pad_b: i32,
-    pad_c: i32,
-}
-
-crate::gpu::shared::describe!(BalanceUniform as "Balance" in "tones/balance/balanced_ink": cell_px, pad_a, pad_b, pad_c);
 
 /// Side of the cells in which the ink of a style's marks is counted: it grows with the largest marks.
 pub fn cell_px(hatching: &Hatching) -> u32 {

@@ -1,27 +1,8 @@
 //! `Light` in `shaders/shared/light.wgsl`: how a style and a scene light the land.
 
-use bytemuck::{Pod, Zeroable};
-
+pub use crate::gpu::wgsl::shared::light::Light as LightUniform;
 use crate::scene;
 use crate::style::{Shading, Style};
-
-/// As the shaders read it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct LightUniform {
-    to_sun: [f32; 3],
-    wrap: f32,
-    ambient: f32,
-    shadow: f32,
-    occlusion: f32,
-    slope: f32,
-    exposure: f32,
-    contrast: f32,
-    haze_m: f32,
-    faintest: f32,
-}
-
-crate::gpu::shared::describe!(LightUniform as "Light" in "tones/toon": to_sun, wrap, ambient, shadow, occlusion, slope, exposure, contrast, haze_m, faintest);
 
 impl LightUniform {
     /// Of a style in a scene's light.

@@ -1,10 +1,9 @@
 //! Blinn-Phong over an elevation tint. See `shaders/tones/plain.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
+pub(crate) use crate::gpu::wgsl::tones::plain::Plain as PlainUniform;
 
 /// What the tint needs to know of the scene.
 #[derive(Clone, Copy, Debug)]
@@ -16,19 +15,6 @@ pub struct PlainLight {
     /// Heights at which the tint begins and ends.
     pub range_m: [f32; 2],
 }
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct PlainUniform {
-    to_sun: [f32; 3],
-    camera_z_m: f32,
-    low_m: f32,
-    high_m: f32,
-    shininess: f32,
-    specular: f32,
-}
-
-crate::gpu::shared::describe!(PlainUniform as "Plain" in "tones/plain": to_sun, camera_z_m, low_m, high_m, shininess, specular);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {

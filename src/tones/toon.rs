@@ -4,34 +4,14 @@ mod ramp;
 
 use std::convert::Infallible;
 
-use bytemuck::{Pod, Zeroable};
-
 use self::ramp::RampTable;
 use super::light::LightUniform;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
+pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
 use crate::style::Toon;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct ToonUniform {
-    steps: f32,
-    darkest: f32,
-    lightest: f32,
-    softness: f32,
-    wash: f32,
-    row_first: f32,
-    row_scale: f32,
-    by: u32,
-    camera_z_m: f32,
-    low_m: f32,
-    high_m: f32,
-    pad: f32,
-}
-
-crate::gpu::shared::describe!(ToonUniform as "Toon" in "tones/toon": steps, darkest, lightest, softness, wash, row_first, row_scale, by, camera_z_m, low_m, high_m, pad);
 
 /// What colours need to know of the land.
 #[derive(Clone, Copy, Debug)]

@@ -1,40 +1,14 @@
 //! Washes that run and settle. See `shaders/tones/watercolor.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use super::TONE_FORMAT;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
+pub(crate) use crate::gpu::wgsl::shared::wobble::Anchor;
+pub(crate) use crate::gpu::wgsl::tones::watercolor::Watercolor as WatercolorUniform;
 use crate::style::Watercolor;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct WatercolorUniform {
-    edge: f32,
-    edge_px: f32,
-    granulation: f32,
-    flow: f32,
-    warp_px: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
-}
-
-crate::gpu::shared::describe!(WatercolorUniform as "Watercolor" in "tones/watercolor": edge, edge_px, granulation, flow, warp_px, pad_a, pad_b, pad_c);
-
-/// Where the camera is, for noise that is fixed in the world: whole blocks of 4096 m, and the rest.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Anchor {
-    blocks: [i32; 3],
-    pad_a: u32,
-    rest_m: [f32; 3],
-    pad_b: u32,
-}
-
-crate::gpu::shared::describe!(Anchor as "Anchor" in "tones/watercolor": blocks, pad_a, rest_m, pad_b);
 
 /// Side of a block; `shaders/shared/wobble.wgsl` says why.
 const BLOCK_M: f64 = 4096.0;

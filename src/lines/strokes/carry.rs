@@ -12,8 +12,6 @@
 //!
 //! This is the temporal carry-over. Why: `docs/decisions/stroke-carry-over.md`.
 
-use bytemuck::{Pod, Zeroable};
-
 use super::chain::Chains;
 use super::points::Points;
 use super::samples::{MOST_SAMPLES, SampleWork};
@@ -22,23 +20,11 @@ use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
-use crate::gpu::shared::describe;
 use crate::gpu::target::Target;
+pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Heritage;
 
 /// Workgroups of 64 for every sample.
 const GROUPS: [u32; 2] = [MOST_SAMPLES / 64, 1];
-
-/// What a chain takes over. Only the GPU writes it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Heritage {
-    stroke: u32,
-    sense: f32,
-    offset_px: f32,
-    padding: u32,
-}
-
-describe!(Heritage as "Heritage" in "lines/strokes/vote": stroke, sense, offset_px, padding);
 
 /// [`Heritage`] of each chain.
 const HERITAGES: BufferKind = BufferKind::storage("heritages");

@@ -25,12 +25,11 @@ pub mod twin;
 
 use std::sync::Arc;
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
 use self::history::History;
 pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
 pub use self::records::{Chain, ChainRules, Piece, PieceInOrder, Place, StrokeCounts, UNITS_PER_PX};
-pub(crate) use self::records::{ChainPlan, ChainRulesUniform};
 use self::samples::{CarryUniform, SampleList, SampleWork};
 use self::stroke::Which;
 use self::texture::StrokeTexture;
@@ -39,6 +38,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pools::Pools;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
+pub(crate) use crate::gpu::wgsl::shared::stroke_style::Strokes as StrokesUniform;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::view::View;
 use crate::style;
@@ -46,24 +46,6 @@ use crate::surface::edges::{EdgeList, EdgeRules};
 
 /// Pieces in a frame, at most.
 pub const MOST_PIECES: u32 = 1 << 19;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct StrokesUniform {
-    resolution: f32,
-    piece_capacity: u32,
-    image_px: [u32; 2],
-    half_width_px: f32,
-    taper_px: f32,
-    haze_m: f32,
-    faintest: f32,
-    depth_width: f32,
-    shortest_px: f32,
-    curve_width: f32,
-    wobble_px: f32,
-}
-
-crate::gpu::shared::describe!(StrokesUniform as "Strokes" in "lines/strokes/extract": resolution, piece_capacity, image_px, half_width_px, taper_px, haze_m, faintest, depth_width, shortest_px, curve_width, wobble_px);
 
 /// The camera's place is told in blocks of this and a rest.
 const BLOCK_M: f64 = 4096.0;

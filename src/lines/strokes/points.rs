@@ -1,31 +1,12 @@
 //! Chains → smoothed points with their arc lengths. See `shaders/lines/strokes/points.wgsl` and `lengths.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
 use super::chain::Chains;
 use super::{Lists, MOST_PIECES};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
+pub use crate::gpu::wgsl::shared::stroke_style::Point;
 use crate::surface::edges::EdgeList;
-
-/// A point of a stroke.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Point {
-    /// On the picture.
-    pub px: [f32; 2],
-    /// Distance along the view axis.
-    pub depth_m: f32,
-    /// Whose it is.
-    pub chain: u32,
-    /// Of the edge that begins here: [`Edge::kind`](crate::surface::edges::Edge::kind).
-    pub kind: u32,
-    /// Nothing.
-    pub padding: u32,
-}
-
-crate::gpu::shared::describe!(Point as "Point" in "lines/strokes/points": px, depth_m, chain, kind, padding);
 
 /// Bytes of a point.
 const POINT_BYTES: u64 = size_of::<Point>() as u64;

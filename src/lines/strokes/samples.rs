@@ -4,8 +4,6 @@
 //! (`shaders/lines/strokes/samples.wgsl`), the longest strokes first if there are more than the budget has room for
 //! (`budget`, `budget_choose`, `sizes`). There are two lists of samples: one of this frame, one of the frame before.
 
-use bytemuck::{Pod, Zeroable};
-
 use super::chain::Chains;
 use super::points::Points;
 use super::{Lists, MOST_PIECES};
@@ -13,8 +11,11 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
-use crate::gpu::shared::describe;
 use crate::gpu::target::Target;
+pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Carry as CarryUniform;
+pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
+pub use crate::gpu::wgsl::shared::stroke_samples::Sample;
+pub use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
 use crate::gpu::{Gpu, GpuError, readback};
 
 /// Samples of a frame, at most: half a million pixels of line.
@@ -28,37 +29,6 @@ pub(super) const GROWTH_PX: f64 = 16.0;
 const CLASSES: u64 = 64;
 /// Where `StrokeCounts` has the number of chains.
 const CHAINS_INDEX: u32 = 2;
-
-/// A place on a stroke.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Sample {
-    /// Camera-relative metres, in the frame that the list belongs to.
-    pub position_m: [f32; 3],
-    /// How strongly the pen is pressed: 0 nothing, 1 full.
-    pub pressure: f32,
-    /// On the picture.
-    pub px: [f32; 2],
-    /// The texture's parameter.
-    pub along_px: f32,
-    /// At full pressure.
-    pub half_width_px: f32,
-    /// Distance along the view axis.
-    pub depth_m: f32,
-    /// How far along the stroke it is to where drawing ends: above 0 the sample is drawn, below it is not.
-    pub shown_px: f32,
-    /// Whose it is; lasts across frames. Not 0. When a stroke falls into several, all of them keep it.
-    pub stroke: u32,
-    /// [`Sample::FIRST`], [`Sample::LAST`], [`Sample::FADING`], [`Sample::IS_CLOSED`], and the kind of edge in bits 8 on.
-    pub flags: u32,
-    /// How far from its own place it is held by the line before: a part of `px`.
-    pub held_px: [f32; 2],
-    /// Nothing.
-    pub padding: [f32; 2],
-}
-
-describe!(Sample as "Sample" in "lines/strokes/samples":
-    position_m, pressure, px, along_px, half_width_px, depth_m, shown_px, stroke, flags, held_px, padding);
 
 impl Sample {
     /// The first of its stroke.
@@ -75,73 +45,6 @@ impl Sample {
         self.flags >> 8
     }
 }
-
-/// What a sample found in the frame before. Only the GPU writes it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Match {
-    stroke: u32,
-    along_px: f32,
-    pressure: f32,
-    sense: f32,
-    toward_px: [f32; 2],
-    half_width_px: f32,
-    at_px: f32,
-    shown_px: f32,
-    padding: f32,
-}
-
-describe!(Match as "Match" in "lines/strokes/samples":
-    stroke, along_px, pressure, sense, toward_px, half_width_px, at_px, shown_px, padding);
-
-/// How many samples there are.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-pub struct SampleCounts {
-    /// All of the list.
-    pub samples: u32,
-    /// Those of this frame's chains, which come first; the others fade.
-    pub fresh: u32,
-    /// Strokes of this frame's chains.
-    pub strokes: u32,
-    /// Strokes that the budget left out.
-    pub left_out: u32,
-    /// Strokes that continue one of the frame before.
-    pub carried: u32,
-    /// The shortest class of strokes that the budget had room for, four to an octave of pixels.
-    pub least_class: u32,
-    /// Chains of this frame.
-    pub chains: u32,
-    /// Nothing.
-    pub padding: u32,
-}
-
-describe!(SampleCounts as "SampleCounts" in "lines/strokes/samples":
-    samples, fresh, strokes, left_out, carried, least_class, chains, padding);
-
-/// `Carry` in `shaders/shared/stroke_samples.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub(crate) struct CarryUniform {
-    pub step_m: [f32; 3],
-    pub has_history: u32,
-    pub pressure_step: f32,
-    pub hold: f32,
-    pub growth_px: f32,
-    pub capacity: u32,
-    pub seed: u32,
-    pub rests: u32,
-    pub padding_a: u32,
-    pub padding_b: u32,
-    pub camera_blocks: [i32; 3],
-    pub padding_c: u32,
-    pub camera_rest_m: [f32; 3],
-    pub padding_d: u32,
-}
-
-describe!(CarryUniform as "Carry" in "lines/strokes/samples":
-    step_m, has_history, pressure_step, hold, growth_px, capacity, seed, rests, padding_a, padding_b, camera_blocks,
-    padding_c, camera_rest_m, padding_d);
 
 /// [`Sample`]s.
 const SAMPLES: BufferKind = BufferKind::storage("stroke samples");

@@ -21,46 +21,14 @@
 pub mod field;
 mod gpu_tile;
 
-use bytemuck::{Pod, Zeroable};
 pub use gpu_tile::{StrokeTexture, TILE_FORMAT};
 
 use self::field::Field;
+pub use crate::gpu::wgsl::shared::brush::Brush;
 use crate::style::texture::{Recipe, Touch};
 
 /// Levels of a tile, at most: the last still has 4 × 1 texels of the smallest.
 const MOST_LEVELS: usize = 6;
-
-/// `Brush` in `shaders/shared/brush.wgsl`: a recipe's touch, as the shader reads it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Brush {
-    /// Along, across.
-    pub tile_px: [f32; 2],
-    /// As the recipe has them ([`Touch`]).
-    pub nominal_half_width_px: f32,
-    /// 0 to 1.
-    pub spread: f32,
-    /// 0.01 to 0.5.
-    pub softness: f32,
-    /// Exponent.
-    pub response: f32,
-    /// 0.05 to 1.
-    pub fill: f32,
-    /// Width of the border.
-    pub border_px: f32,
-    /// 0 to 1 of half the width.
-    pub border_part: f32,
-    /// 0 to 1.
-    pub border_pressure: f32,
-    /// Nothing.
-    pub padding_a: f32,
-    /// Nothing.
-    pub padding_b: f32,
-}
-
-crate::gpu::shared::describe!(Brush as "Brush" in "lines/strokes/stroke":
-    tile_px, nominal_half_width_px, spread, softness, response, fill, border_px, border_part, border_pressure,
-    padding_a, padding_b);
 
 impl Brush {
     /// Of a recipe.

@@ -1,21 +1,10 @@
 //! Heights → what the land sees of the sun and of the sky. See `shaders/surface/land/horizons.wgsl`.
 
-use bytemuck::{Pod, Zeroable};
-
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+pub(crate) use crate::gpu::wgsl::surface::land::horizons::Horizons as HorizonsUniform;
 use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps, MAPS_AT_ONCE};
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct HorizonsUniform {
-    to_sun: [f32; 2],
-    pad_a: f32,
-    pad_b: f32,
-}
-
-crate::gpu::shared::describe!(HorizonsUniform as "Horizons" in "surface/land/horizons": to_sun, pad_a, pad_b);
 
 /// The tiles to make.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");

@@ -4,7 +4,7 @@
 //! [`SMALLEST_PX`]. One whose mean edge is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked for:
 //! they would be noise. [`seen`] says the same in f64, and a test holds the GPU against it.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use glam::DVec3;
 
 use super::DrawnMeshes;
@@ -12,6 +12,8 @@ use super::instances::fixed_point;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
+pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Cull as CullUniform;
+pub use crate::gpu::wgsl::surface::meshes::cull::MeshDraws;
 use crate::mesh::placed::{Placed, Standing};
 use crate::scene::view::View;
 use crate::tiles::earth_curvature::EarthCurvature;
@@ -22,35 +24,6 @@ pub const SMALLEST_PX: f64 = 1.0;
 pub const SHORTEST_EDGE_PX: f64 = 0.5;
 /// Threads of a workgroup; `MOST_STANDING` over this is at most this, too.
 const WORKGROUP: u32 = 256;
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct CullUniform {
-    origin_coarse: [i32; 3],
-    stage: u32,
-    origin_fine: [i32; 3],
-    padding: u32,
-    smallest_px: f32,
-    shortest_edge_px: f32,
-    padding_a: u32,
-    padding_b: u32,
-}
-
-crate::gpu::shared::describe!(CullUniform as "Cull" in "surface/meshes/cull": origin_coarse, stage, origin_fine, padding, smallest_px, shortest_edge_px, padding_a, padding_b);
-
-/// Arguments of indirect draws and dispatches: only the GPU writes them.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct MeshDraws {
-    /// Vertices, instances, and the first of each.
-    pub draw: [u32; 4],
-    /// Workgroups for the vertices.
-    pub vertex_groups: [u32; 4],
-    /// Workgroups for the triangles that are near enough for edges; the last is their number.
-    pub near_groups: [u32; 4],
-}
-
-crate::gpu::shared::describe!(MeshDraws as "MeshDraws" in "surface/meshes/cull": draw, vertex_groups, near_groups);
 
 /// Where [`MeshDraws`] has the workgroups for vertices.
 pub(super) const VERTEX_GROUPS: u64 = std::mem::offset_of!(MeshDraws, vertex_groups) as u64;

@@ -1,72 +1,12 @@
 //! Meshes and where they stand, as the GPU has them.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec2, Vec3};
 
+pub(crate) use crate::gpu::wgsl::shared::meshes::MeshInstance;
+pub(crate) use crate::gpu::wgsl::shared::meshes::MeshTriangle;
+pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Standing;
 use crate::mesh::placed::Placed;
 use crate::mesh::{Across, Mesh};
-
-/// `MeshInstance` in `shaders/shared/meshes.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct MeshInstance {
-    east: [f32; 4],
-    north: [f32; 4],
-    up: [f32; 4],
-    first_vertex: u32,
-    vertices: u32,
-    vertices_before: u32,
-    first_triangle: u32,
-    triangles: u32,
-    near_before: u32,
-    is_near: u32,
-    is_solid: u32,
-    first_place: u32,
-    first_number: u32,
-    triangles_before: u32,
-    padding: u32,
-}
-
-crate::gpu::shared::describe!(MeshInstance as "MeshInstance" in "surface/meshes/resolve": east, north, up, first_vertex, vertices, vertices_before, first_triangle, triangles, near_before, is_near, is_solid, first_place, first_number, triangles_before, padding);
-
-/// `MeshTriangle` in `shaders/shared/meshes.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct MeshTriangle {
-    corner_a: u32,
-    corner_b: u32,
-    corner_c: u32,
-    across_ab: u32,
-    across_bc: u32,
-    across_ca: u32,
-    normal_a: u32,
-    normal_b: u32,
-    normal_c: u32,
-}
-
-crate::gpu::shared::describe!(MeshTriangle as "MeshTriangle" in "surface/meshes/resolve": corner_a, corner_b, corner_c, across_ab, across_bc, across_ca, normal_a, normal_b, normal_c);
-
-/// `Standing` in `shaders/surface/meshes/cull.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Standing {
-    east: [f32; 3],
-    first_vertex: u32,
-    north: [f32; 3],
-    vertices: u32,
-    up: [f32; 3],
-    first_triangle: u32,
-    coarse: [i32; 3],
-    triangles: u32,
-    fine: [i32; 3],
-    is_solid: u32,
-    first_place: u32,
-    first_number: u32,
-    radius_m: f32,
-    mean_edge_m: f32,
-}
-
-crate::gpu::shared::describe!(Standing as "Standing" in "surface/meshes/cull": east, first_vertex, north, vertices, up, first_triangle, coarse, triangles, fine, is_solid, first_place, first_number, radius_m, mean_edge_m);
 
 /// All that stands in a world, for the GPU.
 pub(super) fn standings(placed: &Placed) -> Vec<Standing> {

@@ -14,7 +14,7 @@ pub mod resolve;
 mod sides;
 pub mod vertices;
 
-pub(crate) use self::instances::{MeshInstance, MeshTriangle, Standing};
+pub(crate) use self::instances::MeshInstance;
 use std::convert::Infallible;
 use std::sync::Arc;
 

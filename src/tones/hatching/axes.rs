@@ -2,9 +2,10 @@
 //!
 //! `shaders/shared/hatch.wgsl` counts the axes in the same order.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
+pub use crate::gpu::wgsl::tones::fractal_hatching::Cell;
+pub use crate::gpu::wgsl::tones::hatching::Axis;
 use crate::style::hatching::{Direction, Layer, MOST_LAYERS};
 
 /// Level axes around the compass, and as many that fall at 45°.
@@ -62,16 +63,6 @@ pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
     phases
 }
 
-/// An axis as the shaders read it.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Axis {
-    direction: [f32; 3],
-    pad: f32,
-}
-
-crate::gpu::shared::describe!(Axis as "Axis" in "tones/hatching": direction, pad);
-
 /// The axes as the shaders read them.
 pub fn directions(axes: &[DVec3]) -> Vec<Axis> {
     axes.iter().map(|axis| Axis { direction: axis.as_vec3().to_array(), pad: 0.0 }).collect()
@@ -82,16 +73,6 @@ pub const FIRST_OCTAVE: i32 = -22;
 
 /// Its levels.
 pub const OCTAVES: usize = 40;
-
-/// Where the camera is on an axis, in places of a level: a whole number, of which the last 30 bits, and the rest.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Cell {
-    index: i32,
-    rest: f32,
-}
-
-crate::gpu::shared::describe!(Cell as "Cell" in "tones/fractal_hatching": index, rest);
 
 /// The zoom rule's places of an axis begin within so many metres of the origin. It is the place of the coarsest mark of
 /// all: if all axes had theirs at the origin, there would be a star of marks.

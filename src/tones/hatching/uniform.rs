@@ -1,49 +1,12 @@
 //! `HatchLayer` and `Hatch` in `shaders/shared/hatch.wgsl`: a style's layers, as the shaders read them.
 
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
 use super::axes;
+pub(crate) use crate::gpu::wgsl::shared::hatch::Hatch as HatchUniform;
+pub(crate) use crate::gpu::wgsl::shared::hatch::HatchLayer as HatchLayerUniform;
 use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
 use crate::style::marks::{Kind, Recipe};
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct HatchLayerUniform {
-    direction: u32,
-    map: u32,
-    size: f32,
-    turn: f32,
-    fixed_direction: [f32; 2],
-    marks_px: [f32; 2],
-    flags: u32,
-    grey: f32,
-    pad_a: f32,
-    pad_b: f32,
-}
-
-crate::gpu::shared::describe!(HatchLayerUniform as "HatchLayer" in "tones/hatching": direction, map, size, turn, fixed_direction, marks_px, flags, grey, pad_a, pad_b);
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct HatchUniform {
-    layers: [HatchLayerUniform; MOST_LAYERS],
-    begins: [f32; MOST_LAYERS],
-    spans: [f32; MOST_LAYERS],
-    comes_from: [f32; MOST_LAYERS],
-    comes_full: [f32; MOST_LAYERS],
-    goes_from: [f32; MOST_LAYERS],
-    goes_full: [f32; MOST_LAYERS],
-    count: u32,
-    level_count: i32,
-    first_level: i32,
-    softness: f32,
-    side: u32,
-    pad_a: u32,
-    pad_b: u32,
-    pad_c: u32,
-}
-
-crate::gpu::shared::describe!(HatchUniform as "Hatch" in "tones/hatching": layers, begins, spans, comes_from, comes_full, goes_from, goes_full, count, level_count, first_level, softness, side, pad_a, pad_b, pad_c);
 
 /// Marks have no ends; as in the shader.
 const ENDLESS: u32 = 1;

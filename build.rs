@@ -1,0 +1,232 @@
+//! Writes the structs and constants of the shaders as Rust, so that each is defined once: in WGSL.
+//!
+//! `src/gpu/wgsl.rs` includes the result. A struct becomes a `repr(C)` one whose fields lie where WGSL has them
+//! (WGSL, "Memory layout"); a test holds every one against naga's layout. Only structs that buffers hold are written, and
+//! only constants that are numbers.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::{env, fs, io};
+
+/// A type that Rust and WGSL share.
+#[derive(Clone)]
+struct Shared {
+    rust: String,
+    align: usize,
+    size: usize,
+    /// It can be compared and hashed bit by bit.
+    is_whole: bool,
+}
+
+impl Shared {
+    fn new(rust: impl Into<String>, align: usize, size: usize, is_whole: bool) -> Self {
+        Self { rust: rust.into(), align, size, is_whole }
+    }
+}
+
+/// A folder of shaders, or a shader.
+#[derive(Default)]
+struct Room {
+    rooms: BTreeMap<String, Room>,
+    text: String,
+}
+
+fn main() -> io::Result<()> {
+    println!("cargo::rerun-if-changed=shaders");
+    println!("cargo::rerun-if-changed=build.rs");
+    let mut files = Vec::new();
+    list(Path::new("shaders"), &mut files)?;
+    files.sort();
+    let sources = files.iter().map(fs::read_to_string).collect::<Result<Vec<_>, _>>()?;
+    let bound = bound(&sources);
+    let (mut root, mut names) = (Room::default(), String::new());
+    for (file, source) in files.iter().zip(&sources) {
+        let path = file.strip_prefix("shaders").unwrap_or(file).with_extension("");
+        let parts: Vec<_> = path.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+        let (text, structs) = shader(source, &bound);
+        if text.is_empty() {
+            continue;
+        }
+        let room = parts.iter().fold(&mut root, |room, part| room.rooms.entry(part.clone()).or_default());
+        writeln!(room.text, "//! Of `shaders/{}.wgsl`.\n{text}", parts.join("/")).map_err(io::Error::other)?;
+        for name in structs {
+            let of = format!("{}::{name}", parts.join("::"));
+            writeln!(names, "    describe::<{of}>(\"{name}\", {of}::FIELDS),").map_err(io::Error::other)?;
+        }
+    }
+    let mut out = String::new();
+    write_room(&root, &mut out);
+    out += &format!("/// Every struct above.\npub fn structs() -> Vec<SharedStruct> {{\n    vec![\n{names}    ]\n}}\n");
+    let folder = PathBuf::from(env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo names no folder"))?);
+    fs::write(folder.join("wgsl.rs"), out)
+}
+
+fn list(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            list(&path, files)?;
+        } else if path.extension().is_some_and(|ending| ending == "wgsl") {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// The names of structs that buffers hold, and of those that lie in them.
+fn bound(sources: &[String]) -> BTreeSet<String> {
+    let names = |text: &str| -> Vec<String> {
+        let words = text.split(|c: char| !c.is_alphanumeric());
+        words.filter(|word| word.starts_with(|c: char| c.is_ascii_uppercase())).map(str::to_owned).collect()
+    };
+    let lines = || sources.iter().flat_map(|source| source.lines());
+    let is_buffer = |line: &&str| line.contains(" var<uniform> ") || line.contains(" var<storage");
+    let mut bound: BTreeSet<_> = lines().filter(is_buffer).flat_map(names).collect();
+    let mut outer = None;
+    for line in lines() {
+        outer = line.strip_prefix("struct ").and_then(|rest| rest.strip_suffix(" {")).or(outer);
+        if line == "}" {
+            outer = None;
+        }
+        if let (Some(outer), Some((_, kind))) =
+            (outer, line.strip_prefix("    ").and_then(|field| field.split_once(": ")))
+            && bound.contains(outer)
+        {
+            bound.extend(names(kind));
+        }
+    }
+    bound
+}
+
+fn write_room(room: &Room, out: &mut String) {
+    *out += &room.text;
+    for (name, inner) in &room.rooms {
+        *out += &format!("pub mod {name} {{\n");
+        if inner.text.is_empty() {
+            *out += &format!("//! Shaders of `{name}/`.\n");
+        }
+        write_room(inner, out);
+        *out += "}\n";
+    }
+}
+
+/// The Rust of a shader, and the names of its structs.
+fn shader(source: &str, bound: &BTreeSet<String>) -> (String, Vec<String>) {
+    let mut known = BTreeMap::new();
+    let (mut out, mut names) = (String::new(), Vec::new());
+    let mut lines = source.lines();
+    let mut help = Vec::new();
+    while let Some(line) = lines.next() {
+        if let Some(comment) = line.strip_prefix("//") {
+            help.push(comment.trim().to_owned());
+            continue;
+        }
+        let help = std::mem::take(&mut help);
+        if let Some(constant) = line.strip_prefix("const ").and_then(constant) {
+            out += &format!("{}{constant}\n", docs(&help, ""));
+        } else if let Some(name) = line.strip_prefix("struct ").and_then(|rest| rest.strip_suffix(" {")) {
+            let body: Vec<_> = lines.by_ref().take_while(|line| *line != "}").collect();
+            let shared = structure(name, &help, &body, &known).filter(|_| bound.contains(name));
+            if let Some((text, shared)) = shared {
+                out += &text;
+                known.insert(name.to_owned(), shared);
+                names.push(name.to_owned());
+            }
+        }
+    }
+    (out, names)
+}
+
+fn docs(help: &[String], indent: &str) -> String {
+    // As they are: brackets are not links.
+    help.iter().map(|line| format!("{indent}#[doc = {line:?}]\n")).collect()
+}
+
+/// `NAME: u32 = 5u;` where the value is a number.
+fn constant(text: &str) -> Option<String> {
+    let (name, rest) = text.split_once(": ")?;
+    let (kind, value) = rest.split_once(" = ")?;
+    let value = value.split(';').next()?;
+    let digits = value.trim_end_matches(['u', 'i']);
+    let digits = if kind == "f32" { digits.trim_end_matches('f') } else { digits };
+    let is_number = match kind {
+        "u32" | "i32" => {
+            let parsed = digits.strip_prefix("0x").map(|hex| u32::from_str_radix(hex, 16).map(i64::from));
+            parsed.unwrap_or_else(|| digits.parse()).is_ok()
+        }
+        "f32" => digits.parse::<f32>().is_ok(),
+        _ => false,
+    };
+    is_number.then(|| format!("pub const {name}: {kind} = {digits};"))
+}
+
+fn structure(name: &str, help: &[String], body: &[&str], known: &BTreeMap<String, Shared>) -> Option<(String, Shared)> {
+    let (mut fields, mut names) = (String::new(), String::new());
+    let (mut offset, mut align, mut is_whole, mut pads) = (0, 4, true, 0);
+    let mut field_help = Vec::new();
+    for line in body.iter().map(|line| line.trim()) {
+        if let Some(comment) = line.strip_prefix("//") {
+            field_help.push(comment.trim().to_owned());
+            continue;
+        }
+        let (field, kind) = line.trim_end_matches(',').split_once(": ")?;
+        let shared = shared(kind, known)?;
+        let at = offset_of(offset, shared.align);
+        pad(&mut fields, &mut pads, at - offset);
+        fields += &format!("{}    pub {field}: {},\n", docs(&std::mem::take(&mut field_help), "    "), shared.rust);
+        names += &format!("(\"{field}\", std::mem::offset_of!(Self, {field})), ");
+        offset = at + shared.size;
+        align = align.max(shared.align);
+        is_whole &= shared.is_whole;
+    }
+    let size = offset_of(offset, align);
+    pad(&mut fields, &mut pads, size - offset);
+    let derives = if is_whole { ", Eq, Hash" } else { "" };
+    let text = format!(
+        "{}#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq{derives}, bytemuck::Pod, bytemuck::Zeroable)]\npub struct {name} {{\n{fields}}}\n\
+         impl {name} {{\n    pub(crate) const FIELDS: &'static [(&'static str, usize)] = &[{names}];\n}}\n\
+         impl Default for {name} {{\n    fn default() -> Self {{\n        bytemuck::Zeroable::zeroed()\n    }}\n}}\n",
+        docs(help, "")
+    );
+    Some((text, Shared::new(name, align, size, is_whole)))
+}
+
+fn offset_of(offset: usize, align: usize) -> usize {
+    offset.next_multiple_of(align)
+}
+
+fn pad(fields: &mut String, pads: &mut u32, bytes: usize) {
+    if bytes > 0 {
+        *fields += &format!("    #[doc = \"Nothing.\"]\n    pub pad_{pads}: [u32; {}],\n", bytes / 4);
+        *pads += 1;
+    }
+}
+
+fn shared(kind: &str, known: &BTreeMap<String, Shared>) -> Option<Shared> {
+    let scalar = |name: &str| matches!(name, "u32" | "i32" | "f32").then(|| name.to_owned());
+    if let Some(name) = scalar(kind) {
+        return Some(Shared::new(&*name, 4, 4, name != "f32"));
+    }
+    if let Some(known) = known.get(kind) {
+        return Some(known.clone());
+    }
+    let (outer, inner) = kind.strip_suffix('>')?.split_once('<')?;
+    match outer {
+        "vec2" | "vec3" | "vec4" => {
+            let (name, count) = (scalar(inner)?, outer[3..].parse::<usize>().ok()?);
+            let align = if count == 2 { 8 } else { 16 };
+            Some(Shared::new(format!("[{name}; {count}]"), align, 4 * count, name != "f32"))
+        }
+        "mat4x4" => Some(Shared::new("[[f32; 4]; 4]", 16, 64, false)),
+        "array" => {
+            let (element, count) = inner.rsplit_once(", ")?;
+            let (element, count) = (shared(element, known)?, count.trim_end_matches('u').parse::<usize>().ok()?);
+            // Rust has no gaps between elements.
+            let is_dense = element.size.is_multiple_of(element.align);
+            let rust = format!("[{}; {count}]", element.rust);
+            is_dense.then(|| Shared::new(rust, element.align, element.size * count, element.is_whole))
+        }
+        _ => None,
+    }
+}
