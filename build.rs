@@ -4,6 +4,8 @@
 //! (WGSL, "Memory layout"); a test holds every one against naga's layout. Only structs that buffers hold are written, and
 //! only constants that are numbers.
 
+#![allow(clippy::disallowed_methods, reason = "cargo makes the folder anew when a build is stopped")]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

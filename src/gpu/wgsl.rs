@@ -4,6 +4,8 @@
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
 #![allow(missing_docs, reason = "what needs words has them in the shader")]
+#![allow(clippy::module_inception, reason = "a folder of shaders may have a shader of its name")]
+#![allow(clippy::approx_constant, reason = "the shader has no name for it")]
 
 /// A struct as Rust lays it out.
 #[derive(Clone, Debug, PartialEq, Eq)]
