@@ -81,7 +81,7 @@ pub enum Groups<'a> {
 }
 
 /// Workgroups in a row of counted ones.
-const ROW: u32 = 65_535;
+const ROW: u32 = crate::gpu::wgsl::surface::meshes::cull::ROW;
 
 impl Groups<'_> {
     fn most(&self) -> u32 {

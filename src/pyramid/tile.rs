@@ -1,11 +1,11 @@
 //! Tiles of heights: where they stand in the pyramid, how large they are, and how a sample says that it is void.
 
 /// Samples along the side of a tile.
-pub const TILE_SAMPLES: u32 = 256;
+pub const TILE_SAMPLES: u32 = crate::gpu::wgsl::shared::terrain::TILE_SAMPLES as u32;
 
 /// Samples of its neighbours that a tile has on each side: as many as the surface needs up to half a sample beyond
 /// the tile's own.
-pub const TILE_BORDER: u32 = 2;
+pub const TILE_BORDER: u32 = crate::gpu::wgsl::shared::terrain::TILE_BORDER as u32;
 
 /// Samples in a row of a tile with its borders.
 pub const TILE_STRIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;

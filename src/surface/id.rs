@@ -1,7 +1,7 @@
 //! What is seen at a pixel: a kind of surface in the highest bits of its id, a number of that kind in the others.
 //!
-//! The code of a kind is a prefix: the more of a kind there are, the shorter it is. `shaders/shared/surface_id.wgsl` has
-//! the same; a test holds them against each other.
+//! The code of a kind is a prefix: the more of a kind there are, the shorter it is. `shaders/shared/surface_id.wgsl`
+//! defines it.
 
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,11 +19,11 @@ pub enum Kind {
 }
 
 /// The id of the first mesh triangle.
-pub const FIRST_MESH: u32 = 0b10 << 30;
+pub const FIRST_MESH: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_MESH;
 /// The id of the first tree.
-pub const FIRST_TREE: u32 = 0b110 << 29;
+pub const FIRST_TREE: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_TREE;
 /// The id of the first water.
-pub const FIRST_WATER: u32 = 0b111 << 29;
+pub const FIRST_WATER: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_WATER;
 
 impl Kind {
     /// Of a pixel of the surface id picture.

@@ -9,8 +9,8 @@ use crate::gpu::target::{Target, TargetKind};
 /// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`mark_normal_size`].
 pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark_normal", wgpu::TextureFormat::Rgba32Float);
 
-/// Side of the block of pixels that shares a texel; `shaders/shared/mark_normal.wgsl` has it too.
-const BLOCK_PX: u32 = 4;
+/// Side of the block of pixels that shares a texel.
+const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;
 
 /// The size of the picture for targets of `size_px`: blocks are counted in the whole picture, so a part may see one
 /// more at either end.

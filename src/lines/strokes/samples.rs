@@ -21,12 +21,12 @@ use crate::gpu::{Gpu, GpuError, readback};
 /// Samples of a frame, at most: half a million pixels of line.
 pub const MOST_SAMPLES: u32 = 1 << 18;
 /// Samples are at most so far apart along a stroke: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
-pub const SPACING_PX: f32 = 2.0;
+pub const SPACING_PX: f32 = crate::gpu::wgsl::shared::stroke_samples::SPACING_PX;
 /// How far lines grow, or shrink, at each end in a style's `fade_s`, in pixels. They grow from seeds 64 px apart
 /// (`shaders/shared/stroke_samples.wgsl`), so all of a line is there after twice that time.
 pub(super) const GROWTH_PX: f64 = 16.0;
 /// `CLASSES` in the same file.
-const CLASSES: u64 = 64;
+const CLASSES: u64 = crate::gpu::wgsl::shared::stroke_samples::CLASSES as u64;
 /// Where `StrokeCounts` has the number of chains.
 const CHAINS_INDEX: u32 = 2;
 

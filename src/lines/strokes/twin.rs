@@ -20,7 +20,7 @@ pub struct Chained {
     pub places: Vec<Place>,
 }
 
-const LIMIT_UNITS: i32 = 1 << 21;
+const LIMIT_UNITS: i32 = crate::gpu::wgsl::shared::strokes::LIMIT_UNITS;
 /// Whole numbers that stand for 1: of scores and of cos².
 const ONE: u32 = 4096;
 

@@ -9,7 +9,7 @@ pub use crate::gpu::wgsl::tones::hatching::Axis;
 use crate::style::hatching::{Direction, Layer, MOST_LAYERS};
 
 /// Level axes around the compass, and as many that fall at 45°.
-const AZIMUTHS: usize = 32;
+const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
 
 /// The first level of the ladder of scales: a texel of it is 2^(first / 2) metres.
 pub const FIRST_LEVEL: i32 = -44;

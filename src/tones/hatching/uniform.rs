@@ -9,9 +9,9 @@ use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
 use crate::style::marks::{Kind, Recipe};
 
 /// Marks have no ends; as in the shader.
-const ENDLESS: u32 = 1;
+const ENDLESS: u32 = crate::gpu::wgsl::shared::hatch::ENDLESS;
 /// Marks darken by growing wider.
-const SWELLS: u32 = 2;
+const SWELLS: u32 = crate::gpu::wgsl::shared::hatch::SWELLS;
 
 /// Length and width of a mark by the zoom rule: a line has no end, a dot is as long as wide.
 fn marks_px(recipe: &Recipe) -> [f32; 2] {
