@@ -6,21 +6,21 @@
 //! is not called any more goes.
 
 mod eye;
+mod left;
 mod switch;
 
 use std::time::Instant;
 
 pub use self::eye::EyeMemory;
 use crate::composite;
-use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
-use crate::gpu::recorder::{Cx, PassTrace, Submits};
-use crate::gpu::target::{Target, TargetKind};
-use crate::gpu::timer::{PassTime, Timer};
+use crate::gpu::recorder::{Cx, Submits};
+use crate::gpu::timer::Timer;
+use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::history::Step;
-use crate::lines::strokes::{self, DrawnStrokes, FrameStrokes};
+use crate::lines::strokes::{self, FrameStrokes};
 use crate::lines::{detector, smooth, threshold};
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
@@ -357,85 +357,4 @@ fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemo
     let picture = &targets.whole(gpu, &composite::PICTURE);
     let (tone, line, ink, marks) = (&colors, &line, &ink, &marks);
     composite::run(cx, &composite::Inputs { view, style, light, position, tone, line, ink, marks, picture });
-}
-
-/// What the last frame left. Eyes count from 0; none is the first.
-impl Frame {
-    /// A picture of the first eye, if the last frame made it.
-    pub fn target(&self, kind: &TargetKind) -> Option<&Target> {
-        self.eye_target(0, kind)
-    }
-
-    /// A picture of an eye, if the last frame made it.
-    pub fn eye_target(&self, eye: usize, kind: &TargetKind) -> Option<&Target> {
-        self.eyes.get(eye)?.targets.get(kind)
-    }
-
-    /// A buffer that passes share, if a recent frame made it.
-    pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
-        self.pools.buffers.get(kind)
-    }
-
-    /// Width and height of the first eye's pictures.
-    pub fn size_px(&self) -> [u32; 2] {
-        self.eyes.first().map_or([0, 0], |eye| eye.targets.size_px())
-    }
-
-    /// Bytes of the pictures of all eyes on the GPU.
-    pub fn target_bytes(&self) -> u64 {
-        self.eyes.iter().map(|eye| eye.targets.bytes()).sum()
-    }
-
-    /// The mesh as the last picture drew it, for measurements: 17 × 17 vertices for each leaf of its selection, row by
-    /// row, in metres from the rig's origin (the fourth number is 1). None when the selection was so large that it was
-    /// drawn in several batches: only the last of them is left.
-    ///
-    /// # Errors
-    /// [`GpuError::Readback`] when the device is lost or out of memory.
-    pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let Some(positions) = self.buffer(&land::vertices::POSITIONS) else {
-            return Ok(None);
-        };
-        land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
-    }
-
-    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does; those of what is not in view mean
-    /// nothing.
-    ///
-    /// # Errors
-    /// As [`Frame::drawn_vertices`].
-    pub fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
-            return Ok(None);
-        };
-        crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.vertices() as usize).map(Some)
-    }
-
-    /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where each pass was
-    /// submitted and waited for by itself.
-    pub fn record_ms(&self) -> f64 {
-        self.record_ms
-    }
-
-    /// The times of the oldest finished frame that has not been asked for.
-    pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
-        self.timer.take()
-    }
-
-    /// Whether the next frame of the same view would be another picture: strokes are still coming or going.
-    pub fn is_settling(&self) -> bool {
-        self.eyes.iter().filter_map(EyeMemory::drawn_strokes).any(strokes::StrokeMemory::is_settling)
-    }
-
-    /// The strokes of the first eye, if the style has any, with what the last frame left.
-    pub fn strokes(&self) -> Option<DrawnStrokes<'_>> {
-        let memory = self.eyes.first()?.drawn_strokes()?;
-        Some(DrawnStrokes::new(memory, &self.pools))
-    }
-
-    /// Which line picture the composite read, if the style has lines.
-    pub fn line_target(&self, style: &Style) -> Option<&Target> {
-        let lines = style.lines.as_ref()?;
-        self.target(if lines.antialias { &smooth::SMOOTHED } else { &threshold::LINE })
-    }
 }

@@ -14,9 +14,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use hachure::frame::{Frame, Light};
-use hachure::gpu::recorder::{PassTrace, Traced};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
+use hachure::gpu::trace::{PassTrace, Traced};
 use hachure::picture::show::{self, ShowError};
 use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};

@@ -17,6 +17,7 @@ pub mod shader;
 pub mod target;
 pub mod texts;
 pub mod timer;
+pub mod trace;
 pub mod upload_ring;
 pub mod wgsl;
 pub mod workers;

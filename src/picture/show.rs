@@ -6,7 +6,7 @@ use wgpu::TextureFormat as Format;
 
 use crate::file::exr::{Channel, Samples};
 use crate::file::message::shown;
-use crate::gpu::recorder::PassTrace;
+use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::style::color::srgb_from_linear;
 

@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::gpu::recorder::{PassBytes, PassTrace};
+use crate::gpu::trace::{PassBytes, PassTrace};
 use crate::measure::report::{Pass, Run};
 
 /// What traces told.
@@ -37,7 +37,7 @@ impl TracedPasses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::recorder::Traced;
+    use crate::gpu::trace::Traced;
 
     fn used(name: &'static str, bytes: u64) -> Traced {
         Traced { name, texture: None, bytes }
