@@ -9,7 +9,6 @@ mod constant;
 mod continuous;
 mod directions;
 mod extremes;
-mod fast;
 mod grain;
 mod places;
 mod plane;

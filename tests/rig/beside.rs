@@ -113,8 +113,8 @@ fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
         twins.record_ms.len(),
         twins.of_before
     );
-    // Of one frame a busy machine takes as long as it likes; of most it does not. Planted: waiting is not that quick.
-    assert!(begins_ms < 2.0 * all_ms + 20.0 && begins_ms < 0.5 * waits_ms, "{begins_ms} ms, {waits_ms} ms");
+    // Some hundred times as long, on a machine with nothing else to do.
+    assert!(begins_ms < 0.5 * waits_ms, "{begins_ms} ms, {waits_ms} ms");
     world.gpu.check().unwrap();
 }
 

@@ -1,24 +1,21 @@
 //! What hatching costs, against the toon pass of the same picture and against fewer directions: ratios within one run.
+//! `cargo bench --bench hatching` prints them; at most 2.5 for one direction against toon, and 2.0 for three against one,
+//! is what hatching is meant to keep to on a software driver.
+#![allow(clippy::unwrap_used, reason = "a measurement fails by it")]
+
+#[path = "../tests/common/mod.rs"]
+mod common;
 
 use glam::DVec3;
 use hachure::frame::Light;
 use hachure::picture::{self, PartRule, PictureRequest};
 use hachure::style::Style;
 
-use crate::common::World;
-use crate::common::hill::Hill;
+use common::World;
+use common::hill::Hill;
 
-/// Hatching against toon, at most.
-const ALLOWED: f64 = 2.5;
-/// Three directions against one.
-const ALLOWED_THREE: f64 = 2.0;
-/// Pictures of each style, at most: other work on the machine only ever adds to a time, so more make the least truer.
-const MOST_ROUNDS: usize = 60;
-
-/// Whether one direction and three are as fast as they must be, by the times of toon and hatching for each.
-fn holds(times: &[(f64, f64)]) -> bool {
-    times[0].1 <= ALLOWED * times[0].0 && times[1].1 <= ALLOWED_THREE * times[0].1
-}
+/// Pictures of each style: other work on the machine only ever adds to a time, so more make the least truer.
+const ROUNDS: usize = 20;
 
 fn style(layers: &str) -> Style {
     let text = format!(
@@ -32,16 +29,13 @@ fn layer(direction: &str) -> String {
     format!("[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\n")
 }
 
-/// The least milliseconds of the toon pass and of the passes of hatching for each style, in turns, until they hold.
+/// The least milliseconds of the toon pass and of the passes of hatching for each style, in turns.
 fn times_ms(world: &mut World, styles: &[Style]) -> Vec<(f64, f64)> {
     let pose = world.pose("-500,-700,420,35,-22,50");
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e6, haze_srgb: None };
     let mut frames: Vec<_> = styles.iter().map(|_| None).collect();
     let mut times = vec![(f64::INFINITY, f64::INFINITY); styles.len()];
-    for round in 0..MOST_ROUNDS {
-        if round >= 9 && holds(&times) {
-            break;
-        }
+    for _ in 0..ROUNDS {
         for ((style, frame), least) in styles.iter().zip(&mut frames).zip(&mut times) {
             let request = PictureRequest::still(pose, [640, 360], style, light);
             let take = |_| Ok::<_, std::convert::Infallible>(());
@@ -59,19 +53,16 @@ fn times_ms(world: &mut World, styles: &[Style]) -> Vec<(f64, f64)> {
     times
 }
 
-#[test]
-fn hatching_costs_little_more_than_toon() {
+fn main() {
     let (_, grid) = Hill::square(257, 12.0);
     let Some(mut world) = World::new(grid, 1.0) else { return };
     let all = ["slope", "contour", "fixed", "sight"].map(layer);
     let times = times_ms(&mut world, &[style(&all[0]), style(&all[..3].concat()), style(&all.concat())]);
     let [(toon, one), (_, three), (_, four)] = times[..] else { panic!("three styles have three times") };
     println!(
-        "toon {toon:.1} ms, hatching {one:.1} ms ({:.2} ×), three directions {:.2} × that",
+        "toon {toon:.1} ms, hatching {one:.1} ms ({:.2} ×), three directions {:.2} × that, four {:.2} ×",
         one / toon,
-        three / one
+        three / one,
+        four / one
     );
-    assert!(toon > 0.0 && holds(&times), "toon {toon} ms, hatching {one} ms and {three} ms");
-    // Four layers of it are too slow: the ratio can say no.
-    assert!(four > ALLOWED * toon, "{four} ms and {toon} ms");
 }
