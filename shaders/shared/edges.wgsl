@@ -2,7 +2,7 @@
 // src/surface/edges.rs.
 #define_import_path hachure::edges
 
-// An edge of the surface as drawn, from a to b, camera-relative in metres.
+// An edge of the surface as drawn, from a to b, in metres from the origin of the rig.
 struct Edge {
     // Metres from the rig's origin.
     a_m: vec3<f32>,

@@ -3,7 +3,7 @@
 
 // One that stands in the world. What is not in view has no vertices and no triangles.
 struct MeshInstance {
-    // Rows of the matrix from the mesh to the flat map, camera-relative; the mesh counts from its middle.
+    // Rows of the matrix from the mesh to the flat map around the rig; the mesh counts from its middle.
     east: vec4<f32>,
     north: vec4<f32>,
     up: vec4<f32>,
@@ -46,7 +46,7 @@ const AGAIN: u32 = 0xfffffffeu;
 
 @group(0) @binding(20) var<storage, read> mesh_instances: array<MeshInstance>;
 @group(0) @binding(21) var<storage, read> mesh_triangles: array<MeshTriangle>;
-// Of all that stands in the world, as drawn: camera-relative, in metres.
+// Of all that stands in the world, as drawn: metres from the origin of the rig.
 @group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
 
 // What instances are counted by: vertices in view, triangles in view that are near enough for edges, triangles in view,

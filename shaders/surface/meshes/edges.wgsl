@@ -1,5 +1,5 @@
 // Edges of the meshes that are near enough, on the triangles as drawn: contours (one side faces the eye, the other does
-// not), open borders, and creases where the style wants them. They join the edges of the land (contour_edges.wgsl).
+// not), open borders, and creases where the style wants them. They join the edges of the land (land/edges.wgsl).
 //
 // One thread for each triangle, and edges in the order of triangles (ordered.wgsl): `stage` 0 counts them, 1 writes
 // them, 2 says how many there are now. An edge between two belongs to the one with the lesser number. Neighbours that wind the

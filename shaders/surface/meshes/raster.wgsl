@@ -1,4 +1,4 @@
-// Depth and surface id of the meshes in view, from the positions that mesh_vertices.wgsl wrote; the land is there
+// Depth and surface id of the meshes in view, from the positions that vertices.wgsl wrote; the land is there
 // already. Both sides of a triangle are drawn: an open sheet is seen from behind too.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_TRIANGLE}

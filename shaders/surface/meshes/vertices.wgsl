@@ -1,4 +1,4 @@
-// The vertices of the meshes in view, as they are drawn: camera-relative, on the bent earth.
+// The vertices of the meshes in view, as they are drawn: from the origin of the rig, on the bent earth.
 //
 // A pass of its own, since the rasteriser, the normals and the edges want the same bits, and since software rasterisers
 // shade vertices on one core. The matrices come from f64 and are relative to the camera; each vertex is bent by itself,
