@@ -76,7 +76,7 @@ pub struct Frame {
 }
 
 /// What an eye's passes share.
-struct Seen<'a> {
+struct FrameInputs<'a> {
     world: &'a Surfaces,
     mesh: &'a PatchMesh,
     rig: &'a Rig,
@@ -216,7 +216,7 @@ impl Frame {
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
         let (step_s, wants_motion) = (self.step_s, self.wants_motion);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
-        let seen = Seen { world, mesh, rig, style, light, step_s, land_changes, wants_motion };
+        let seen = FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion };
         for (eye, memory) in self.eyes.iter_mut().enumerate() {
             render_eye(&mut cx, &seen, eye, memory);
         }
@@ -228,8 +228,8 @@ impl Frame {
 }
 
 /// The passes of one eye.
-fn render_eye(cx: &mut Cx<'_>, seen: &Seen<'_>, eye: usize, memory: &mut EyeMemory) {
-    let &Seen { world, mesh, rig, style, light, .. } = seen;
+fn render_eye(cx: &mut Cx<'_>, seen: &FrameInputs<'_>, eye: usize, memory: &mut EyeMemory) {
+    let &FrameInputs { world, mesh, rig, style, light, .. } = seen;
     let terrain = &world.terrain;
     let gpu = cx.gpu();
     let view_of_eye = &rig.eyes[eye];

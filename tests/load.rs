@@ -15,7 +15,7 @@ use hachure::frame::{Frame, Light};
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::samples::Sample;
-use hachure::lines::strokes::{COUNTS, PIECES, Piece, StrokeCounts};
+use hachure::lines::strokes::{COUNTS, SEGMENTS, Segment, StrokeCounts};
 use hachure::picture::{self, PictureRequest};
 use hachure::pyramid::store::{Ground, MosaicStore};
 use hachure::pyramid::surface::statistics::TileStatistics;
@@ -237,14 +237,14 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
     assert!(missed > 0);
 }
 
-/// Strokes in the order of their lists: edges, pieces, samples.
-fn lists(easel: &Easel) -> (Vec<Edge>, Vec<Piece>, Vec<Sample>) {
+/// Strokes in the order of their lists: edges, segments, samples.
+fn lists(easel: &Easel) -> (Vec<Edge>, Vec<Segment>, Vec<Sample>) {
     let strokes = easel.frame.as_ref().and_then(Frame::strokes).unwrap();
     let raw = |kind| strokes.buffer(kind).unwrap().raw;
     let counts: StrokeCounts = read_buffer(&easel.gpu, &raw(&COUNTS), 1).unwrap()[0];
     let edges = read_buffer(&easel.gpu, &raw(&EDGES), counts.edges as usize).unwrap();
-    let pieces = read_buffer(&easel.gpu, &raw(&PIECES), counts.pieces as usize).unwrap();
-    (edges, pieces, strokes.samples().read(&easel.gpu).unwrap().1)
+    let segments = read_buffer(&easel.gpu, &raw(&SEGMENTS), counts.segments as usize).unwrap();
+    (edges, segments, strokes.samples().read(&easel.gpu).unwrap().1)
 }
 
 #[test]
@@ -256,21 +256,21 @@ fn films_of_strokes_are_the_same_from_run_to_run() {
         easel.take_up(style);
         let poses = poses(&land.1, &FLIGHT);
         let expected = easel.draw(&land.1, ROOM, &poses);
-        let (edges, pieces, samples) = lists(&easel);
-        assert!(edges.len() > 500 && pieces.len() > 100 && samples.len() > 200, "{} {}", edges.len(), pieces.len());
+        let (edges, segments, samples) = lists(&easel);
+        assert!(edges.len() > 500 && segments.len() > 100 && samples.len() > 200, "{} {}", edges.len(), segments.len());
         for run in 0..if is_long() { 40 } else { 4 } {
             let store: Arc<dyn TileStore> = Shuffled::new(Arc::clone(&land.1), run, None);
             let drawn = easel.draw(&store, ROOM, &poses);
             let found = lists(&easel);
             assert!(found.0 == edges, "{style}, run {run}: edges stand in another order");
-            assert!(found.1 == pieces, "{style}, run {run}: pieces stand in another order");
+            assert!(found.1 == segments, "{style}, run {run}: segments stand in another order");
             assert!(found.2 == samples, "{style}, run {run}: samples differ");
             let pixels: Vec<usize> = drawn.iter().zip(&expected).map(|(a, b)| apart(a, b)).collect();
             assert_eq!(pixels, [0; 4], "{style}, run {run}");
         }
-        // Planted: two pieces that have changed places.
-        let mut swapped = pieces.clone();
+        // Planted: two segments that have changed places.
+        let mut swapped = segments.clone();
         swapped.swap(0, 1);
-        assert!(swapped != pieces);
+        assert!(swapped != segments);
     }
 }

@@ -100,14 +100,14 @@ fn report_has_the_names_that_scripts_rely_on() {
 #[test]
 fn strokes_that_found_no_room_are_the_most_of_a_frame() {
     let frame = |edges, strokes| FrameRecord {
-        strokes_left_out: Some(LeftOut { edges, pieces: 0, strokes }),
+        strokes_left_out: Some(LeftOut { edges, segments: 0, strokes }),
         ..FrameRecord::default()
     };
     let report = |frames: &[FrameRecord]| Report { runs: vec![Run::of_frames("<pen>", "mono", frames)], ..report() };
     let full = report(&[frame(0, 7), frame(3, 2), FrameRecord::default()]);
-    assert_eq!(full.runs[0].strokes_left_out, Some(LeftOut { edges: 3, pieces: 0, strokes: 7 }));
+    assert_eq!(full.runs[0].strokes_left_out, Some(LeftOut { edges: 3, segments: 0, strokes: 7 }));
     let page = html(&full, &[]);
-    assert!(page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 pieces and 7 strokes found no room"), "{page}");
+    assert!(page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 segments and 7 strokes found no room"), "{page}");
     // Zero is measured and no warning; nothing measured is null.
     let (roomy, without) = (report(&[frame(0, 0)]), report(&[FrameRecord::default()]));
     assert_eq!(roomy.runs[0].strokes_left_out, Some(LeftOut::default()));

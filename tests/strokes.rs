@@ -16,8 +16,8 @@ use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::chain::CHAINS;
 use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
-use hachure::lines::strokes::{COUNTS, PIECES};
-use hachure::lines::strokes::{Chain, Piece, StrokeCounts};
+use hachure::lines::strokes::{COUNTS, SEGMENTS};
+use hachure::lines::strokes::{Chain, Segment, StrokeCounts};
 use hachure::scene::view::View;
 use hachure::style::Style;
 
@@ -36,7 +36,7 @@ struct Drawn {
     /// 17 × 17 of each patch, camera-relative.
     vertices: Vec<[f32; 4]>,
     counts: StrokeCounts,
-    pieces: Vec<Piece>,
+    segments: Vec<Segment>,
     chains: Vec<Chain>,
     points: Vec<Point>,
 }
@@ -58,7 +58,7 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Dra
         view,
         vertices: frame.drawn_vertices(gpu, &prepared).unwrap().unwrap(),
         counts,
-        pieces: read_buffer(gpu, &raw(&PIECES), counts.pieces as usize).unwrap(),
+        segments: read_buffer(gpu, &raw(&SEGMENTS), counts.segments as usize).unwrap(),
         chains: read_buffer(gpu, &raw(&CHAINS), counts.chains as usize).unwrap(),
         points: read_buffer(gpu, &raw(&POINTS), counts.points as usize).unwrap(),
     }
@@ -286,27 +286,27 @@ fn strokes_are_long() {
     let mut times = Vec::new();
     for camera in RAINIER {
         let drawn = draw(&mut world, camera, |_| {});
-        let length = |piece: &Piece| {
-            let [dx, dy] = [0, 1].map(|i| f64::from(piece.b[i] - piece.a[i]) / 16.0);
+        let length = |segment: &Segment| {
+            let [dx, dy] = [0, 1].map(|i| f64::from(segment.b[i] - segment.a[i]) / 16.0);
             dx.hypot(dy)
         };
-        let edge_px = drawn.pieces.iter().map(length).sum::<f64>() / drawn.pieces.len() as f64;
+        let edge_px = drawn.segments.iter().map(length).sum::<f64>() / drawn.segments.len() as f64;
         let lengths: Vec<f64> = drawn.chains.iter().map(|chain| f64::from(chain.length_units) / 16.0).collect();
         let total: f64 = lengths.iter().sum();
         let stroke_px = total / lengths.len() as f64;
         let single: f64 = drawn.chains.iter().zip(&lengths).filter(|(c, _)| c.count == 1).map(|(_, px)| px).sum();
         println!(
-            "{camera}: {} edges, {} pieces of {edge_px:.2} px, {} strokes of {stroke_px:.1} px ({:.1} times), {:.1} % \
+            "{camera}: {} edges, {} segments of {edge_px:.2} px, {} strokes of {stroke_px:.1} px ({:.1} times), {:.1} % \
              of the length in strokes of one edge",
             drawn.counts.edges,
-            drawn.pieces.len(),
+            drawn.segments.len(),
             lengths.len(),
             stroke_px / edge_px,
             100.0 * single / total
         );
         assert!(single < 0.1 * total);
         // Planted: without chaining a stroke is an edge.
-        assert!(stroke_px > 2.0 * total / drawn.pieces.len() as f64);
+        assert!(stroke_px > 2.0 * total / drawn.segments.len() as f64);
         times.push(stroke_px / edge_px);
     }
     // Where the camera is near the ground, edges are long themselves.

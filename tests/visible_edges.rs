@@ -1,4 +1,4 @@
-//! Which edges are seen, and the pieces that are taken from the picture of edges: on edges and depths of our own.
+//! Which edges are seen, and the segments that are taken from the picture of edges: on edges and depths of our own.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod common;
@@ -13,7 +13,7 @@ use hachure::gpu::target::Target;
 use hachure::gpu::timer::Timer;
 use hachure::lines::strokes::id_image::{EDGE_DEPTH, EDGE_IDS};
 use hachure::lines::strokes::{
-    ChainRules, Lists, MOST_PIECES, Piece, StrokeCounts, chain, extract, id_image, image_px, points,
+    ChainRules, Lists, MOST_SEGMENTS, Segment, StrokeCounts, chain, extract, id_image, image_px, points,
 };
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
@@ -127,8 +127,14 @@ impl Bench {
         target
     }
 
-    /// The visible pieces; with `chains`, joined to points as well.
-    fn pieces(&mut self, edges: &[Edge], depth: &Target, resolution: f32, chains: bool) -> (StrokeCounts, Vec<Piece>) {
+    /// The visible segments; with `chains`, joined to points as well.
+    fn segments(
+        &mut self,
+        edges: &[Edge],
+        depth: &Target,
+        resolution: f32,
+        chains: bool,
+    ) -> (StrokeCounts, Vec<Segment>) {
         let mut style = Style::load("strokes").unwrap().strokes.unwrap();
         style.resolution = resolution;
         let view = self.view();
@@ -145,8 +151,8 @@ impl Bench {
         id_image::run(&mut cx, list, &id_image::Inputs { view, depth, ids, edge_depth });
         extract::run(&mut cx, lists, list, view, ids);
         if chains {
-            let (rules, capacity) = (ChainRules::default(), MOST_PIECES);
-            let inputs = chain::Inputs { rules, capacity, pieces: &lists.pieces, counts: &lists.counts };
+            let (rules, capacity) = (ChainRules::default(), MOST_SEGMENTS);
+            let inputs = chain::Inputs { rules, capacity, segments: &lists.segments, counts: &lists.counts };
             let chains = chain::run(&mut cx, &inputs);
             points::run(&mut cx, lists, list, &chains);
         }
@@ -154,25 +160,25 @@ impl Bench {
         self.gpu.wait();
         self.gpu.check().unwrap();
         let counts: StrokeCounts = read_buffer(&self.gpu, &lists.counts.raw, 1).unwrap()[0];
-        let room = read_as_room(&lists.pieces);
-        let mut pieces: Vec<Piece> =
-            read_buffer(&self.gpu, &lists.pieces.raw, (counts.pieces as usize).min(room)).unwrap();
-        pieces.sort_by_key(|piece| (piece.edge, piece.a, piece.b));
-        (counts, pieces)
+        let room = read_as_room(&lists.segments);
+        let mut segments: Vec<Segment> =
+            read_buffer(&self.gpu, &lists.segments.raw, (counts.segments as usize).min(room)).unwrap();
+        segments.sort_by_key(|segment| (segment.edge, segment.a, segment.b));
+        (counts, segments)
     }
 }
 
-fn read_as_room(pieces: &Buffer) -> usize {
-    pieces.raw.size() as usize / size_of::<Piece>()
+fn read_as_room(segments: &Buffer) -> usize {
+    segments.raw.size() as usize / size_of::<Segment>()
 }
 
-/// Of pieces along a row: their first and last columns in pixels.
-fn columns(pieces: &[Piece]) -> Vec<[f32; 2]> {
-    pieces.iter().map(|piece| [piece.a, piece.b].map(|end| end[0] as f32 / 16.0)).collect()
+/// Of segments along a row: their first and last columns in pixels.
+fn columns(segments: &[Segment]) -> Vec<[f32; 2]> {
+    segments.iter().map(|segment| [segment.a, segment.b].map(|end| end[0] as f32 / 16.0)).collect()
 }
 
-fn assert_columns(pieces: &[Piece], wanted: &[[f32; 2]], most_px: f32) {
-    let found = columns(pieces);
+fn assert_columns(segments: &[Segment], wanted: &[[f32; 2]], most_px: f32) {
+    let found = columns(segments);
     let is_near = |(found, wanted): (&[f32; 2], &[f32; 2])| (0..2).all(|i| (found[i] - wanted[i]).abs() <= most_px);
     assert!(found.len() == wanted.len() && found.iter().zip(wanted).all(is_near), "{found:?}, not {wanted:?}");
 }
@@ -206,32 +212,36 @@ fn an_edge_is_seen_where_nothing_nearer_lies_all_around_it() {
     ];
     for (name, blocks, wanted) in cases {
         let depth = bench.depth(SKY, &blocks);
-        let (counts, pieces) = bench.pieces(&edge, &depth, 1.0, false);
-        println!("{name}: {:?}", columns(&pieces));
-        assert_eq!(counts.pieces as usize, pieces.len(), "{name}");
-        assert_columns(&pieces, wanted, 0.6);
+        let (counts, segments) = bench.segments(&edge, &depth, 1.0, false);
+        println!("{name}: {:?}", columns(&segments));
+        assert_eq!(counts.segments as usize, segments.len(), "{name}");
+        assert_columns(&segments, wanted, 0.6);
     }
 }
 
 #[test]
-fn an_edge_that_is_seen_in_two_places_gives_two_pieces() {
+fn an_edge_that_is_seen_in_two_places_gives_two_segments() {
     let Some(mut bench) = Bench::new(SIZE_PX) else { return };
     let edges = [bench.edge(A_PX, B_PX, 100.0), bench.edge([40.0, 30.5], [280.0, 30.5], 100.0)];
     let middle: Block = ([120, 80, 200, 100], 50.0);
     let halves = [[A_PX[0], 120.0], [200.0, B_PX[0]], [40.0, 280.0]];
     for (resolution, most_px) in [(1.0, 1.1), (0.5, 2.1), (0.25, 4.1)] {
         let depth = bench.depth(400.0, &[middle]);
-        let (_, pieces) = bench.pieces(&edges, &depth, resolution, false);
-        println!("at {resolution}: {:?}", columns(&pieces));
-        assert_columns(&pieces, &halves, most_px);
+        let (_, segments) = bench.segments(&edges, &depth, resolution, false);
+        println!("at {resolution}: {:?}", columns(&segments));
+        assert_columns(&segments, &halves, most_px);
         // Each knows its edge, and how far away it is.
-        assert_eq!(pieces.iter().map(|piece| piece.edge).collect::<Vec<_>>(), [0, 0, 1]);
-        assert!(pieces.iter().all(|piece| piece.key == 77 && piece.depths_m.iter().all(|m| (m - 100.0).abs() < 0.1)));
+        assert_eq!(segments.iter().map(|segment| segment.edge).collect::<Vec<_>>(), [0, 0, 1]);
+        assert!(
+            segments
+                .iter()
+                .all(|segment| segment.key == 77 && segment.depths_m.iter().all(|m| (m - 100.0).abs() < 0.1))
+        );
         // Planted: without the block in front there are no two; with one in the picture's first half, others.
         let depth = bench.depth(400.0, &[]);
-        assert_columns(&bench.pieces(&edges, &depth, resolution, false).1, &[[A_PX[0], B_PX[0]], halves[2]], most_px);
+        assert_columns(&bench.segments(&edges, &depth, resolution, false).1, &[[A_PX[0], B_PX[0]], halves[2]], most_px);
         let depth = bench.depth(400.0, &[([60, 80, 140, 100], 50.0)]);
-        let found = columns(&bench.pieces(&edges, &depth, resolution, false).1);
+        let found = columns(&bench.segments(&edges, &depth, resolution, false).1);
         assert!((found[0][1] - halves[0][1]).abs() > 20.0, "{found:?}");
     }
 }
@@ -242,14 +252,14 @@ fn a_line_that_crosses_does_not_cut() {
     // Nearer, so it is in front.
     let edges = [bench.edge(A_PX, B_PX, 100.0), bench.edge([150.5, 10.0], [160.5, 170.0], 90.0)];
     let depth = bench.depth(400.0, &[]);
-    let (_, pieces) = bench.pieces(&edges, &depth, 1.0, false);
-    assert_columns(&pieces[..1], &[[A_PX[0], B_PX[0]]], 0.6);
-    assert_eq!(pieces.len(), 2);
+    let (_, segments) = bench.segments(&edges, &depth, 1.0, false);
+    assert_columns(&segments[..1], &[[A_PX[0], B_PX[0]]], 0.6);
+    assert_eq!(segments.len(), 2);
     // Many that cross beside each other are a line of their own: they do cut.
     let bundle = (0..12).map(|i| bench.edge([150.5 + i as f32, 10.0], [150.5 + i as f32, 170.0], 90.0));
     let edges: Vec<Edge> = [edges[0]].into_iter().chain(bundle).collect();
-    let (_, pieces) = bench.pieces(&edges, &depth, 1.0, false);
-    assert_eq!(pieces.iter().filter(|piece| piece.edge == 0).count(), 2);
+    let (_, segments) = bench.segments(&edges, &depth, 1.0, false);
+    assert_eq!(segments.iter().filter(|segment| segment.edge == 0).count(), 2);
 }
 
 #[test]
@@ -263,15 +273,18 @@ fn directions_and_sizes_make_no_difference() {
             let half = [turn.cos() * length_px / 2.0, turn.sin() * length_px / 2.0];
             let (a, b) = ([middle[0] - half[0], middle[1] - half[1]], [middle[0] + half[0], middle[1] + half[1]]);
             let edge = [bench.edge(a, b, 100.0)];
-            let (_, pieces) = bench.pieces(&edge, &depth, 1.0, false);
+            let (_, segments) = bench.segments(&edge, &depth, 1.0, false);
             // What is shorter than a pixel may miss every pixel's middle.
-            assert!(pieces.len() == 1 || (pieces.is_empty() && length_px < 1.5), "{turn} {length_px}: {pieces:?}");
-            for piece in pieces {
+            assert!(
+                segments.len() == 1 || (segments.is_empty() && length_px < 1.5),
+                "{turn} {length_px}: {segments:?}"
+            );
+            for segment in segments {
                 let apart =
                     |end: [i32; 2], px: [f32; 2]| (end[0] as f32 / 16.0 - px[0]).hypot(end[1] as f32 / 16.0 - px[1]);
                 assert!(
-                    apart(piece.a, a) < 1.1 && apart(piece.b, b) < 1.1,
-                    "{turn} {length_px}: {piece:?} {a:?} {b:?}"
+                    apart(segment.a, a) < 1.1 && apart(segment.b, b) < 1.1,
+                    "{turn} {length_px}: {segment:?} {a:?} {b:?}"
                 );
             }
         }
@@ -298,15 +311,15 @@ fn time_grows_linearly_with_the_edges() {
             bench.edge(a, [a[0] + turn.cos() * length_px, a[1] + turn.sin() * length_px], 100.0)
         };
         let edges: Vec<Edge> = (0..count).map(|_| edge()).collect();
-        bench.pieces(&edges, &depth, 1.0, true);
+        bench.segments(&edges, &depth, 1.0, true);
         let start = std::time::Instant::now();
         let runs = 3;
         let mut counts = StrokeCounts::default();
         for _ in 0..runs {
-            counts = bench.pieces(&edges, &depth, 1.0, true).0;
+            counts = bench.segments(&edges, &depth, 1.0, true).0;
         }
         let ms = start.elapsed().as_secs_f64() * 1000.0 / f64::from(runs);
-        println!("{count} edges: {} pieces, {} chains, {ms:.0} ms", counts.pieces, counts.chains);
+        println!("{count} edges: {} segments, {} chains, {ms:.0} ms", counts.segments, counts.chains);
         times_ms.push(ms);
     }
     // A pass over the picture is in all of them; from there on not more than the edges do.

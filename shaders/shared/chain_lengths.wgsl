@@ -12,7 +12,7 @@
 
 fn chain_length_px(number: u32) -> f32 {
     let chain = chains[number];
-    // A chain of n pieces has n + 1 points.
+    // A chain of n segments has n + 1 points.
     let first = chain.first + number;
     return f32(along_units[first + chain.count] - along_units[first]) / 16.0;
 }

@@ -37,7 +37,7 @@ struct HatchLayer {
     turn: f32,
     // Unit, level: the fixed direction, and what level land falls back to.
     fixed_direction: vec2<f32>,
-    // Length and width of a mark in pixels, for the zoom rule; a length of 0 is endless.
+    // Length and width of a mark in pixels, for the fractal rule; a length of 0 is endless.
     marks_px: vec2<f32>,
     // ENDLESS, SWELLS.
     flags: u32,

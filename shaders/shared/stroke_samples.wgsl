@@ -1,4 +1,4 @@
-// What lasts of strokes from frame to frame: their samples. See src/lines/strokes/samples.rs and carry.rs.
+// What lasts of strokes from frame to frame: their samples. See src/lines/strokes/samples.rs and temporal.rs.
 #define_import_path hachure::stroke_samples
 
 // A place on a stroke.
@@ -71,7 +71,7 @@ struct SampleCounts {
     padding: u32,
 }
 
-struct Carry {
+struct Temporal {
     // Takes the camera-relative positions of the frame before to this frame's.
     step_m: vec3<f32>,
     // 1: the other list is of the frame before.
@@ -154,7 +154,7 @@ fn hash(value: u32) -> u32 {
 }
 
 struct Nearest {
-    // Between the ends of the piece: 0 to 1.
+    // Between the ends of the segment: 0 to 1.
     t: f32,
     px: vec2<f32>,
 }

@@ -17,7 +17,7 @@ struct Point {
 struct Strokes {
     // Pixels of the reference image per pixel of the picture: 1 to 1/4.
     resolution: f32,
-    piece_capacity: u32,
+    segment_capacity: u32,
     // Of the reference image.
     image_px: vec2<u32>,
     half_width_px: f32,

@@ -3,8 +3,8 @@
 // WGSL has 32 bits and the CPU must get the same: nothing here may round or overflow.
 #define_import_path hachure::strokes
 
-// A straight piece of a line. Positions are in 1/16 px of the full picture.
-struct Piece {
+// A straight segment of a line. Positions are in 1/16 px of the full picture.
+struct Segment {
     // One end, in 1/16 px of the full picture. It may lie outside of it; farther than 2²¹ it is taken as there.
     a: vec2<i32>,
     // The other end.
@@ -13,7 +13,7 @@ struct Piece {
     depths_m: vec2<f32>,
     // Which edge of the picture it comes from.
     edge: u32,
-    // Lasts across frames; several pieces may share it.
+    // Lasts across frames; several segments may share it.
     key: u32,
 }
 
@@ -21,49 +21,49 @@ struct Piece {
 struct StrokeCounts {
     // Edges that were found.
     edges: u32,
-    // Pieces to chain, at byte 4. More than there is room for are passed over.
-    pieces: u32,
+    // Segments to chain, at byte 4. More than there is room for are passed over.
+    segments: u32,
     // Chains: what `chain::run` writes.
     chains: u32,
     // Points of strokes.
     points: u32,
     // Edges that found no room.
     edges_lost: u32,
-    // Pieces that found no room.
-    pieces_lost: u32,
+    // Segments that found no room.
+    segments_lost: u32,
     // Which rounds of ranking had something to do: see chain_rank.wgsl.
     progress: u32,
     padding: u32,
 }
 
-// Pieces that run on from each other: `count` places of the order, from `first` on.
+// Segments that run on from each other: `count` places of the order, from `first` on.
 struct Chain {
     // Its first place in the order.
     first: u32,
-    // Its pieces.
+    // Its segments.
     count: u32,
     // 1 if its end runs on into its beginning.
     is_closed: u32,
-    // Of the first piece.
+    // Of the first segment.
     key: u32,
-    // From its first end to its last, with the gaps between pieces; of a closed one all the way round. Modulo 2³².
+    // From its first end to its last, with the gaps between segments; of a closed one all the way round. Modulo 2³².
     length_units: u32,
     padding: array<u32, 3>,
 }
 
-// A place of the order: twice the number of its piece, and 1 more if it runs from b to a; its chain; and how far the
-// piece begins from the chain's start.
-struct Place {
-    // Twice the number of the piece, and 1 more if it runs from b to a.
+// A place of the order: twice the number of its segment, and 1 more if it runs from b to a; its chain; and how far the
+// segment begins from the chain's start.
+struct SegmentInOrder {
+    // Twice the number of the segment, and 1 more if it runs from b to a.
     state: u32,
     // The chain that has it.
     chain: u32,
-    // From the chain's start to the start of the piece. Modulo 2³².
+    // From the chain's start to the start of the segment. Modulo 2³².
     begin_units: u32,
 }
 
 struct ChainRules {
-    // Pieces that there is room for.
+    // Segments that there is room for.
     capacity: u32,
     // Ends farther apart are not joined: D.
     reach_units: u32,
@@ -75,20 +75,20 @@ struct ChainRules {
 
 // How much there is to do in this frame.
 struct ChainPlan {
-    pieces: u32,
-    // Two of each piece. End 2p is a of piece p, end 2p + 1 its b.
+    segments: u32,
+    // Two of each segment. End 2p is a of segment p, end 2p + 1 its b.
     ends: u32,
     // A power of two.
     buckets: u32,
     padding: u32,
 }
 
-// No end, no piece.
+// No end, no segment.
 const NONE: u32 = 0xffffffffu;
 const LIMIT_UNITS: i32 = 0x200000;
 
-fn end_position(piece: Piece, end: u32) -> vec2<i32> {
-    let position = select(piece.a, piece.b, (end & 1u) == 1u);
+fn end_position(segment: Segment, end: u32) -> vec2<i32> {
+    let position = select(segment.a, segment.b, (end & 1u) == 1u);
     return clamp(position, vec2<i32>(-LIMIT_UNITS), vec2<i32>(LIMIT_UNITS));
 }
 

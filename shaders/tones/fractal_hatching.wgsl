@@ -1,4 +1,4 @@
-// Hatching by the zoom rule: coming nearer only ever adds marks, and never removes one (surface-stable fractal
+// Hatching by the fractal rule: coming nearer only ever adds marks, and never removes one (surface-stable fractal
 // dithering: Johansen 2025, there for dots of a regular pattern).
 //
 // Along an axis of a chart, places for marks are the multiples of a length that is halved from level to level: every

@@ -5,8 +5,8 @@
 #import hachure::view::{View, distance_from_eye}
 #import hachure::earth::unbend
 #import hachure::light::{Light, light_tone, haze_clear}
-#ifdef SEEN
-#import hachure::seen::seen_at
+#ifdef HORIZON_MAPS
+#import hachure::horizon_maps::visibility_at
 #endif
 
 const HEIGHT: u32 = 0u;
@@ -88,8 +88,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let n = textureLoad(normal, pixel, 0).xyz;
-#ifdef SEEN
-    let seen = seen_at(at.xyz, light.to_sun);
+#ifdef HORIZON_MAPS
+    let seen = visibility_at(at.xyz, light.to_sun);
 #else
     let seen = vec2<f32>(1.0);
 #endif

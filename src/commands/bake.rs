@@ -15,7 +15,7 @@ use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
-use super::{arguments, tell, tell_json};
+use super::{arguments, print, print_json};
 use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::pyramid::bake::{BakeWork, Baked, parts_path};
@@ -151,11 +151,11 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
             let input = &args.inputs[0];
             if args.json {
                 let report = ShardReport { input, output, shard, shards, chunks, resumed_chunks, duration_s };
-                return tell_json(&report);
+                return print_json(&report);
             }
             let parts = parts_path(output);
             let there = told_resumed(resumed_chunks);
-            tell(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
+            print(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
         }
         Ok(Baked::Pyramid(baked)) => {
             // What is told is what a reader finds.
@@ -170,12 +170,12 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
                 duration_s,
             };
             if args.json {
-                return tell_json(&report);
+                return print_json(&report);
             }
             let Report { heights, levels, .. } = &report;
             let there = told_resumed(baked.resumed_chunks);
             let text = format!("baked in {duration_s:.2} s{there}\n{}{}", heights.lines(), levels.lines());
-            tell(&format!("{}: {text}", named(output)))
+            print(&format!("{}: {text}", named(output)))
         }
     }
 }

@@ -23,7 +23,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
-use super::{inputs, tell, tell_json};
+use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::frame::Frame;
 use crate::gpu::device::AdapterWish;
@@ -114,8 +114,8 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
     arguments::check_world(args.world.as_deref())?;
     // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
-    let flight = CameraPath::read_text(&args.path)?;
-    CameraPath::parse_on_ground(&args.path, flight.as_bytes(), |_, _| 0.0)?;
+    let path_text = CameraPath::read_text(&args.path)?;
+    CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.heights.over(scene);
     let inputs = inputs::of(args.world.as_deref(), &scene, &styles, Some(&args.path));
@@ -124,31 +124,31 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // Baked once, where it is not yet; then each style opens its own.
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
-    let flights = styles.into_iter().map(|style| Flight::new(&gpu, args, &scene, style));
-    let mut flights = flights.collect::<anyhow::Result<Vec<_>>>()?;
-    let path = CameraPath::parse_on_ground(&args.path, flight.as_bytes(), |x, y| flights[0].world.ground_m(x, y))?;
-    flights[0].world.ground_was_read()?;
-    fly(&gpu, &path, args, &mut flights)?;
+    let runs = styles.into_iter().map(|style| StyleRun::new(&gpu, args, &scene, style));
+    let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
+    let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
+    runs[0].world.ground_was_read()?;
+    fly(&gpu, &path, args, &mut runs)?;
 
     let report = Report {
         adapter: gpu.description(),
         size: args.size,
-        world: world_size(&flights[0].world),
-        runs: flights.iter().map(|flight| flight.run(&args.eyes)).collect(),
+        world: world_size(&runs[0].world),
+        runs: runs.iter().map(|run| run.run(&args.eyes)).collect(),
     };
-    let frames: Vec<RunFrames> = flights
+    let frames: Vec<RunFrames> = runs
         .into_iter()
-        .map(|flight| RunFrames { style: flight.style.name, eyes: args.eyes.clone(), frames: flight.records })
+        .map(|run| RunFrames { style: run.style.name, eyes: args.eyes.clone(), frames: run.records })
         .collect();
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
     write_frames_csv(&frames_csv, &frames)?;
     write_html(&page, &report, &frames)?;
     report.write_json(&json)?;
     if args.json {
-        return tell_json(&report);
+        return print_json(&report);
     }
     let [width, height] = report.size;
-    tell(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
+    print(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
 }
 
 fn world_size(world: &OpenWorld) -> WorldSize {
@@ -156,17 +156,17 @@ fn world_size(world: &OpenWorld) -> WorldSize {
     WorldSize { samples: Some(u64::from(finest.width) * u64::from(finest.height)), extent_m: world.extent_m() }
 }
 
-fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, flights: &mut [Flight]) -> anyhow::Result<()> {
+fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     let bar = Bar::default();
     bar.report("warming up", 0.0);
     let first = path.sample(path.times_s()[0]);
-    for flight in flights.iter_mut() {
-        flight.warm_up(gpu, args.size, &first)?;
+    for run in runs.iter_mut() {
+        run.warm_up(gpu, args.size, &first)?;
     }
     if args.real_time {
-        fly_by_the_clock(gpu, path, args, flights, &bar)
+        fly_by_the_clock(gpu, path, args, runs, &bar)
     } else {
-        fly_by_frames(gpu, path, args, flights, &bar)
+        fly_by_frames(gpu, path, args, runs, &bar)
     }
 }
 
@@ -175,7 +175,7 @@ fn fly_by_frames(
     gpu: &Gpu,
     path: &CameraPath,
     args: &BenchArgs,
-    flights: &mut [Flight],
+    runs: &mut [StyleRun],
     bar: &Bar,
 ) -> anyhow::Result<()> {
     let frames = args.frames.map_or_else(|| path.frame_count(FPS), |frames| frames as usize);
@@ -191,10 +191,10 @@ fn fly_by_frames(
         bar.report("flying", frame as f32 / frames as f32);
         let t_s = start_s + frame as f64 * step_s;
         let camera = path.sample(t_s);
-        for turn in 0..flights.len() {
-            let flight = &mut flights[(frame + turn) % flights.len()];
+        for turn in 0..runs.len() {
+            let run = &mut runs[(frame + turn) % runs.len()];
             let checks = Checks { lod_error: frame % between_checks == 0, begins_pair: pairs.begins_at(frame) };
-            flight.fly(gpu, args.size, &camera, t_s, checks)?;
+            run.fly(gpu, args.size, &camera, t_s, checks)?;
         }
     }
     Ok(())
@@ -205,17 +205,17 @@ fn fly_by_the_clock(
     gpu: &Gpu,
     path: &CameraPath,
     args: &BenchArgs,
-    flights: &mut [Flight],
+    runs: &mut [StyleRun],
     bar: &Bar,
 ) -> anyhow::Result<()> {
     let (start_s, duration_s) = (path.times_s()[0], path.duration_s());
     let between_checks_s = duration_s / CHECKED_FRAMES as f64;
     let between_pairs_s = duration_s / f64::from(args.temporal);
-    for flight in flights {
+    for run in runs {
         // No pairs: the first would come after infinite time.
         let (mut next_check_s, mut next_pair_s) = (0.0, if args.temporal > 0 { 0.0 } else { f64::INFINITY });
         loop {
-            let now_s = flight.wall_s();
+            let now_s = run.wall_s();
             if now_s >= duration_s {
                 break;
             }
@@ -223,14 +223,14 @@ fn fly_by_the_clock(
             let checks = Checks { lod_error: now_s >= next_check_s, begins_pair: now_s >= next_pair_s };
             next_check_s += if checks.lod_error { between_checks_s } else { 0.0 };
             next_pair_s += if checks.begins_pair { between_pairs_s } else { 0.0 };
-            flight.fly(gpu, args.size, &path.sample(start_s + now_s), start_s + now_s, checks)?;
+            run.fly(gpu, args.size, &path.sample(start_s + now_s), start_s + now_s, checks)?;
         }
     }
     Ok(())
 }
 
 /// A style on its way along the path.
-struct Flight {
+struct StyleRun {
     style: Style,
     world: OpenWorld,
     /// What this style's world and frames have allocated on the GPU: styles take turns on one device.
@@ -259,7 +259,7 @@ struct Drawn {
     prepared: Prepared,
 }
 
-impl Flight {
+impl StyleRun {
     fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
         let options =
@@ -393,7 +393,7 @@ impl Flight {
 
     fn run(&self, eyes: &str) -> Run {
         let mut run = Run::of_frames(&self.style.name, eyes, &self.records);
-        self.passes.tell(&mut run);
+        self.passes.fill(&mut run);
         run.temporal = self.steadiness.metrics();
         let counts = self.world.surfaces.terrain.tile_counts();
         run.memory = Memory {

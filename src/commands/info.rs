@@ -13,7 +13,7 @@ use self::scene::SceneInfo;
 use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
 use super::progress::Bar;
-use super::{arguments, styles, tell, tell_json};
+use super::{arguments, print, print_json, styles};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
@@ -103,9 +103,9 @@ pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
     let reach = Reach::trusting(args.trust_scene);
     let answer = Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() };
     if args.json {
-        return tell_json(&answer);
+        return print_json(&answer);
     }
-    tell(&answer.text())
+    print(&answer.text())
 }
 
 fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<Info> {

@@ -18,14 +18,14 @@ use serde::Serialize;
 use crate::file::message::harmless;
 use crate::file::standard;
 
-/// What a command answers, with control characters escaped; see [`standard::tell`].
-fn tell(text: &str) -> anyhow::Result<()> {
-    Ok(standard::tell(&harmless(text))?)
+/// What a command answers, with control characters escaped; see [`standard::print`].
+fn print(text: &str) -> anyhow::Result<()> {
+    Ok(standard::print(&harmless(text))?)
 }
 
 /// [`tell`] for programs.
-fn tell_json(value: &impl Serialize) -> anyhow::Result<()> {
-    tell(&serde_json::to_string_pretty(value)?)
+fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    print(&serde_json::to_string_pretty(value)?)
 }
 
 /// `--eyes`: for now there is one.

@@ -14,7 +14,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
-use super::{inputs, tell, tell_json};
+use super::{inputs, print, print_json};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::message::named;
@@ -198,10 +198,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     if args.json {
         let report = job.report(&cameras, report);
-        return tell_json(&report);
+        return print_json(&report);
     }
     match &job.svg {
-        Some(svg) => tell(&svg.told(&job.drawn)),
+        Some(svg) => print(&svg.told(&job.drawn)),
         None => Ok(()),
     }
 }

@@ -8,7 +8,7 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use super::misuse::Misuse;
-use super::{tell, tell_json};
+use super::{print, print_json};
 use crate::file::message::named;
 use crate::style::{self, Style, StyleError};
 use crate::tones::hatching::maps;
@@ -78,19 +78,19 @@ pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
             let (style, text) = all::load(name)?;
             let rows = all::rows(&style, &text)?;
             match args.json {
-                true => tell_json(&Explained { name: &style.name, parameters: &rows }),
-                false => tell(&all::table(&style, &rows)),
+                true => print_json(&Explained { name: &style.name, parameters: &rows }),
+                false => print(&all::table(&style, &rows)),
             }
         }
         Some(Action::Show { name, all: false }) => {
             let text =
                 style::preset_text(name).ok_or_else(|| Misuse::of(StyleError::Unknown { name: name.clone() }))?;
-            if args.json { tell_json(&Shown { name, text }) } else { tell(text) }
+            if args.json { print_json(&Shown { name, text }) } else { print(text) }
         }
         Some(Action::Check { file }) => {
             let style = read(file)?;
             let checked = Checked { file, name: style.name, holds: true };
-            if args.json { tell_json(&checked) } else { tell(&format!("{}: holds", named(file))) }
+            if args.json { print_json(&checked) } else { print(&format!("{}: holds", named(file))) }
         }
     }
 }
@@ -101,12 +101,12 @@ fn list(json: bool) -> anyhow::Result<()> {
         listed.push(Listed { name, description: Style::load(name)?.description });
     }
     if json {
-        return tell_json(&listed);
+        return print_json(&listed);
     }
     let width = listed.iter().map(|style| style.name.len()).max().unwrap_or(0);
     let lines: Vec<String> =
         listed.iter().map(|style| format!("{:width$}  {}", style.name, style.description)).collect();
-    tell(&lines.join("\n"))
+    print(&lines.join("\n"))
 }
 
 /// A style from a file, whatever its name ends with.

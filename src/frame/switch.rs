@@ -13,7 +13,7 @@ use std::time::Instant;
 use glam::{DQuat, DVec3};
 
 use super::eye::EyeMemory;
-use super::{Frame, Seen, prepare, render_eye};
+use super::{Frame, FrameInputs, prepare, render_eye};
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Cx;
 use crate::gpu::shader::ShaderError;
@@ -145,7 +145,7 @@ impl Frame {
             let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
             let (step_s, wants_motion) = (self.step_s, self.wants_motion);
-            let seen = Seen { world, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
+            let seen = FrameInputs { world, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
             render_eye(&mut cx, &seen, 0, memory);
             is_complete &= cx.is_complete();
         }

@@ -139,14 +139,14 @@ impl Pipelines {
         if let Some(next) = entry.next.take() {
             match in_scope(gpu, key.name(), || bind(&next)) {
                 Ok(_) => entry.current = Some(next),
-                Err(error) => tell(&mut self.troubles, key, error),
+                Err(error) => report(&mut self.troubles, key, error),
             }
         }
         let pipeline = entry.current.as_ref()?;
         match bind(pipeline) {
             Ok(bound) => Some((Ready { raw: pipeline.raw.clone(), bound }, &pipeline.variables)),
             Err(error) => {
-                tell(&mut self.troubles, key, error);
+                report(&mut self.troubles, key, error);
                 None
             }
         }
@@ -197,7 +197,7 @@ impl Pipelines {
                 entry.next = Some(pipeline);
                 self.troubles.remove(&key);
             }
-            Err(error) => tell(&mut self.troubles, &key, error),
+            Err(error) => report(&mut self.troubles, &key, error),
         }
     }
 
@@ -280,7 +280,7 @@ impl Pipelines {
 }
 
 /// Keeps what is wrong with a pipeline's text, and logs it if it was not known.
-fn tell(troubles: &mut FxHashMap<Key, ShaderError>, key: &Key, error: ShaderError) {
+fn report(troubles: &mut FxHashMap<Key, ShaderError>, key: &Key, error: ShaderError) {
     if !troubles.values().any(|known| *known == error) {
         tracing::warn!("{error}");
     }

@@ -34,7 +34,7 @@ pub(super) const MODULES: &[(&str, &str)] = &[
     shader!("shared/cover"),
     shader!("shared/color"),
     shader!("shared/light"),
-    shader!("shared/seen"),
+    shader!("shared/horizon_maps"),
     shader!("shared/strokes"),
     shader!("shared/edges"),
     shader!("shared/stroke_style"),
@@ -87,7 +87,7 @@ pub const SHADERS: &[(&str, &str)] = &[
     shader!("lines/strokes/sizes"),
     shader!("lines/strokes/samples"),
     shader!("lines/strokes/vote"),
-    shader!("lines/strokes/carry"),
+    shader!("lines/strokes/temporal"),
     shader!("lines/strokes/stroke"),
     shader!("lines/strokes/fading"),
     shader!("lines/strokes/keep"),
@@ -106,7 +106,7 @@ pub const SHADERS: &[(&str, &str)] = &[
 
 /// Shaders with a variant that definitions turn on (`#ifdef`).
 pub const VARIANTS: &[(&str, &[&str])] =
-    &[("tones/toon", &["SEEN"]), ("tones/hatching", &["SWELLING"]), ("tones/fractal_hatching", &["ENDED"])];
+    &[("tones/toon", &["HORIZON_MAPS"]), ("tones/hatching", &["SWELLING"]), ("tones/fractal_hatching", &["ENDED"])];
 
 /// A mistake in a shader's text, with its place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -31,7 +31,7 @@ mod totals;
 
 use rayon::prelude::*;
 
-use self::follow::{Follower, Seen, Whose};
+use self::follow::{Follower, SurfaceOfFrame, Whose};
 use self::lines::Fates;
 pub use self::read::read_drawn;
 pub use self::read_strokes::{count_strokes, read_stroke_pictures, strokes_left_out};
@@ -156,7 +156,7 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
     if before.view.part.size_px != now.view.part.size_px || !before.is_whole() || !now.is_whole() {
         return Err(TemporalError::Size);
     }
-    let (seen_before, seen_now) = (Seen::new(before), Seen::new(now));
+    let (seen_before, seen_now) = (SurfaceOfFrame::new(before), SurfaceOfFrame::new(now));
     let back = Follower { from: &seen_now, to: &seen_before };
     let on = Follower { from: &seen_before, to: &seen_now };
     let mut measures = PairMeasures { e_warp: e_warp(&back, before, now), ..PairMeasures::default() };

@@ -222,7 +222,7 @@ pub fn render_in_parts<E>(
             let window = Window { inset, size_px: [columns, rows], first_column, width };
             read_part(gpu, frame, &window, request, &mut band)?;
             if let Some(strokes) = frame.strokes() {
-                strokes.left_out(gpu)?.tell();
+                strokes.left_out(gpu)?.warn();
             }
             gpu.check()?;
             report.add(&prepared, frame);

@@ -6,7 +6,7 @@ use super::RemoteError;
 
 /// Where a file lies.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Place {
+pub enum Location {
     /// On this machine.
     File(PathBuf),
     /// Behind HTTP or HTTPS.
@@ -28,7 +28,7 @@ pub enum Place {
 /// An address, understood.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Address {
-    pub place: Place,
+    pub location: Location,
     /// For messages: without name, password and query, which may be a signature.
     pub name: String,
     /// What no message may hold.
@@ -64,7 +64,11 @@ fn scheme(location: &str) -> Option<String> {
 impl Address {
     pub fn parse(location: &str) -> Result<Self, RemoteError> {
         let Some(scheme) = scheme(location) else {
-            return Ok(Self { place: Place::File(location.into()), name: location.to_owned(), secrets: Vec::new() });
+            return Ok(Self {
+                location: Location::File(location.into()),
+                name: location.to_owned(),
+                secrets: Vec::new(),
+            });
         };
         let rest = &location[scheme.len() + 3..];
         let rest = rest.split('#').next().unwrap_or_default();
@@ -77,25 +81,25 @@ impl Address {
             return Err(bad("the address names no server".into()));
         }
         let mut secrets = Vec::new();
-        let place = match scheme.as_str() {
+        let location = match scheme.as_str() {
             "http" | "https" => {
                 secrets.extend(query.filter(|query| !query.is_empty()).map(str::to_owned));
                 secrets.extend(login.filter(|login| !login.is_empty()).map(str::to_owned));
                 let query = query.map(|query| format!("?{query}")).unwrap_or_default();
                 let path = if path.is_empty() { "/" } else { path };
                 let url = format!("{scheme}://{host}{path}{query}");
-                Place::Http { url, login: login.map(percent_decoded) }
+                Location::Http { url, login: login.map(percent_decoded) }
             }
             "s3" => {
                 let key = path.trim_start_matches('/').to_owned();
                 if key.is_empty() {
                     return Err(bad("the address names a bucket and nothing in it".into()));
                 }
-                Place::S3 { bucket: host.to_owned(), key }
+                Location::S3 { bucket: host.to_owned(), key }
             }
             _ => return Err(bad(format!("{scheme}:// is not read; http, https and s3 are"))),
         };
-        Ok(Self { place, name, secrets })
+        Ok(Self { location, name, secrets })
     }
 
     /// What a library says of a failure, in one line of bounded length and without secrets.
@@ -156,12 +160,12 @@ mod tests {
         let url = "https://host.org:8080/a/b.tif?X-Signature=abc&x=1".to_owned();
         let said = address.told(&format!("GET {url}\n failed for me:p%40ss"));
         assert_eq!(said, "GET https://host.org:8080/a/b.tif?… failed for …");
-        assert_eq!(address.place, Place::Http { url, login: Some("me:p@ss".into()) });
+        assert_eq!(address.location, Location::Http { url, login: Some("me:p@ss".into()) });
 
         let address = Address::parse("s3://bucket/a/b c.tif").unwrap();
-        assert_eq!(address.place, Place::S3 { bucket: "bucket".into(), key: "a/b c.tif".into() });
-        assert!(matches!(Address::parse("/a/b.tif").unwrap().place, Place::File(_)));
-        assert!(matches!(Address::parse("C:\\a.tif").unwrap().place, Place::File(_)));
+        assert_eq!(address.location, Location::S3 { bucket: "bucket".into(), key: "a/b c.tif".into() });
+        assert!(matches!(Address::parse("/a/b.tif").unwrap().location, Location::File(_)));
+        assert!(matches!(Address::parse("C:\\a.tif").unwrap().location, Location::File(_)));
         for bad in ["ftp://host/a", "s3://bucket", "s3://bucket/", "http:///a", "http://me@/a"] {
             let message = Address::parse(bad).unwrap_err().to_string();
             assert!(!message.contains('\n') && !message.contains("me@"), "{message}");

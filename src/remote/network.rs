@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tokio::runtime::Runtime;
 
-use super::address::{Address, Place};
+use super::address::{Address, Location};
 use super::bucket::Object;
 use super::http::Client;
 use super::transport::{Answer, NoAnswer};
@@ -26,14 +26,14 @@ pub enum Server {
 
 impl Server {
     pub fn open(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
-        match &address.place {
-            Place::S3 { bucket, key } => Object::new(address, bucket, key, settings).map(Self::Bucket),
-            Place::Http { url, login } => {
+        match &address.location {
+            Location::S3 { bucket, key } => Object::new(address, bucket, key, settings).map(Self::Bucket),
+            Location::Http { url, login } => {
                 let client = Client::new(address, settings)?;
                 let request = Box::new(client.request(url, login.as_deref())?);
                 Ok(Self::Http { client, request })
             }
-            Place::File(_) => {
+            Location::File(_) => {
                 let (name, cause) = (address.name.clone(), "is a file of this machine".to_owned());
                 Err(RemoteError::BadAddress { name, cause })
             }

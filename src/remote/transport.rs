@@ -5,7 +5,7 @@ use std::io;
 use std::ops::Range;
 use std::time::Duration;
 
-use super::address::{Address, Place};
+use super::address::{Address, Location};
 use super::network::Server;
 use super::{Cancelled, RemoteError, Settings};
 
@@ -39,15 +39,15 @@ pub enum NoAnswer {
 
 impl Transport {
     pub fn open(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
-        match &address.place {
-            Place::File(path) => match File::open(path) {
+        match &address.location {
+            Location::File(path) => match File::open(path) {
                 Ok(file) => Ok(Self::File(file)),
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
                     Err(RemoteError::NotFound { name: address.name.clone() })
                 }
                 Err(source) => Err(RemoteError::Io { name: address.name.clone(), source }),
             },
-            Place::Http { .. } | Place::S3 { .. } => Server::open(address, settings).map(Self::Server),
+            Location::Http { .. } | Location::S3 { .. } => Server::open(address, settings).map(Self::Server),
         }
     }
 

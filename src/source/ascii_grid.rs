@@ -63,7 +63,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         };
         heights_m.push(meaning.height_m(value, &mut tally));
     }
-    Told::default().tell(path, &tally);
+    Told::default().warn(path, &tally);
     if words.next()?.is_some() {
         tracing::warn!("{}: holds more than its {width}×{height} samples; the rest is passed over", path.display());
     }

@@ -170,7 +170,7 @@ impl HeightReader for FlatReader {
                 }
             }
         }
-        self.told.tell(&self.path, &tally);
+        self.told.warn(&self.path, &tally);
         Ok(heights_m)
     }
 

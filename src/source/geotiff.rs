@@ -130,7 +130,7 @@ impl GeoTiffReader {
         }
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
-        self.told.tell(&self.path, &tally);
+        self.told.warn(&self.path, &tally);
         // A sparse file leaves blocks out; they hold the no-data value, or zeros where it names none, as in GDAL.
         if self.meaning.no_data.is_some() {
             let absent = self.blocks.parts(window).filter(|part| self.blocks.place(part.block).is_none());

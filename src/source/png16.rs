@@ -105,7 +105,7 @@ impl GreyReader {
             let row = rows.read()?;
             self.append_heights_m(row, row.len() / self.size[0] as usize, &mut heights_m, &mut tally);
         }
-        self.told.tell(&self.path, &tally);
+        self.told.warn(&self.path, &tally);
         Ok(Some(heights_m))
     }
 
@@ -155,7 +155,7 @@ impl GreyReader {
             let pixels = &picture.bytes[first..first + window.width as usize * pixel_bytes];
             self.append_heights_m(pixels, pixel_bytes, &mut heights_m, &mut tally);
         }
-        self.told.tell(&self.path, &tally);
+        self.told.warn(&self.path, &tally);
         Ok(heights_m)
     }
 }

@@ -55,7 +55,7 @@ pub(super) struct Told {
 
 impl Told {
     /// Warns of what `tally` holds, unless it was said before.
-    pub fn tell(&self, path: &Path, tally: &Tally) {
+    pub fn warn(&self, path: &Path, tally: &Tally) {
         let name = path.display();
         if tally.absurd > 0 && !self.absurd.swap(true, Ordering::Relaxed) {
             tracing::warn!("{name}: samples beyond ±1000 km are taken as no-data");

@@ -232,7 +232,7 @@ fn read_profiles(path: &Path, bytes: &[u8], header: &Header, heights_m: &mut [f3
         }
         scan.at = next_profile(&scan, start, count, column);
     }
-    Told::default().tell(path, &tally);
+    Told::default().warn(path, &tally);
     Ok(())
 }
 

@@ -128,7 +128,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         }
         heights_m.push(meaning.height_m(z, &mut tally));
     }
-    Told::default().tell(path, &tally);
+    Told::default().warn(path, &tally);
     let (Ok(width), Ok(height)) = (u32::try_from(grid.eastings.len()), u32::try_from(grid.northings.len())) else {
         return Err(irregular());
     };

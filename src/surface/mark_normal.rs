@@ -7,7 +7,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 
 /// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`mark_normal_size`].
-pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark_normal", wgpu::TextureFormat::Rgba32Float);
+pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
 
 /// Side of the block of pixels that shares a texel.
 const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;
@@ -41,7 +41,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
-        ("mark_normal", inputs.mark_normal.into()),
+        ("mark normal", inputs.mark_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
     cx.pixels("surface/mark_normal", inputs.mark_normal.size_px(), &resources);

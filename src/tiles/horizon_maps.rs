@@ -18,7 +18,7 @@ use super::queues::by_level;
 use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
 use crate::gpu::Gpu;
-pub use crate::gpu::wgsl::surface::land::horizons::SeenJob as HorizonJob;
+pub use crate::gpu::wgsl::surface::land::horizons::HorizonJob;
 use crate::pyramid::{LevelSize, TileAddress};
 
 /// The horizon toward the sun and the visible sky, in 16 bits each. Storage of two channels that every backend has.

@@ -22,7 +22,7 @@ use crate::pyramid::{LevelSize, TileAddress, TileStore};
 const NO_SLOT: u32 = crate::gpu::wgsl::shared::terrain::NO_SLOT;
 /// What a record says of a tile that has no horizon map, and of one whose horizon map is not used: nearly 1 at each
 /// corner is as good as 1.
-const NO_MAP: u32 = crate::gpu::wgsl::shared::seen::NO_MAP;
+const NO_MAP: u32 = crate::gpu::wgsl::shared::horizon_maps::NO_MAP;
 const ALL_UNLIT: u32 = 0xfefe_fefe;
 /// The record of a tile that the surface does not use.
 const NOTHING: TileRecord =

@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
 pub use self::prepare::{Detail, Prepared, TerrainView};
+use super::camera_motion::CameraMotion;
 use super::earth_curvature::EarthCurvature;
-use super::flight::Flight;
 use super::grid_projection::GridProjection;
 use super::horizon_maps::HorizonMaps;
 use super::residency::Residency;
@@ -103,7 +103,7 @@ pub struct Terrain {
     coarser: f64,
     /// Parts of one picture have one allowed error, in pixels: at least this.
     least_error_px: f64,
-    flight: Flight,
+    motion: CameraMotion,
     start: Instant,
     frame: u64,
     buffers: TerrainBuffers,
@@ -136,7 +136,7 @@ impl Terrain {
             asked: FxHashMap::default(),
             coarser: 1.0,
             least_error_px: 0.0,
-            flight: Flight::default(),
+            motion: CameraMotion::default(),
             start: Instant::now(),
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
@@ -291,8 +291,8 @@ impl Terrain {
             levels,
             rows,
             tiles,
-            ("seen_tiles", Resource::Texture("horizon maps", maps.view().clone())),
-            ("seen_sampler", Resource::Sampler(maps.sampler().clone())),
+            ("horizon_maps", Resource::Texture("horizon maps", maps.view().clone())),
+            ("horizon_sampler", Resource::Sampler(maps.sampler().clone())),
         ])
     }
 }

@@ -5,10 +5,10 @@ use glam::DVec2;
 use rustc_hash::FxHashSet;
 
 use super::grid_projection::GridProjection;
-use super::horizon::Horizon;
 use super::leaves::{Leaf, Leaves, MAX_LEVEL_STEP};
 use super::patches::{Known, Patches};
 use super::selection::{PatchKey, Selection, Viewpoint, neighbours, units_log2};
+use super::skyline::Skyline;
 use crate::pyramid::TileAddress;
 use crate::pyramid::surface::bicubic::OVERSHOOT;
 use crate::pyramid::surface::occluder_minima::{BLOCK_SAMPLES, TILE_BLOCKS};
@@ -37,7 +37,7 @@ pub(super) struct Walk<'a> {
     /// Leaves that may not be split: their children are not known, or they are coarse for the sake of such a one.
     pinned: FxHashSet<PatchKey>,
     /// What the patches that were chosen so far hide.
-    horizon: Horizon,
+    skyline: Skyline,
     spacing_m: f64,
     /// So many patches may be chosen.
     most_patches: usize,
@@ -58,7 +58,7 @@ impl Over {
 }
 
 /// A patch that may be drawn.
-struct Seen {
+struct VisiblePatch {
     key: PatchKey,
     statistics: PatchStatistics,
     bounds: Bounds,
@@ -81,7 +81,7 @@ impl<'a> Walk<'a> {
             finest_level: -units_log2(patches.size()),
             leaves: Leaves::new(patches.strides() as i32 - 1),
             pinned: FxHashSet::default(),
-            horizon: Horizon::new(viewpoint.focal_px),
+            skyline: Skyline::new(viewpoint.focal_px),
             spacing_m: grid_projection.spacing_m(),
             most_patches,
             visits: 0,
@@ -99,12 +99,12 @@ impl<'a> Walk<'a> {
         if self.is_over() {
             return;
         }
-        if let Some(seen) = self.seen(key).filter(|seen| !self.horizon.hides(&seen.bounds)) {
+        if let Some(seen) = self.seen(key).filter(|seen| !self.skyline.hides(&seen.bounds)) {
             self.visit_seen(seen, parent);
         }
     }
 
-    fn visit_seen(&mut self, seen: Seen, parent: Over) {
+    fn visit_seen(&mut self, seen: VisiblePatch, parent: Over) {
         let allowed_m = self.allowed_m(&seen);
         let shown_m = self.shown_error_m(&seen);
         if shown_m > allowed_m && seen.key.level > self.finest_level {
@@ -125,12 +125,12 @@ impl<'a> Walk<'a> {
     }
 
     /// Lets a patch hide what is behind it.
-    fn close(&mut self, seen: &Seen, slack_m: f64) {
+    fn close(&mut self, seen: &VisiblePatch, slack_m: f64) {
         let key = seen.key;
         let (first, side) = key.area();
         let size = self.patches.size();
         let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
-        let parts = self.horizon.parts(&seen.bounds);
+        let parts = self.skyline.parts(&seen.bounds);
         let place = |x: usize, y: usize| {
             let grid = (first + DVec2::new(x as f64, y as f64) * (side / parts as f64)).min(last);
             self.grid_projection.world_from_grid(grid) - self.viewpoint.camera_m.truncate()
@@ -146,7 +146,7 @@ impl<'a> Walk<'a> {
             let low_m = corners.into_iter().fold(DVec2::INFINITY, DVec2::min).extend(z_m);
             let high_m = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).extend(z_m);
             if let Some(bent) = self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m }) {
-                self.horizon.add(&bent, corners, bent.low_m.z);
+                self.skyline.add(&bent, corners, bent.low_m.z);
             }
         }
     }
@@ -187,7 +187,7 @@ impl<'a> Walk<'a> {
         patches
     }
 
-    fn allowed_m(&self, seen: &Seen) -> f64 {
+    fn allowed_m(&self, seen: &VisiblePatch) -> f64 {
         self.viewpoint.error_px * self.distance_m(seen) / self.viewpoint.focal_px
     }
 
@@ -204,13 +204,13 @@ impl<'a> Walk<'a> {
     }
 
     /// A patch, if it exists, is known, has data, and may be in view.
-    fn seen(&self, key: PatchKey) -> Option<Seen> {
+    fn seen(&self, key: PatchKey) -> Option<VisiblePatch> {
         let Known::Patch { statistics, above } = self.known(key) else { return None };
         let bounds = self.bounds(key, &statistics)?;
         let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
         // Finer than the data, nothing has to come.
         let above = if key.level < 0 { 0.0 } else { above };
-        seen.then_some(Seen { key, statistics, bounds, above })
+        seen.then_some(VisiblePatch { key, statistics, bounds, above })
     }
 
     fn known(&self, key: PatchKey) -> Known {
@@ -234,13 +234,13 @@ impl<'a> Walk<'a> {
 
     /// The mesh error of a patch, as far as finer quads are worth it: see [`FINEST_QUAD`]. From twice that width on the
     /// error fades out, so that no patch appears at once.
-    fn shown_error_m(&self, seen: &Seen) -> f64 {
+    fn shown_error_m(&self, seen: &VisiblePatch) -> f64 {
         let quad_px = self.quad_m(seen.key) * self.viewpoint.focal_px / self.distance_m(seen);
         let finest_px = FINEST_QUAD * self.viewpoint.error_px;
         self.mesh_error_m(seen.key) * (quad_px / finest_px - 1.0).clamp(0.0, 1.0)
     }
 
-    fn distance_m(&self, seen: &Seen) -> f64 {
+    fn distance_m(&self, seen: &VisiblePatch) -> f64 {
         seen.bounds.distance_m().max(self.viewpoint.nearest_m)
     }
 
@@ -261,7 +261,7 @@ impl<'a> Walk<'a> {
         self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m })
     }
 
-    fn add_leaf(&mut self, seen: &Seen, parent: Over) {
+    fn add_leaf(&mut self, seen: &VisiblePatch, parent: Over) {
         let key = seen.key;
         let own_m = self.shown_error_m(seen);
         let way = if parent.allowed_m.is_finite() && parent.error_m > own_m {

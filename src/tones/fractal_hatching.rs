@@ -1,6 +1,6 @@
-//! Hatching by the zoom rule: coming nearer only ever adds marks. See `shaders/tones/fractal_hatching.wgsl`.
+//! Hatching by the fractal rule: coming nearer only ever adds marks. See `shaders/tones/fractal_hatching.wgsl`.
 //!
-//! This is the fractal scale rule. Why: `docs/decisions/zoom-rule.md`.
+//! Why: `docs/decisions/fractal-hatching.md`.
 
 use super::hatching::uniform::HatchUniform;
 use super::hatching::{AXES, Inputs, axes};

@@ -78,7 +78,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: Inputs<'_>) {
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];
-    let definitions: &[&str] = if inputs.seen.is_some() { &["SEEN"] } else { &[] };
+    let definitions: &[&str] = if inputs.seen.is_some() { &["HORIZON_MAPS"] } else { &[] };
     resources.extend(inputs.seen.into_iter().flatten());
     cx.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -331,7 +331,7 @@ impl Flight {
         for pass in self.pass_times.passes() {
             text += &format!("\n  {}: {:.3} ms", pass.name, pass.gpu_ms);
         }
-        standard::tell(&text)
+        standard::print(&text)
     }
 }
 

@@ -117,7 +117,7 @@ impl Input {
                 })
             }
             WindowEvent::CursorMoved { .. } if self.look.is_some() => Heard::Nothing,
-            event => tell(window, overlay, event),
+            event => forward(window, overlay, event),
         }
     }
 
@@ -129,11 +129,11 @@ impl Input {
             if !down {
                 self.keys.set(code, false, Instant::now());
             }
-            return tell(window, overlay, event);
+            return forward(window, overlay, event);
         }
         let copies = code == KeyCode::KeyC && self.keys.control();
         if copies {
-            return tell(window, overlay, event);
+            return forward(window, overlay, event);
         }
         let flies = self.keys.set(code, down, Instant::now());
         match keys::action(code, key.logical_key.to_text(), self.keys.shift()) {
@@ -166,12 +166,12 @@ impl Input {
                 grab(window, true);
                 Heard::Panel
             }
-            _ => tell(window, overlay, event),
+            _ => forward(window, overlay, event),
         }
     }
 }
 
-fn tell(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
+fn forward(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
     if overlay.on_event(window, event).repaint { Heard::Panel } else { Heard::Nothing }
 }
 

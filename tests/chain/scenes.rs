@@ -1,6 +1,6 @@
 //! Inputs: small scenes of many kinds, large ones, and lines such as a picture has.
 
-use hachure::lines::strokes::Piece;
+use hachure::lines::strokes::Segment;
 
 use crate::common::random;
 
@@ -26,17 +26,17 @@ impl Dice {
     }
 }
 
-pub fn piece(a: [i32; 2], b: [i32; 2], key: u32) -> Piece {
-    Piece { a, b, depths_m: [1.0, 2.0], edge: 0, key }
+pub fn segment(a: [i32; 2], b: [i32; 2], key: u32) -> Segment {
+    Segment { a, b, depths_m: [1.0, 2.0], edge: 0, key }
 }
 
-pub fn moved(piece: &Piece, by: [i32; 2]) -> Piece {
+pub fn moved(segment: &Segment, by: [i32; 2]) -> Segment {
     let to = |p: [i32; 2]| [p[0] + by[0], p[1] + by[1]];
-    Piece { a: to(piece.a), b: to(piece.b), ..*piece }
+    Segment { a: to(segment.a), b: to(segment.b), ..*segment }
 }
 
-/// A polygon around a middle, its pieces in mixed directions.
-pub fn ring(dice: &mut Dice, middle: [i32; 2], radius: f64, count: i32) -> Vec<Piece> {
+/// A polygon around a middle, its segments in mixed directions.
+pub fn ring(dice: &mut Dice, middle: [i32; 2], radius: f64, count: i32) -> Vec<Segment> {
     let corner = |i: i32| {
         let angle = std::f64::consts::TAU * f64::from(i) / f64::from(count);
         [middle[0] + (radius * angle.cos()) as i32, middle[1] + (radius * angle.sin()) as i32]
@@ -45,13 +45,13 @@ pub fn ring(dice: &mut Dice, middle: [i32; 2], radius: f64, count: i32) -> Vec<P
         .map(|i| {
             let (a, b) = (corner(i), corner(i + 1));
             let key = dice.range(0, 30) as u32;
-            if dice.range(0, 2) == 0 { piece(a, b, key) } else { piece(b, a, key) }
+            if dice.range(0, 2) == 0 { segment(a, b, key) } else { segment(b, a, key) }
         })
         .collect()
 }
 
-/// A line of pieces with small gaps and turns, half of them turned around.
-pub fn wander(dice: &mut Dice, count: i32, step: i32, gap: i32) -> Vec<Piece> {
+/// A line of segments with small gaps and turns, half of them turned around.
+pub fn wander(dice: &mut Dice, count: i32, step: i32, gap: i32) -> Vec<Segment> {
     let mut at = [0, 0];
     let mut angle = f64::from(dice.range(0, 628)) / 100.0;
     (0..count)
@@ -59,47 +59,47 @@ pub fn wander(dice: &mut Dice, count: i32, step: i32, gap: i32) -> Vec<Piece> {
             angle += f64::from(dice.range(-60, 61)) / 100.0;
             let end = [at[0] + (f64::from(step) * angle.cos()) as i32, at[1] + (f64::from(step) * angle.sin()) as i32];
             let key = dice.range(0, 20) as u32;
-            let made = if dice.range(0, 2) == 0 { piece(at, end, key) } else { piece(end, at, key) };
+            let made = if dice.range(0, 2) == 0 { segment(at, end, key) } else { segment(end, at, key) };
             at = [end[0] + dice.range(-gap, gap + 1), end[1] + dice.range(-gap, gap + 1)];
             made
         })
         .collect()
 }
 
-pub fn shuffled(dice: &mut Dice, mut pieces: Vec<Piece>) -> Vec<Piece> {
-    for i in (1..pieces.len()).rev() {
-        pieces.swap(i, dice.range(0, i as i32 + 1) as usize);
+pub fn shuffled(dice: &mut Dice, mut segments: Vec<Segment>) -> Vec<Segment> {
+    for i in (1..segments.len()).rev() {
+        segments.swap(i, dice.range(0, i as i32 + 1) as usize);
     }
-    pieces
+    segments
 }
 
 pub const KINDS: i64 = 21;
 
 /// A small scene, of one of several kinds, within some 500 px.
-pub fn scene(number: i64) -> Vec<Piece> {
+pub fn scene(number: i64) -> Vec<Segment> {
     let mut dice = Dice::new(number);
     let dice = &mut dice;
     let count = dice.range(2, 40);
     let key = |dice: &mut Dice| dice.range(0, 5) as u32;
-    let pieces: Vec<Piece> = match number % KINDS {
+    let segments: Vec<Segment> = match number % KINDS {
         0 => Vec::new(),
-        1 => vec![piece(dice.point(500), dice.point(500), 7)],
+        1 => vec![segment(dice.point(500), dice.point(500), 7)],
         // All in one pixel, and in a few.
-        2 => (0..count).map(|_| piece(dice.point(16), dice.point(16), key(dice))).collect(),
-        3 => (0..count).map(|_| piece(dice.point(64), dice.point(64), key(dice))).collect(),
-        4 => (0..count).map(|_| piece(dice.point(400), dice.point(400), key(dice))).collect(),
-        // Short pieces, dense: many candidates.
+        2 => (0..count).map(|_| segment(dice.point(16), dice.point(16), key(dice))).collect(),
+        3 => (0..count).map(|_| segment(dice.point(64), dice.point(64), key(dice))).collect(),
+        4 => (0..count).map(|_| segment(dice.point(400), dice.point(400), key(dice))).collect(),
+        // Short segments, dense: many candidates.
         5 | 6 => (0..count)
             .map(|_| {
                 let a = dice.point(300);
-                piece(a, [a[0] + dice.range(-40, 41), a[1] + dice.range(-40, 41)], key(dice))
+                segment(a, [a[0] + dice.range(-40, 41), a[1] + dice.range(-40, 41)], key(dice))
             })
             .collect(),
         // A grid: ties everywhere.
         7 => (0..count)
             .flat_map(|i| {
                 let a = [i % 6 * 32, i / 6 * 32];
-                [piece(a, [a[0] + 32, a[1]], 1), piece([a[0], a[1] + 32], a, 1)]
+                [segment(a, [a[0] + 32, a[1]], 1), segment([a[0], a[1] + 32], a, 1)]
             })
             .collect(),
         // A star, and one whose rays do not meet.
@@ -108,57 +108,57 @@ pub fn scene(number: i64) -> Vec<Piece> {
                 let angle = std::f64::consts::TAU * f64::from(i) / f64::from(count);
                 let at = |r: f64| [(r * angle.cos()) as i32, (r * angle.sin()) as i32];
                 let near = if number % KINDS == 8 { 0.0 } else { 20.0 };
-                if dice.range(0, 2) == 0 { piece(at(near), at(300.0), 3) } else { piece(at(300.0), at(near), 3) }
+                if dice.range(0, 2) == 0 { segment(at(near), at(300.0), 3) } else { segment(at(300.0), at(near), 3) }
             })
             .collect(),
         // Loops: one, two, one inside another.
         10 => ring(dice, [500, 500], 400.0, count.max(8)),
         11 => [ring(dice, [0, 0], 200.0, 12), ring(dice, [900, 0], 220.0, 9)].concat(),
         12 => [ring(dice, [0, 0], 200.0, 12), ring(dice, [0, 0], 230.0, 15)].concat(),
-        // Two pieces, bent towards each other: a loop where the angle is wide.
+        // Two segments, bent towards each other: a loop where the angle is wide.
         13 => {
             let gap = dice.range(0, 40);
-            vec![piece([0, 0], [gap, 10], key(dice)), piece([gap, 10 + dice.range(0, 9)], [0, dice.range(0, 9)], 2)]
+            vec![segment([0, 0], [gap, 10], key(dice)), segment([gap, 10 + dice.range(0, 9)], [0, dice.range(0, 9)], 2)]
         }
         // Zigzag: sharp turns are not joined, blunt ones are.
         14 => {
             let height = dice.range(5, 60);
             let corner = |i: i32| [i * 40, (i % 2) * height];
-            (0..count).map(|i| piece(corner(i), corner(i + 1), i as u32 / 3)).collect()
+            (0..count).map(|i| segment(corner(i), corner(i + 1), i as u32 / 3)).collect()
         }
         15 | 16 => wander(dice, count, 30, 5),
         17 => wander(dice, count, 20, 40),
         // Zero lengths among others.
         18 => {
-            let mut pieces = wander(dice, count, 40, 10);
-            for piece in pieces.iter_mut().step_by(3) {
-                piece.b = piece.a;
+            let mut segments = wander(dice, count, 40, 10);
+            for segment in segments.iter_mut().step_by(3) {
+                segment.b = segment.a;
             }
-            pieces
+            segments
         }
         // Duplicates, also reversed.
         19 => {
-            let pieces = wander(dice, count / 2 + 1, 40, 10);
-            let copies = pieces.iter().map(|p| if p.key % 2 == 0 { *p } else { piece(p.b, p.a, p.key) });
-            pieces.iter().copied().chain(copies.collect::<Vec<_>>()).collect()
+            let segments = wander(dice, count / 2 + 1, 40, 10);
+            let copies = segments.iter().map(|p| if p.key % 2 == 0 { *p } else { segment(p.b, p.a, p.key) });
+            segments.iter().copied().chain(copies.collect::<Vec<_>>()).collect()
         }
         // One point, many times.
-        _ => (0..count).map(|_| piece([5, 5], [5, 5], key(dice))).collect(),
+        _ => (0..count).map(|_| segment([5, 5], [5, 5], key(dice))).collect(),
     };
-    if dice.range(0, 2) == 0 { pieces } else { shuffled(dice, pieces) }
+    if dice.range(0, 2) == 0 { segments } else { shuffled(dice, segments) }
 }
 
 /// Inputs that have the GPU to themselves.
-pub fn alone(number: i64) -> Vec<Piece> {
+pub fn alone(number: i64) -> Vec<Segment> {
     let dice = &mut Dice::new(1_000_000 + number);
     let count = dice.range(1, 400);
     match number % 8 {
         0 => scene(number / 8),
-        1 => (0..count).map(|_| piece(dice.point(16), dice.point(16), dice.range(0, 9) as u32)).collect(),
+        1 => (0..count).map(|_| segment(dice.point(16), dice.point(16), dice.range(0, 9) as u32)).collect(),
         2 => {
             // Far outside, on all sides, and beyond what is allowed.
             let far = |dice: &mut Dice| dice.point(1 << 23).map(|units| units - (1 << 22));
-            (0..count).map(|_| piece(far(dice), far(dice), 1)).collect()
+            (0..count).map(|_| segment(far(dice), far(dice), 1)).collect()
         }
         3 => {
             // At the border of what is allowed, where the cells begin and end.
@@ -166,7 +166,7 @@ pub fn alone(number: i64) -> Vec<Piece> {
             let signs = [dice.range(0, 2) * 2 - 1, dice.range(0, 2) * 2 - 1];
             wander(dice, count, 30, 5)
                 .iter()
-                .map(|piece| moved(piece, [signs[0] * (edge - 300), signs[1] * (edge - 300)]))
+                .map(|segment| moved(segment, [signs[0] * (edge - 300), signs[1] * (edge - 300)]))
                 .collect()
         }
         4 => wander(dice, count, 30, 5),
@@ -174,23 +174,23 @@ pub fn alone(number: i64) -> Vec<Piece> {
         6 => {
             // A long zigzag, straight enough to be one chain.
             let corner = |i: i32| [i * 50 - 90_000, (i % 2) * 20];
-            let pieces = (0..count * 4).map(|i| piece(corner(i), corner(i + 1), 0)).collect();
-            shuffled(dice, pieces)
+            let segments = (0..count * 4).map(|i| segment(corner(i), corner(i + 1), 0)).collect();
+            shuffled(dice, segments)
         }
         _ => {
-            let pieces = wander(dice, count, 2000, 12);
-            shuffled(dice, pieces)
+            let segments = wander(dice, count, 2000, 12);
+            shuffled(dice, segments)
         }
     }
 }
 
-/// Lines such as a picture has, wandering or closed. Their pieces are shuffled, which is the worst order for memory.
-pub fn picture(count: usize) -> Vec<Piece> {
+/// Lines such as a picture has, wandering or closed. Their segments are shuffled, which is the worst order for memory.
+pub fn picture(count: usize) -> Vec<Segment> {
     let dice = &mut Dice::new(count as i64);
-    let mut pieces = Vec::with_capacity(count + 300);
-    // As many pixels for each piece, however many there are.
+    let mut segments = Vec::with_capacity(count + 300);
+    // As many pixels for each segment, however many there are.
     let side = (300.0 * (count as f64).sqrt()) as i32;
-    while pieces.len() < count {
+    while segments.len() < count {
         let by = dice.point(side);
         let length = dice.range(10, 300);
         let line = if dice.range(0, 4) == 0 {
@@ -198,8 +198,8 @@ pub fn picture(count: usize) -> Vec<Piece> {
         } else {
             wander(dice, length, 20, 1)
         };
-        pieces.extend(line.iter().map(|piece| moved(piece, by)));
+        segments.extend(line.iter().map(|segment| moved(segment, by)));
     }
-    pieces.truncate(count);
-    shuffled(dice, pieces)
+    segments.truncate(count);
+    shuffled(dice, segments)
 }

@@ -1,4 +1,4 @@
-//! A slow zoom: nothing pops, and by the zoom rule nothing goes.
+//! A slow zoom: nothing pops, and by the fractal rule nothing goes.
 
 use glam::DVec2;
 
@@ -139,7 +139,7 @@ fn a_jump_of_half_an_octave_pops() {
 }
 
 #[test]
-fn by_the_zoom_rule_no_mark_goes() {
+fn by_the_fractal_rule_no_mark_goes() {
     let Some(mut plane) = Plane::new(15.0) else { return };
     // A mark that blends is gone after ten frames. By then the ends of a dash have come nearer on the ground by more than
     // its neighbourhood: it is as long on the picture as before.

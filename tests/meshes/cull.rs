@@ -11,7 +11,7 @@ use hachure::pyramid::TileStore;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::surface::meshes::INSTANCES;
-use hachure::surface::meshes::cull::{Seen, seen};
+use hachure::surface::meshes::cull::{VisibleInstance, seen};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
@@ -38,18 +38,18 @@ fn town() -> Placed {
 }
 
 /// What the GPU has in its list: the vertices of each, and whether its edges are looked for.
-fn listed(gpu: &Gpu, frame: &Frame) -> Vec<Seen> {
+fn listed(gpu: &Gpu, frame: &Frame) -> Vec<VisibleInstance> {
     const WORDS: usize = 24;
     let buffer = frame.buffer(&INSTANCES).unwrap();
     let words: Vec<u32> = read_buffer(gpu, &buffer.raw, STANDING as usize * WORDS).unwrap();
     let of = |(standing, instance): (usize, &[u32])| {
-        (instance[13] > 0).then_some(Seen { standing, is_near: instance[18] == 1 })
+        (instance[13] > 0).then_some(VisibleInstance { standing, is_near: instance[18] == 1 })
     };
     words.chunks(WORDS).enumerate().filter_map(of).collect()
 }
 
 /// How many are only in one of the lists, or near in one and not in the other.
-fn differing(a: &[Seen], b: &[Seen]) -> usize {
+fn differing(a: &[VisibleInstance], b: &[VisibleInstance]) -> usize {
     a.iter().filter(|seen| !b.contains(seen)).count() + b.iter().filter(|seen| !a.contains(seen)).count()
 }
 

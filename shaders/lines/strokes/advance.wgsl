@@ -1,10 +1,10 @@
 // Between full updates strokes move with the world (Pietrok 2021, section 4.3, moves them by the motion field; a sample
 // knows its distance, so its own motion is exact).
 #import hachure::view::{View, place_at}
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> carry: Carry;
+@group(0) @binding(1) var<uniform> temporal: Temporal;
 @group(0) @binding(2) var<storage, read> old_list: SampleCounts;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(4) var<storage, read_write> list: SampleCounts;
@@ -21,24 +21,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     var own = old_samples[id.x];
-    own.position_m += carry.step_m;
+    own.position_m += temporal.step_m;
     let clip = view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
     // What is behind the eye now stays there: the shader of strokes leaves it out.
     let ndc = clip.xy / max(clip.w, 1e-6);
-    if carry.rests == 0u {
+    if temporal.rests == 0u {
         own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
         own.depth_m = clip.w;
     }
     if any(own.held_px != vec2<f32>(0.0)) {
-        let left_px = let_go(own.held_px, carry.hold);
+        let left_px = let_go(own.held_px, temporal.hold);
         own.px += left_px - own.held_px;
         own.held_px = left_px;
         own.position_m = place_at(view, own.px, own.depth_m);
     }
     if (own.flags & FADING) != 0u {
-        own.shown_px -= carry.growth_px;
+        own.shown_px -= temporal.growth_px;
     } else {
-        own.shown_px = min(own.shown_px + carry.growth_px, to_end_px(id.x));
+        own.shown_px = min(own.shown_px + temporal.growth_px, to_end_px(id.x));
     }
     samples[id.x] = own;
 }

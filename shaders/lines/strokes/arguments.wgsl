@@ -7,16 +7,16 @@
 @group(0) @binding(1) var<uniform> edge_rules: EdgeRules;
 @group(0) @binding(2) var<storage, read> edge_draw: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counts: StrokeCounts;
-// Workgroups for pieces and for points: see `src/lines/strokes/points.rs`.
+// Workgroups for segments and for points: see `src/lines/strokes/points.rs`.
 @group(0) @binding(4) var<storage, read_write> arguments: array<vec4<u32>, 2>;
 
 @compute @workgroup_size(1)
 fn main() {
     counts.edges = edge_draw[0] / 2u;
     counts.edges_lost = max(counts.edges, edge_rules.capacity) - edge_rules.capacity;
-    counts.pieces_lost = max(counts.pieces, strokes.piece_capacity) - strokes.piece_capacity;
-    counts.pieces = min(counts.pieces, strokes.piece_capacity);
-    counts.points = counts.pieces + counts.chains;
-    arguments[0] = vec4<u32>((counts.pieces + 255u) / 256u, 1u, 1u, 0u);
+    counts.segments_lost = max(counts.segments, strokes.segment_capacity) - strokes.segment_capacity;
+    counts.segments = min(counts.segments, strokes.segment_capacity);
+    counts.points = counts.segments + counts.chains;
+    arguments[0] = vec4<u32>((counts.segments + 255u) / 256u, 1u, 1u, 0u);
     arguments[1] = vec4<u32>((counts.points + 255u) / 256u, 1u, 1u, 0u);
 }

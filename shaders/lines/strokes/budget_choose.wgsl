@@ -1,7 +1,7 @@
 // The shortest class of strokes that the budget has room for.
-#import hachure::stroke_samples::{CLASSES, Carry, SampleCounts}
+#import hachure::stroke_samples::{CLASSES, Temporal, SampleCounts}
 
-@group(0) @binding(0) var<uniform> carry: Carry;
+@group(0) @binding(0) var<uniform> temporal: Temporal;
 @group(0) @binding(1) var<storage, read_write> classes: array<u32>;
 @group(0) @binding(2) var<storage, read_write> list: SampleCounts;
 // Two indirect draws: of strokes of this frame, and of those that fade.
@@ -15,14 +15,14 @@ fn main() {
         let wanted = classes[i - 1u];
         classes[i - 1u] = 0u;
         // Of the longest as many as there is room for.
-        let has_room = total + wanted <= carry.capacity || total == 0u;
+        let has_room = total + wanted <= temporal.capacity || total == 0u;
         if has_room && least == i {
             total += wanted;
             least = i - 1u;
         }
     }
     list = SampleCounts();
-    list.fresh = min(total, carry.capacity);
+    list.fresh = min(total, temporal.capacity);
     list.samples = list.fresh;
     list.least_class = least;
     draws = array<u32, 8>(6u, list.fresh, 0u, 0u, 6u, 0u, 0u, 0u);

@@ -1,19 +1,19 @@
-// Sorts the ends of pieces by cells whose side is the reach, so that partners lie in 3 x 3 cells (the uniform grid of
+// Sorts the ends of segments by cells whose side is the reach, so that partners lie in 3 x 3 cells (the uniform grid of
 // Green 2010, "Particle simulation using CUDA").
 //
 // Cells have no borders: cell (x, y) falls into bucket x + y * ROW of as many as there are ends, wrapped around. Ends
-// far outside of the picture are found like all others, and the work follows the number of pieces, not the picture.
+// far outside of the picture are found like all others, and the work follows the number of segments, not the picture.
 // Three cells in a row are three buckets in a row. What shares a bucket by chance is sent away by its distance.
 //
 // Stage 0 counts the ends of each bucket; a prefix sum makes beginnings of the counts; stage 1 puts each end into its
 // place, after which `buckets` holds where each bucket ends. The order inside of a bucket is chance; nothing that
 // follows depends on it.
-#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, Piece, direction, end_position}
+#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, Segment, direction, end_position}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> rules: ChainRules;
 @group(0) @binding(2) var<uniform> plan: ChainPlan;
-@group(0) @binding(3) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(3) var<storage, read> segments: array<Segment>;
 @group(0) @binding(4) var<storage, read_write> buckets: array<atomic<u32>>;
 // For each end: x, y, its number, its outward direction (each component + 128, in 8 bits).
 @group(0) @binding(5) var<storage, read_write> slots: array<vec4<i32>>;
@@ -27,14 +27,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if end >= plan.ends {
         return;
     }
-    let piece = pieces[end / 2u];
-    let position = end_position(piece, end);
+    let segment = segments[end / 2u];
+    let position = end_position(segment, end);
     let cell = vec2<u32>(position + LIMIT_UNITS) / rules.reach_units;
     let bucket = (cell.x + cell.y * ROW) & (plan.buckets - 1u);
     let at = atomicAdd(&buckets[bucket], 1u);
     if stage == 0u {
         return;
     }
-    let outward = direction(position - end_position(piece, end ^ 1u)) + 128;
+    let outward = direction(position - end_position(segment, end ^ 1u)) + 128;
     slots[at] = vec4<i32>(position, i32(end), outward.x | (outward.y << 8u));
 }

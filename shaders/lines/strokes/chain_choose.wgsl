@@ -3,19 +3,19 @@
 //
 // The paper joins an edge with the first partner that passes. Here each end takes its best, and chain_link.wgsl joins
 // those that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
-// between the piece's outward direction and its partner's way on, the score is
-//   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a), the least wins, then the least (key, piece, end).
-// Overlap: neither end may lie behind the other by more than `overlap_units`. A piece without length has no direction:
-// its angle counts as the widest, and nothing lies behind it. A piece's two ends are never joined to each other.
+// between the segment's outward direction and its partner's way on, the score is
+//   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a), the least wins, then the least (key, segment, end).
+// Overlap: neither end may lie behind the other by more than `overlap_units`. A segment without length has no direction:
+// its angle counts as the widest, and nothing lies behind it. A segment's two ends are never joined to each other.
 //
 // In later rounds candidates only become fewer. So an end keeps its choice while that is free, and one that found
 // nobody finds nobody.
-#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Piece, bit_count}
+#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Segment, bit_count}
 
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> rules: ChainRules;
 @group(0) @binding(2) var<uniform> plan: ChainPlan;
-@group(0) @binding(3) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(3) var<storage, read> segments: array<Segment>;
 // Where each bucket ends. See chain_bin.wgsl.
 @group(0) @binding(4) var<storage, read> buckets: array<u32>;
 @group(0) @binding(5) var<storage, read> slots: array<vec4<i32>>;
@@ -79,7 +79,7 @@ fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
     if any(abs(delta) > vec2<i32>(reach)) || squared(delta) > rules.reach_units * rules.reach_units {
         return UNFIT;
     }
-    // The piece's other end, or this one.
+    // The segment's other end, or this one.
     if (own.z ^ other.z) < 2 {
         return UNFIT;
     }
@@ -107,7 +107,7 @@ fn better(best: Best, own: vec4<i32>, other: vec4<i32>) -> Best {
     if turn > 0u && links[end] != NONE {
         return best;
     }
-    let key = pieces[end / 2u].key;
+    let key = segments[end / 2u].key;
     if score == best.score && (key > best.key || key == best.key && end >= best.end) {
         return best;
     }

@@ -1,14 +1,14 @@
-// Each chain was ranked in both directions: takes the one whose first end is less by (key, piece, end), and marks the
-// pieces that begin a chain. A cut loop begins at its least piece by the same rule.
-#import hachure::strokes::{ChainPlan, Piece, StrokeCounts}
+// Each chain was ranked in both directions: takes the one whose first end is less by (key, segment, end), and marks the
+// segments that begin a chain. A cut loop begins at its least segment by the same rule.
+#import hachure::strokes::{ChainPlan, Segment, StrokeCounts}
 
 @group(0) @binding(0) var<uniform> plan: ChainPlan;
-@group(0) @binding(1) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(1) var<storage, read> segments: array<Segment>;
 @group(0) @binding(2) var<storage, read> ranks: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> counts: StrokeCounts;
-// The state of each piece in the direction that is taken.
+// The state of each segment in the direction that is taken.
 @group(0) @binding(4) var<storage, read_write> states: array<u32>;
-// For each piece 1 if it begins a chain; then, for each piece again, how many pieces the chain has that it begins.
+// For each segment 1 if it begins a chain; then, for each segment again, how many segments the chain has that it begins.
 @group(0) @binding(5) var<storage, read_write> heads: array<u32>;
 
 // As in chain_rank.wgsl.
@@ -17,21 +17,21 @@ const ROUNDS: u32 = 0x1ffbffu;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let piece = id.x;
-    if piece >= plan.pieces {
+    let segment = id.x;
+    if segment >= plan.segments {
         return;
     }
     let half = (countOneBits(counts.progress & ROUNDS) & 1u) * plan.ends;
-    let forward = ranks[half + 2u * piece];
-    let backward = ranks[half + 2u * piece + 1u];
+    let forward = ranks[half + 2u * segment];
+    let backward = ranks[half + 2u * segment + 1u];
     let first = forward.x & ~FOUND;
     let last = backward.x & ~FOUND;
-    let first_key = pieces[first / 2u].key;
-    let last_key = pieces[last / 2u].key;
+    let first_key = segments[first / 2u].key;
+    let last_key = segments[last / 2u].key;
     let is_backward = last_key < first_key || last_key == first_key && last < first;
-    let state = 2u * piece + u32(is_backward);
-    states[piece] = state;
+    let state = 2u * segment + u32(is_backward);
+    states[segment] = state;
     let is_head = state == select(first, last, is_backward);
-    heads[piece] = u32(is_head);
-    heads[plan.pieces + piece] = select(0u, forward.y + backward.y + 1u, is_head);
+    heads[segment] = u32(is_head);
+    heads[plan.segments + segment] = select(0u, forward.y + backward.y + 1u, is_head);
 }

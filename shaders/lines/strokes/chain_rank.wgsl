@@ -1,17 +1,17 @@
-// Ranks pieces by pointer jumping (Wyllie 1979): after round k a state knows the one that is 4^k before it, or the head
+// Ranks segments by pointer jumping (Wyllie 1979): after round k a state knows the one that is 4^k before it, or the head
 // of its chain.
 //
-// A state is a piece and a direction: state s enters its piece at end s and leaves it at end s ^ 1, so the state before
+// A state is a segment and a direction: state s enters its segment at end s and leaves it at end s ^ 1, so the state before
 // it is links[s] ^ 1. Each chain thus appears twice, once in each direction. What a state knows:
-//   found its head:  head | FOUND, pieces before it, 0, length before it
-//   not yet:         state 4^k before it, least piece among the last 4^k, that piece's key, length between
-// A loop has no head. Its states end with the loop's least piece by (key, index), where chain_rank_begin.wgsl cuts it;
+//   found its head:  head | FOUND, segments before it, 0, length before it
+//   not yet:         state 4^k before it, least segment among the last 4^k, that segment's key, length between
+// A loop has no head. Its states end with the loop's least segment by (key, index), where chain_rank_begin.wgsl cuts it;
 // then ranking is done once more for them.
 //
 // Changes: four jumps a round instead of two, since a dispatch costs more than a read. Two halves of `ranks` take
 // turns. `progress` has bit r if round r has something to do: a round sets the next bit when it changed anything. As
 // long as an open chain has states that look for its head, some find it in each round; as long as a loop is not
-// covered, some of its states learn of a lesser piece. So the first round that changes nothing is the end, and the
+// covered, some of its states learn of a lesser segment. So the first round that changes nothing is the end, and the
 // rounds after it return at once. Rounds 0 to 9 rank all, rounds 11 to 20 the loops: 4^10 is the longest chain.
 #import hachure::strokes::ChainPlan
 

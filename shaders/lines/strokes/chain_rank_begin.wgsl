@@ -1,13 +1,13 @@
 // The beginning of ranking: each state knows the one before it. See chain_rank.wgsl.
 //
 // Stage 0 begins with all states. Stage 11, after the first ranking, has those that found no head: they are in loops,
-// which are cut where their least piece begins. Both directions of a loop are cut at the same joint, so that each is
+// which are cut where their least segment begins. Both directions of a loop are cut at the same joint, so that each is
 // the other, reversed.
-#import hachure::strokes::{ChainPlan, NONE, Piece, end_position, length_units}
+#import hachure::strokes::{ChainPlan, NONE, Segment, end_position, length_units}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> plan: ChainPlan;
-@group(0) @binding(2) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(2) var<storage, read> segments: array<Segment>;
 @group(0) @binding(3) var<storage, read> links: array<u32>;
 @group(0) @binding(4) var<storage, read_write> ranks: array<vec4<u32>>;
 // StrokeCounts: the progress is the seventh number.
@@ -42,11 +42,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             return;
         }
     } else {
-        let before = pieces[link / 2u];
-        let piece = pieces[state / 2u];
+        let before = segments[link / 2u];
+        let segment = segments[state / 2u];
         let end = end_position(before, link);
-        let way = length_units(end - end_position(before, link ^ 1u)) + length_units(end_position(piece, state) - end);
-        ranks[at] = vec4<u32>(link ^ 1u, state / 2u, piece.key, way);
+        let way = length_units(end - end_position(before, link ^ 1u)) + length_units(end_position(segment, state) - end);
+        ranks[at] = vec4<u32>(link ^ 1u, state / 2u, segment.key, way);
     }
     if (atomicLoad(&counts[PROGRESS]) & (1u << stage)) == 0u {
         atomicOr(&counts[PROGRESS], 1u << stage);

@@ -1,26 +1,26 @@
-// Visible pieces of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
+// Visible segments of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
 //
-// One thread for each pixel. A pixel begins a piece if its edge is not seen in the two steps before it; then the thread
-// follows the edge to the piece's end. So every piece is found once, and an edge that is seen in two places gives two.
-// The thesis collects the numbers of edges instead, and drops what comes twice. A gap of one step does not end a piece:
+// One thread for each pixel. A pixel begins a segment if its edge is not seen in the two steps before it; then the thread
+// follows the edge to the segment's end. So every segment is found once, and an edge that is seen in two places gives two.
+// The thesis collects the numbers of edges instead, and drops what comes twice. A gap of one step does not end a segment:
 // another line crosses there.
 //
 // A line has one pixel for each step along its longer axis; rasterisers may put it a pixel beside, so three are looked
-// at across. Pieces end where the edge ends when its last pixel is seen, and else in the middle between pixels.
+// at across. Segments end where the edge ends when its last pixel is seen, and else in the middle between pixels.
 //
-// Pieces stand in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
+// Segments stand in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture}
 #import hachure::stroke_style::Strokes
-#import hachure::strokes::Piece
+#import hachure::strokes::Segment
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
 @group(0) @binding(2) var<storage, read> edges: array<Edge>;
 @group(0) @binding(3) var ids: texture_2d<u32>;
-@group(0) @binding(4) var<storage, read_write> pieces: array<Piece>;
-// StrokeCounts: pieces are the second number.
+@group(0) @binding(4) var<storage, read_write> segments: array<Segment>;
+// StrokeCounts: segments are the second number.
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> order: Order;
 
@@ -69,7 +69,7 @@ fn across_at(way: Way, step: i32) -> i32 {
     return i32(floor(way.across_begin + way.slope * (f32(step) + 0.5 - way.begin)));
 }
 
-// Whether a pixel begins a piece of the edge that it sees.
+// Whether a pixel begins a segment of the edge that it sees.
 fn begins(pixel: vec2<i32>, id: u32) -> bool {
     // Of two pixels at one step the one with the lesser coordinate begins.
     let way = way_of(id);
@@ -84,8 +84,8 @@ fn begins(pixel: vec2<i32>, id: u32) -> bool {
     return is_begin;
 }
 
-// The piece that a pixel begins.
-fn piece_from(pixel: vec2<i32>, id: u32) -> Piece {
+// The segment that a pixel begins.
+fn segment_from(pixel: vec2<i32>, id: u32) -> Segment {
     let way = way_of(id);
     let length = way.length;
     let begin = way.begin;
@@ -125,7 +125,7 @@ fn piece_from(pixel: vec2<i32>, id: u32) -> Piece {
     // Far outside ends are as good as at the border of what integers hold.
     let a = clamp((way.line.a.px + way.along * t_a) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
     let b = clamp((way.line.a.px + way.along * t_b) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
-    return Piece(vec2<i32>(round(a)), vec2<i32>(round(b)), depths_m, id - 1u, way.edge.key);
+    return Segment(vec2<i32>(round(a)), vec2<i32>(round(b)), depths_m, id - 1u, way.edge.key);
 }
 
 @compute @workgroup_size(8, 8)
@@ -161,7 +161,7 @@ fn main(
         counts[1] = order.starts[groups.x * groups.y];
     }
     let index = order.starts[own_group] + marks_before(thread);
-    if is_begin && index < strokes.piece_capacity {
-        pieces[index] = piece_from(pixel, id);
+    if is_begin && index < strokes.segment_capacity {
+        segments[index] = segment_from(pixel, id);
     }
 }

@@ -1,12 +1,12 @@
 // Which strokes of the frame before are not drawn any more: their samples stay, and fade.
 //
 // A sample is gone if a new stroke runs where it is now (within COVERED_PX, the same way), if the surface hides it, if it
-// has left the picture or if nothing is left of it. Pieces with a sample at an end that is not gone are kept.
+// has left the picture or if nothing is left of it. Segments with a sample at an end that is not gone are kept.
 #import hachure::view::View
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts, nearest_on, LAST}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, nearest_on, LAST}
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> carry: Carry;
+@group(0) @binding(1) var<uniform> temporal: Temporal;
 @group(0) @binding(2) var<storage, read> old_list: SampleCounts;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(4) var<storage, read> samples: array<Sample>;
@@ -32,14 +32,14 @@ fn is_gone(number: u32) -> bool {
     if own.shown_px <= -0.5 {
         return true;
     }
-    let at = on_picture(own.position_m + carry.step_m);
+    let at = on_picture(own.position_m + temporal.step_m);
     let size = vec2<i32>(view.size_px);
     if at.z < view.near_m || any(at.xy < vec2<f32>(0.0)) || any(at.xy >= vec2<f32>(size)) {
         return true;
     }
     let is_last = (own.flags & LAST) != 0u;
     let beside = old_samples[select(number + 1u, max(number, 1u) - 1u, is_last)];
-    let way = normalize(on_picture(beside.position_m + carry.step_m).xy - at.xy + vec2<f32>(1e-6, 0.0));
+    let way = normalize(on_picture(beside.position_m + temporal.step_m).xy - at.xy + vec2<f32>(1e-6, 0.0));
     let middle = vec2<i32>(floor(at.xy));
     var farthest = 1.0;
     for (var i = 0; i < 49; i++) {
@@ -68,7 +68,7 @@ fn is_gone(number: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < old_list.samples && carry.has_history == 1u {
+    if id.x < old_list.samples && temporal.has_history == 1u {
         gone[id.x] = u32(is_gone(id.x));
     }
 }

@@ -1,14 +1,14 @@
 // The samples of strokes that fade, behind those of this frame. They shrink from their ends, and from places SEEDS_PX
-// apart, as strokes grow (carry.wgsl).
+// apart, as strokes grow (temporal.wgsl).
 //
 // `stage` 0: marks what is kept, for the sum that follows. 1: moves it with the world and puts it into the list. 2: says
 // how many there are, and draws them.
 #import hachure::view::View
-#import hachure::stroke_samples::{Carry, Sample, SampleCounts, FIRST, LAST, FADING, SPACING_PX, BESIDE, has_seed}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, SPACING_PX, BESIDE, has_seed}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
-@group(0) @binding(2) var<uniform> carry: Carry;
+@group(0) @binding(2) var<uniform> temporal: Temporal;
 @group(0) @binding(3) var<storage, read> old_list: SampleCounts;
 @group(0) @binding(4) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(5) var<storage, read> gone: array<u32>;
@@ -18,7 +18,7 @@
 // Two indirect draws: of strokes of this frame, and of those that fade.
 @group(0) @binding(9) var<storage, read_write> draws: array<u32, 8>;
 
-// Whether the piece from a sample to the next one is kept.
+// Whether the segment from a sample to the next one is kept.
 fn is_kept(number: u32) -> bool {
     if number + 1u >= old_list.samples || (old_samples[number].flags & LAST) != 0u {
         return false;
@@ -28,10 +28,10 @@ fn is_kept(number: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let count = select(0u, old_list.samples, carry.has_history == 1u);
+    let count = select(0u, old_list.samples, temporal.has_history == 1u);
     if stage == 2u {
         if id.x == 0u {
-            let fading = select(0u, min(places[count], carry.capacity - list.fresh), count > 0u);
+            let fading = select(0u, min(places[count], temporal.capacity - list.fresh), count > 0u);
             list.samples = list.fresh + fading;
             draws[5] = fading;
         }
@@ -47,18 +47,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let place = list.fresh + places[id.x];
-    if !(runs_on || came) || place >= carry.capacity {
+    if !(runs_on || came) || place >= temporal.capacity {
         return;
     }
     var own = old_samples[id.x];
-    own.position_m += carry.step_m;
+    own.position_m += temporal.step_m;
     let clip = view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
     let ndc = clip.xy / max(clip.w, 1e-6);
     own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
     own.depth_m = clip.w;
     own.shown_px = shrunk_px(id.x);
     own.flags = (own.flags & ~(FIRST | LAST)) | FADING;
-    own.flags |= select(0u, FIRST, !came) | select(0u, LAST, !runs_on || place + 1u == carry.capacity);
+    own.flags |= select(0u, FIRST, !came) | select(0u, LAST, !runs_on || place + 1u == temporal.capacity);
     samples[place] = own;
 }
 
@@ -66,7 +66,7 @@ fn shrunk_px(number: u32) -> f32 {
     let own = old_samples[number];
     var left_px = own.shown_px;
     if (own.flags & LAST) == 0u && has_seed(own.along_px, old_samples[number + 1u].along_px) {
-        left_px = min(left_px, 0.5 * carry.growth_px);
+        left_px = min(left_px, 0.5 * temporal.growth_px);
     }
     // Both ways, as far as the stroke is kept; there it ends.
     for (var way = 0u; way < 2u; way++) {
@@ -81,5 +81,5 @@ fn shrunk_px(number: u32) -> f32 {
             at = select(at + 1u, at - 1u, way == 1u);
         }
     }
-    return left_px - carry.growth_px;
+    return left_px - temporal.growth_px;
 }

@@ -1,16 +1,16 @@
-// The points of strokes: where the pieces of a chain meet, smoothed.
+// The points of strokes: where the segments of a chain meet, smoothed.
 //
-// A chain of n pieces has n + 1 points. Where two pieces meet the point is in the middle between their ends; the ends of
+// A chain of n segments has n + 1 points. Where two segments meet the point is in the middle between their ends; the ends of
 // an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial weights
 // 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021, section
 // 4.2.4, smooths "the transitions between edges" without saying how).
-#import hachure::strokes::{Chain, Piece, Place, StrokeCounts}
+#import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts}
 #import hachure::edges::Edge
 #import hachure::stroke_style::Point
 
-@group(0) @binding(0) var<storage, read> pieces: array<Piece>;
+@group(0) @binding(0) var<storage, read> segments: array<Segment>;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;
-@group(0) @binding(3) var<storage, read> places: array<Place>;
+@group(0) @binding(3) var<storage, read> places: array<SegmentInOrder>;
 @group(0) @binding(4) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(5) var<storage, read> edges: array<Edge>;
 @group(0) @binding(6) var<storage, read_write> points: array<Point>;
@@ -27,16 +27,16 @@ struct Ends {
 
 fn ends_of(place: u32) -> Ends {
     let entry = places[place].state;
-    let piece = pieces[entry >> 1u];
-    let a = vec2<f32>(piece.a) / UNITS;
-    let b = vec2<f32>(piece.b) / UNITS;
+    let segment = segments[entry >> 1u];
+    let a = vec2<f32>(segment.a) / UNITS;
+    let b = vec2<f32>(segment.b) / UNITS;
     if (entry & 1u) == 1u {
-        return Ends(b, a, piece.depths_m.y, piece.depths_m.x);
+        return Ends(b, a, segment.depths_m.y, segment.depths_m.x);
     }
-    return Ends(a, b, piece.depths_m.x, piece.depths_m.y);
+    return Ends(a, b, segment.depths_m.x, segment.depths_m.y);
 }
 
-// The point before the chain's piece `i` (from 0; `count` is the last point), before smoothing.
+// The point before the chain's segment `i` (from 0; `count` is the last point), before smoothing.
 fn joint(chain: Chain, i: i32) -> vec3<f32> {
     let count = i32(chain.count);
     var before = i - 1;
@@ -78,14 +78,14 @@ fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = id.x;
-    if place >= counts.pieces {
+    if place >= counts.segments {
         return;
     }
     let number = places[place].chain;
     let chain = chains[number];
     let i = i32(place - chain.first);
     let at = smoothed(chain, i);
-    let kind = edges[pieces[places[place].state >> 1u].edge].kind;
+    let kind = edges[segments[places[place].state >> 1u].edge].kind;
     points[place + number] = Point(at.xy, at.z, number, kind, 0u);
     if u32(i) + 1u == chain.count {
         let last = smoothed(chain, i + 1);

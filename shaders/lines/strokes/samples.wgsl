@@ -10,11 +10,11 @@
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::Chain
 #import hachure::stroke_style::{Point, Strokes}
-#import hachure::stroke_samples::{Sample, SampleCounts, Match, Carry, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
+#import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
-@group(0) @binding(2) var<uniform> carry: Carry;
+@group(0) @binding(2) var<uniform> temporal: Temporal;
 @group(0) @binding(4) var<storage, read> chains: array<Chain>;
 @group(0) @binding(5) var<storage, read> points: array<Point>;
 @group(0) @binding(6) var<storage, read> along_units: array<u32>;
@@ -155,7 +155,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let way_on = on_stroke(first, last, min(at_units + BEND_UNITS, length_units)).px - at.px;
     if strokes.wobble_px > 0.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
-        let anchor = Anchor(carry.camera_blocks, 0u, carry.camera_rest_m, 0u);
+        let anchor = Anchor(temporal.camera_blocks, 0u, temporal.camera_rest_m, 0u);
         let strayed = wobble(anchor, place_at(view, at.px, at.depth_m), at.depth_m / view.focal_px);
         at.px += vec2<f32>(-way.y, way.x) * (strayed * strokes.wobble_px);
     }
@@ -172,14 +172,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let half_width_px =
         strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * (1.0 + strokes.curve_width * bend);
     // The last one that there is room for ends its stroke.
-    let is_last = i == count || id.x + 1u == carry.capacity;
+    let is_last = i == count || id.x + 1u == temporal.capacity;
     let flags = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed) | (at.kind << KIND_SHIFT);
     let position_m = place_at(view, at.px, at.depth_m);
     // Until it is carried, the chain stands for the stroke.
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
     samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), vec2<f32>(0.0));
-    if carry.has_history == 1u {
+    if temporal.has_history == 1u {
         let ahead_units = select(at_units + 2.0 * UNITS, at_units - 2.0 * UNITS, i == count);
         var ahead = on_stroke(first, last, clamp(ahead_units, 0.0, length_units));
         if i == count {

@@ -1,4 +1,4 @@
-// Which old stroke most of a chain continues, and where on it, so that carry.wgsl can even its texture out: its samples
+// Which old stroke most of a chain continues, and where on it, so that temporal.wgsl can even its texture out: its samples
 // vote (Kalnins et al. 2003 let the samples of the
 // frame before vote for the parameter along a stroke).
 //
@@ -6,9 +6,9 @@
 // there is no majority, whoever is left over). The offset of the parameter is the mean of what they found, without those
 // that are far off.
 #import hachure::strokes::StrokeCounts
-#import hachure::stroke_samples::{Carry, Heritage, Match, SampleCounts}
+#import hachure::stroke_samples::{Temporal, Heritage, Match, SampleCounts}
 
-@group(0) @binding(0) var<uniform> carry: Carry;
+@group(0) @binding(0) var<uniform> temporal: Temporal;
 @group(0) @binding(1) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(2) var<storage, read> starts: array<u32>;
 @group(0) @binding(3) var<storage, read> list: SampleCounts;
@@ -20,7 +20,7 @@ const FAR_OFF_PX: f32 = 16.0;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= counts.chains || carry.has_history == 0u {
+    if id.x >= counts.chains || temporal.has_history == 0u {
         return;
     }
     let fresh = list.fresh;

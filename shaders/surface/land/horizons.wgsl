@@ -13,7 +13,7 @@
 #import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
 #import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT}
 #import hachure::surface::{heights, camera_relative_m}
-#import hachure::seen::{SEEN_BORDER, SEEN_SPACING, SEEN_SIDE}
+#import hachure::horizon_maps::{MAP_BORDER, MAP_SPACING, MAP_SIDE}
 
 // Steps in each octave of the distance: toward the sun, and for the sky.
 const SUN_STEPS: i32 = 8;
@@ -33,7 +33,7 @@ struct Horizons {
 }
 
 // A tile that is made.
-struct SeenJob {
+struct HorizonJob {
     slot: i32,
     level: i32,
     // The tile's place in its level.
@@ -41,9 +41,9 @@ struct SeenJob {
 }
 
 @group(0) @binding(0) var<uniform> horizons: Horizons;
-@group(0) @binding(1) var<storage, read> jobs: array<SeenJob>;
+@group(0) @binding(1) var<storage, read> jobs: array<HorizonJob>;
 // In 16 bits each: the sine of the horizon's elevation toward the sun, -1 to 1, and the visible part of the sky.
-@group(0) @binding(2) var seen_tiles: texture_storage_2d_array<r32uint, write>;
+@group(0) @binding(2) var horizon_maps: texture_storage_2d_array<r32uint, write>;
 
 // Bilinear: neighbouring texels ask the same samples, and averages of coarse levels need no more.
 fn height_m(wanted: i32, g: vec2<f32>) -> f32 {
@@ -117,11 +117,11 @@ fn sine(tangent: f32) -> f32 {
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let job = jobs[group.y / GROUPS];
     let texel = vec2<i32>(vec2<u32>(id.x, id.y - group.y / GROUPS * GROUPS * 8u));
-    if any(texel >= vec2<i32>(SEEN_SIDE)) {
+    if any(texel >= vec2<i32>(MAP_SIDE)) {
         return;
     }
     let info = levels[job.level];
-    let sample = clamp(job.tile * TILE_SAMPLES + (texel - SEEN_BORDER) * SEEN_SPACING, vec2<i32>(0), info.size - 1);
+    let sample = clamp(job.tile * TILE_SAMPLES + (texel - MAP_BORDER) * MAP_SPACING, vec2<i32>(0), info.size - 1);
     let g = (vec2<f32>(sample - info.cell) - info.fraction) / info.scale;
     let point = grid_from_world(world_from_grid(g));
     let eye = Eye(g, height_m(job.level, g), job.level);
@@ -135,5 +135,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         hidden += sine(horizon(eye, way, SKY_STEPS, 0.0, SKY_GAIN));
     }
     let seen = vec2<f32>(0.5 + 0.5 * toward_sun, 1.0 - hidden / f32(SKY_AZIMUTHS));
-    textureStore(seen_tiles, texel, job.slot, vec4<u32>(pack2x16unorm(seen), 0u, 0u, 0u));
+    textureStore(horizon_maps, texel, job.slot, vec4<u32>(pack2x16unorm(seen), 0u, 0u, 0u));
 }

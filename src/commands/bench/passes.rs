@@ -23,7 +23,7 @@ impl TracedPasses {
     }
 
     /// Adds it to the report. Where nothing was timed the passes themselves are known.
-    pub(super) fn tell(&self, run: &mut Run) {
+    pub(super) fn fill(&self, run: &mut Run) {
         if run.passes.is_empty() {
             run.passes = self.names.iter().map(|name| Pass { name: (*name).to_owned(), ..Pass::default() }).collect();
         }
@@ -57,12 +57,12 @@ mod tests {
         traced.take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
         let passes = ["always", "once", "never"].map(|name| Pass { name: name.to_owned(), ..Pass::default() });
         let mut run = Run { passes: passes.into(), ..Run::default() };
-        traced.tell(&mut run);
+        traced.fill(&mut run);
         let bytes: Vec<_> = run.passes.iter().map(|pass| (pass.bytes_read, pass.bytes_written)).collect();
         assert_eq!(bytes, [(Some(10), Some(100)), (Some(7), Some(100)), (None, None)]);
         // Nothing was timed.
         let mut run = Run::default();
-        traced.tell(&mut run);
+        traced.fill(&mut run);
         assert_eq!(run.passes.len(), 1);
         assert_eq!((run.passes[0].name.as_str(), run.passes[0].gpu_ms), ("always", None));
     }

@@ -1,34 +1,34 @@
-//! Pieces become chains, on the GPU. [`twin`](super::twin) says in plain Rust what comes out, to the bit.
+//! Segments become chains, on the GPU. [`twin`](super::twin) says in plain Rust what comes out, to the bit.
 //!
 //! | shader of `shaders/lines/strokes/` | runs | does |
 //! | --- | --- | --- |
 //! | `chain_begin` | once | how much there is to do |
 //! | `chain_clear`, `chain_bin`, `scan` | clear, count, sum, scatter | ends sorted by cells |
 //! | `chain_choose`, `chain_link` | 3 times each | ends that choose each other are joined |
-//! | `chain_rank_begin`, `chain_rank` | once and 10 times, twice | which chain, which piece of it, how far along |
-//! | `chain_heads`, `scan`, `chain_order` | once each | chains and pieces in their order |
+//! | `chain_rank_begin`, `chain_rank` | once and 10 times, twice | which chain, which segment of it, how far along |
+//! | `chain_heads`, `scan`, `chain_order` | once each | chains and segments in their order |
 //!
 //! 42 dispatches. Nothing is read back: sizes are on the GPU. Rounds of ranking that have nothing to do return at once,
-//! so short chains take few. The work grows with the number of pieces, and not with the picture. It also grows with the
-//! square of the ends in one neighbourhood: pieces all in one place are slow.
+//! so short chains take few. The work grows with the number of segments, and not with the picture. It also grows with the
+//! square of the ends in one neighbourhood: segments all in one place are slow.
 
-use super::records::{Chain, ChainRules, ChainRulesUniform, PieceInOrder};
+use super::records::{Chain, ChainRules, ChainRulesUniform, SegmentInOrder};
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan::{self, MAX_VALUES};
 use crate::gpu::{Gpu, GpuError};
 
-/// The most pieces: they have two ends each, which are scanned at once.
-pub const MAX_PIECES: u32 = MAX_VALUES / 2;
+/// The most segments: they have two ends each, which are scanned at once.
+pub const MAX_SEGMENTS: u32 = MAX_VALUES / 2;
 
-/// Rounds of ranking: 4¹⁰ is [`MAX_PIECES`].
+/// Rounds of ranking: 4¹⁰ is [`MAX_SEGMENTS`].
 const RANK_ROUNDS: u32 = 10;
 /// Where the rounds for loops begin; between them stands a bit that the last round sets for nobody.
 const LOOP_ROUNDS: u32 = RANK_ROUNDS + 1;
 
-/// Bytes of `arguments` at which the workgroups for each piece, end and bucket stand.
-const PER_PIECE: u64 = 0;
+/// Bytes of `arguments` at which the workgroups for each segment, end and bucket stand.
+const PER_SEGMENT: u64 = 0;
 const PER_END: u64 = 12;
 const PER_BUCKET: u64 = 24;
 
@@ -42,7 +42,7 @@ const CHOICES: BufferKind = BufferKind::storage("chain choices");
 const LINKS: BufferKind = BufferKind::storage("chain links");
 const RANKS: BufferKind = BufferKind::storage("chain ranks");
 const HEADS: BufferKind = BufferKind::storage("chain heads");
-/// [`PieceInOrder`]s. The pieces of a chain follow each other; chains stand in the order of the pieces that begin them.
+/// [`SegmentInOrder`]s. The segments of a chain follow each other; chains stand in the order of the segments that begin them.
 pub const PLACES: BufferKind = BufferKind::storage("places");
 /// The [`Chain`]s. How many there are stands in the counts.
 pub const CHAINS: BufferKind = BufferKind::storage("chains");
@@ -51,10 +51,10 @@ pub const CHAINS: BufferKind = BufferKind::storage("chains");
 pub struct Inputs<'a> {
     /// Numbers out of range are taken as the nearest in it.
     pub rules: ChainRules,
-    /// Pieces that there is room for, [`MAX_PIECES`] at most; more than that are passed over. Some 180 bytes each.
+    /// Segments that there is room for, [`MAX_SEGMENTS`] at most; more than that are passed over. Some 180 bytes each.
     pub capacity: u32,
-    /// An array of [`Piece`](super::Piece), as many as [`StrokeCounts::pieces`](super::StrokeCounts) says.
-    pub pieces: &'a Buffer,
+    /// An array of [`Segment`](super::Segment), as many as [`StrokeCounts::segments`](super::StrokeCounts) says.
+    pub segments: &'a Buffer,
     /// [`StrokeCounts`](super::StrokeCounts); the number of chains is written.
     pub counts: &'a Buffer,
 }
@@ -74,7 +74,7 @@ impl Chains {
     }
 }
 
-/// Whether the device can chain so many pieces.
+/// Whether the device can chain so many segments.
 ///
 /// # Errors
 /// [`GpuError::Limit`] when a buffer is larger than the device can bind.
@@ -86,9 +86,9 @@ pub fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
     if wanted > limit { Err(GpuError::Limit { what: "chaining lines", wanted, limit }) } else { Ok(()) }
 }
 
-/// Chains pieces.
+/// Chains segments.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
-    let capacity = inputs.capacity.clamp(1, MAX_PIECES);
+    let capacity = inputs.capacity.clamp(1, MAX_SEGMENTS);
     let most = u64::from(capacity);
     let ends = 2 * most;
     let plan = cx.buffer(&PLAN, 16);
@@ -100,7 +100,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let ranks = named(cx, "ranks", &RANKS, 2 * 16 * ends);
     let heads = cx.buffer(&HEADS, 4 * ends);
     let chains = Chains {
-        places: cx.buffer(&PLACES, size_of::<PieceInOrder>() as u64 * most),
+        places: cx.buffer(&PLACES, size_of::<SegmentInOrder>() as u64 * most),
         chains: cx.buffer(&CHAINS, size_of::<Chain>() as u64 * most),
     };
     let rules = inputs.rules.in_range();
@@ -112,7 +112,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     };
     let rules = ("rules", cx.uniform("chain rules", &uniform));
     let named_plan = ("plan", plan.binding());
-    let pieces = ("pieces", inputs.pieces.binding());
+    let segments = ("segments", inputs.segments.binding());
     let counts = ("counts", inputs.counts.binding());
     let named_buckets = ("buckets", buckets.binding());
     let named_choices = ("choices", choices.binding());
@@ -126,7 +126,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     for step in 0_u32..2 {
         let stage = ("stage", cx.uniform("stage", &step));
         let resources =
-            [stage, rules.clone(), named_plan.clone(), pieces.clone(), named_buckets.clone(), slots.clone()];
+            [stage, rules.clone(), named_plan.clone(), segments.clone(), named_buckets.clone(), slots.clone()];
         cx.indirect("lines/strokes/chain_bin", &arguments, PER_END, &resources);
         if step == 0 {
             let sum = scan::Inputs { numbers: &plan, index: 2, capacity: MAX_VALUES, values: &buckets };
@@ -141,7 +141,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
             turn.clone(),
             rules.clone(),
             named_plan.clone(),
-            pieces.clone(),
+            segments.clone(),
             named_buckets.clone(),
             slots.clone(),
             links.clone(),
@@ -152,10 +152,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
         cx.indirect("lines/strokes/chain_link", &arguments, PER_END, &resources);
     }
 
-    // Rank the pieces of open chains, then of loops.
+    // Rank the segments of open chains, then of loops.
     for first in [0, LOOP_ROUNDS] {
         let stage = ("stage", cx.uniform("stage", &first));
-        let resources = [stage, named_plan.clone(), pieces.clone(), links.clone(), ranks.clone(), counts.clone()];
+        let resources = [stage, named_plan.clone(), segments.clone(), links.clone(), ranks.clone(), counts.clone()];
         cx.indirect("lines/strokes/chain_rank_begin", &arguments, PER_END, &resources);
         for round in first..first + RANK_ROUNDS {
             let turn = ("turn", cx.uniform("turn", &round));
@@ -164,16 +164,16 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
         }
     }
 
-    // Put chains and pieces in order. Nobody asks for the choices any more: the states take their place.
+    // Put chains and segments in order. Nobody asks for the choices any more: the states take their place.
     let states = ("states", choices.binding());
     let named_heads = ("heads", heads.binding());
     let resources =
-        [named_plan.clone(), pieces.clone(), ranks.clone(), counts.clone(), states.clone(), named_heads.clone()];
-    cx.indirect("lines/strokes/chain_heads", &arguments, PER_PIECE, &resources);
+        [named_plan.clone(), segments.clone(), ranks.clone(), counts.clone(), states.clone(), named_heads.clone()];
+    cx.indirect("lines/strokes/chain_heads", &arguments, PER_SEGMENT, &resources);
     scan::run(cx, &scan::Inputs { numbers: &plan, index: 1, capacity: MAX_VALUES, values: &heads });
     let resources = [
         named_plan,
-        pieces,
+        segments,
         links,
         ranks,
         states,
@@ -182,7 +182,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
         chains.named(),
         counts,
     ];
-    cx.indirect("lines/strokes/chain_order", &arguments, PER_PIECE, &resources);
+    cx.indirect("lines/strokes/chain_order", &arguments, PER_SEGMENT, &resources);
     chains
 }
 

@@ -1,4 +1,4 @@
-//! The ID reference image → the list of visible pieces. See `shaders/lines/strokes/extract.wgsl`.
+//! The ID reference image → the list of visible segments. See `shaders/lines/strokes/extract.wgsl`.
 
 use super::Lists;
 use crate::gpu::bind::Resource;
@@ -7,14 +7,14 @@ use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::surface::edges::EdgeList;
 
-/// Reads the edges and `ids`, the reference image; writes the pieces and their number.
+/// Reads the edges and `ids`, the reference image; writes the segments and their number.
 pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, ids: &Target) {
     let resources = [
         ("view", view.clone()),
         lists.strokes(),
         edges.edges(),
         ("ids", ids.into()),
-        ("pieces", lists.pieces.binding()),
+        ("segments", lists.segments.binding()),
         lists.counts(),
     ];
     let groups = ids.size_px().map(|side| side.div_ceil(WORKGROUP_PX));

@@ -12,26 +12,27 @@ use crate::gpu::{Gpu, GpuError, readback};
 pub struct LeftOut {
     /// Of [`MOST_EDGES`](crate::surface::edges::MOST_EDGES).
     pub edges: u32,
-    /// Of [`MOST_PIECES`](super::MOST_PIECES).
-    pub pieces: u32,
+    /// Of [`MOST_SEGMENTS`](super::MOST_SEGMENTS).
+    pub segments: u32,
     /// Of the style's budget, the shortest.
     pub strokes: u32,
 }
 
 impl LeftOut {
     fn of(counts: &StrokeCounts, samples: &SampleCounts) -> Self {
-        Self { edges: counts.edges_lost, pieces: counts.pieces_lost, strokes: samples.left_out }
+        Self { edges: counts.edges_lost, segments: counts.segments_lost, strokes: samples.left_out }
     }
 
     /// In words; none where everything had room.
     pub fn told(self) -> Option<String> {
-        let Self { edges, pieces, strokes } = self;
-        (self != Self::default())
-            .then(|| format!("{edges} edges, {pieces} pieces and {strokes} strokes found no room: they are missing"))
+        let Self { edges, segments, strokes } = self;
+        (self != Self::default()).then(|| {
+            format!("{edges} edges, {segments} segments and {strokes} strokes found no room: they are missing")
+        })
     }
 
     /// Says so in the log.
-    pub fn tell(self) {
+    pub fn warn(self) {
         if let Some(text) = self.told() {
             tracing::warn!("{text}");
         }
@@ -42,14 +43,14 @@ impl LeftOut {
     pub fn most(self, other: Self) -> Self {
         Self {
             edges: self.edges.max(other.edges),
-            pieces: self.pieces.max(other.pieces),
+            segments: self.segments.max(other.segments),
             strokes: self.strokes.max(other.strokes),
         }
     }
 }
 
 impl DrawnStrokes<'_> {
-    /// What found no room in the last frame: edges, pieces of edges, and the strokes that the budget left out. Waits for
+    /// What found no room in the last frame: edges, segments of edges, and the strokes that the budget left out. Waits for
     /// the GPU.
     ///
     /// # Errors

@@ -1,15 +1,15 @@
 //! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its list on the
 //! CPU).
 //!
-//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible pieces
+//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible segments
 //! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
-//! over from the frame before ([`carry`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
+//! over from the frame before ([`temporal`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
 //! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
 //! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
 //!
 //! Why: `docs/decisions/stroke-pipeline.md`.
 
-pub mod carry;
+pub mod temporal;
 pub mod chain;
 pub mod extract;
 pub mod history;
@@ -29,8 +29,8 @@ use bytemuck::Zeroable;
 
 use self::history::History;
 pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
-pub use self::records::{Chain, ChainRules, Piece, PieceInOrder, Place, StrokeCounts, UNITS_PER_PX};
-use self::samples::{CarryUniform, SampleList, SampleWork};
+pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
+use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;
 use self::texture::StrokeTexture;
 use crate::gpu::bind::{Named, Resource};
@@ -44,8 +44,8 @@ use crate::scene::view::View;
 use crate::style;
 use crate::surface::edges::{EdgeList, EdgeRules};
 
-/// Pieces in a frame, at most.
-pub const MOST_PIECES: u32 = 1 << 19;
+/// Segments in a frame, at most.
+pub const MOST_SEGMENTS: u32 = 1 << 19;
 
 /// The camera's place is told in blocks of this and a rest.
 const BLOCK_M: f64 = 4096.0;
@@ -57,8 +57,8 @@ pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
 
 /// [`StrokeCounts`].
 pub const COUNTS: BufferKind = BufferKind::storage("stroke counts");
-/// [`Piece`]s.
-pub const PIECES: BufferKind = BufferKind::storage("pieces");
+/// [`Segment`]s.
+pub const SEGMENTS: BufferKind = BufferKind::storage("segments");
 
 /// The lists that the passes of a frame hand to each other.
 pub struct Lists {
@@ -66,8 +66,8 @@ pub struct Lists {
     uniform: Resource,
     /// [`COUNTS`].
     pub counts: Buffer,
-    /// [`PIECES`].
-    pub pieces: Buffer,
+    /// [`SEGMENTS`].
+    pub segments: Buffer,
 }
 
 impl Lists {
@@ -80,7 +80,7 @@ impl Lists {
         Self {
             uniform: cx.uniform("strokes", uniform),
             counts: cx.buffer(&COUNTS, size_of::<StrokeCounts>() as u64),
-            pieces: cx.buffer(&PIECES, u64::from(uniform.piece_capacity) * size_of::<Piece>() as u64),
+            segments: cx.buffer(&SEGMENTS, u64::from(uniform.segment_capacity) * size_of::<Segment>() as u64),
         }
     }
 
@@ -105,7 +105,7 @@ impl StrokesUniform {
         Self {
             resolution: strokes.resolution,
             image_px,
-            piece_capacity: (image_px[0].saturating_mul(image_px[1])).min(MOST_PIECES),
+            segment_capacity: (image_px[0].saturating_mul(image_px[1])).min(MOST_SEGMENTS),
             half_width_px: strokes.width_px * 0.5,
             taper_px: strokes.taper_px,
             haze_m: haze_m as f32 * strokes.reach,
@@ -133,7 +133,7 @@ impl StrokeMemory {
     /// # Errors
     /// [`GpuError::Limit`] when the lists are larger than the device can bind.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        chain::check(gpu, MOST_PIECES)?;
+        chain::check(gpu, MOST_SEGMENTS)?;
         let lists = [SampleList::new(gpu), SampleList::new(gpu)];
         Ok(Self { history: History::default(), lists, current: 0, uniform: StrokesUniform::zeroed(), texture: None })
     }
@@ -172,7 +172,7 @@ impl<'a> DrawnStrokes<'a> {
         self.memory.samples()
     }
 
-    /// A buffer of the eye that was drawn last: [`COUNTS`], [`PIECES`] and those of the rooms beside. None if
+    /// A buffer of the eye that was drawn last: [`COUNTS`], [`SEGMENTS`] and those of the rooms beside. None if
     /// nothing has asked for it lately.
     pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)
@@ -244,7 +244,7 @@ impl FrameStrokes {
         self.plan.is_update.then_some(self.edge_rules)
     }
 
-    /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible pieces,
+    /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible segments,
     /// chains them and lets them take over from the frame before; else the strokes of the frame before move with the
     /// world.
     pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
@@ -254,7 +254,7 @@ impl FrameStrokes {
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
         let drawn = stroke::Inputs { view, lists, work, texture: self.texture.as_deref(), ink: &ink, ids: &ids };
         let Some(edges) = edges else {
-            carry::advance(cx, view, work);
+            temporal::advance(cx, view, work);
             stroke::run(cx, Which::Fresh, &drawn);
             return ink;
         };
@@ -263,26 +263,26 @@ impl FrameStrokes {
         let edge_depth = targets.sized(gpu, &id_image::EDGE_DEPTH, image_px);
         id_image::run(cx, edges, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
         extract::run(cx, lists, edges, view, &edge_ids);
-        let (pieces, counts) = (&lists.pieces, &lists.counts);
-        let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_PIECES, pieces, counts });
+        let (segments, counts) = (&lists.segments, &lists.counts);
+        let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
         let points = &points::run(cx, lists, edges, chains);
         samples::run(cx, &samples::Inputs { view, lists, chains, points, ids: &ids, work });
-        carry::take_over(cx, view, lists, chains, points, work);
+        temporal::take_over(cx, view, lists, chains, points, work);
         stroke::run(cx, Which::Fresh, &drawn);
         if plan.takes_over {
-            carry::keep(cx, view, work, &ids, depth);
+            temporal::keep(cx, view, work, &ids, depth);
             stroke::run(cx, Which::Fading, &drawn);
         }
         ink
     }
 }
 
-fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::Step) -> CarryUniform {
+fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::Step) -> TemporalUniform {
     let history::Plan { is_update, takes_over, step_m, rests, frame } = *plan;
     let origin_m = step.origin_m;
     // By how much of the whole strokes come or go in this frame.
     let progress = step.step_s / f64::from(strokes.fade_s.max(1e-6));
-    CarryUniform {
+    TemporalUniform {
         step_m: step_m.as_vec3().to_array(),
         has_history: u32::from(takes_over || !is_update),
         pressure_step: progress.min(1.0) as f32,
@@ -294,6 +294,6 @@ fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::
         rests: u32::from(rests),
         camera_blocks: (origin_m / BLOCK_M).floor().as_ivec3().to_array(),
         camera_rest_m: (origin_m - (origin_m / BLOCK_M).floor() * BLOCK_M).as_vec3().to_array(),
-        ..CarryUniform::default()
+        ..TemporalUniform::default()
     }
 }

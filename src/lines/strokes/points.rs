@@ -1,7 +1,7 @@
 //! Chains → smoothed points with their arc lengths. See `shaders/lines/strokes/points.wgsl` and `lengths.wgsl`.
 
 use super::chain::Chains;
-use super::{Lists, MOST_PIECES};
+use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
@@ -10,8 +10,8 @@ use crate::surface::edges::EdgeList;
 
 /// Bytes of a point.
 const POINT_BYTES: u64 = size_of::<Point>() as u64;
-/// In the arguments: workgroups for pieces, workgroups for points.
-const FOR_PIECES: u64 = 0;
+/// In the arguments: workgroups for segments, workgroups for points.
+const FOR_SEGMENTS: u64 = 0;
 const FOR_POINTS: u64 = 16;
 /// Where `StrokeCounts` has the number of points.
 const POINTS_INDEX: u32 = 3;
@@ -33,16 +33,16 @@ pub struct Points {
 }
 
 impl Points {
-    /// Workgroups of 256 for each piece, and so for each chain: the buffer and its offset.
-    pub fn per_piece(&self) -> (&Buffer, u64) {
-        (&self.arguments, FOR_PIECES)
+    /// Workgroups of 256 for each segment, and so for each chain: the buffer and its offset.
+    pub fn per_segment(&self) -> (&Buffer, u64) {
+        (&self.arguments, FOR_SEGMENTS)
     }
 }
 
-/// Reads pieces and chains; makes points, their arc lengths, and counts them.
+/// Reads segments and chains; makes points, their arc lengths, and counts them.
 pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
-    // A chain of n pieces has n + 1 points.
-    let most = 2 * u64::from(MOST_PIECES);
+    // A chain of n segments has n + 1 points.
+    let most = 2 * u64::from(MOST_SEGMENTS);
     let points = Points {
         list: cx.buffer(&POINTS, most * POINT_BYTES),
         along: cx.buffer(&LENGTHS, most * 4),
@@ -52,17 +52,17 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) ->
         [lists.strokes(), edges.rules(), edges.draw(), lists.counts(), ("arguments", points.arguments.binding())];
     cx.groups("lines/strokes/arguments", [1, 1], &resources);
     let resources = [
-        ("pieces", lists.pieces.binding()),
+        ("segments", lists.segments.binding()),
         chains.named(),
         ("places", chains.places.binding()),
         lists.counts(),
         edges.edges(),
         ("points", points.list.binding()),
     ];
-    cx.indirect("lines/strokes/points", &points.arguments, FOR_PIECES, &resources);
+    cx.indirect("lines/strokes/points", &points.arguments, FOR_SEGMENTS, &resources);
     let resources = [("points", points.list.binding()), lists.counts(), ("lengths", points.along.binding())];
     cx.indirect("lines/strokes/lengths", &points.arguments, FOR_POINTS, &resources);
     let numbers = &lists.counts;
-    scan::run(cx, &scan::Inputs { numbers, index: POINTS_INDEX, capacity: 2 * MOST_PIECES, values: &points.along });
+    scan::run(cx, &scan::Inputs { numbers, index: POINTS_INDEX, capacity: 2 * MOST_SEGMENTS, values: &points.along });
     points
 }

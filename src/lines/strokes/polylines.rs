@@ -66,7 +66,7 @@ impl DrawnStrokes<'_> {
     /// [`GpuError::Readback`] when the device is lost or out of memory.
     pub fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
         let (_, samples) = self.samples().read(gpu)?;
-        self.left_out(gpu)?.tell();
+        self.left_out(gpu)?.warn();
         let pen = Pen::new(&self.memory.uniform);
         let strokes = samples.split_inclusive(|sample| sample.flags & Sample::LAST != 0);
         let shown = strokes.flat_map(|stroke| stroke.split(|sample| !is_shown(sample)));

@@ -1,22 +1,22 @@
-//! The records that the passes of strokes hand to each other, and the rules by which pieces are joined.
+//! The records that the passes of strokes hand to each other, and the rules by which segments are joined.
 
 pub use crate::gpu::wgsl::shared::strokes::Chain;
 pub(crate) use crate::gpu::wgsl::shared::strokes::ChainRules as ChainRulesUniform;
-pub use crate::gpu::wgsl::shared::strokes::Piece;
-pub use crate::gpu::wgsl::shared::strokes::Place as PieceInOrder;
+pub use crate::gpu::wgsl::shared::strokes::Segment;
+pub use crate::gpu::wgsl::shared::strokes::SegmentInOrder;
 pub use crate::gpu::wgsl::shared::strokes::StrokeCounts;
 use bytemuck::{Pod, Zeroable};
 
 /// Positions and lengths are whole numbers of 1/16 px: the GPU and its twin then agree to the bit.
 pub const UNITS_PER_PX: f32 = 16.0;
 
-/// A place in the order of pieces.
+/// A place in the order of segments.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Pod, Zeroable)]
-pub struct Place {
+pub struct ChainPosition {
     /// The chain that has it.
     pub chain: u32,
-    /// From the chain's start to the start of the piece. Modulo 2³².
+    /// From the chain's start to the start of the segment. Modulo 2³².
     pub begin_units: u32,
 }
 
@@ -25,7 +25,7 @@ pub struct Place {
 pub struct ChainRules {
     /// D: ends farther apart are not joined. 1 to [`ChainRules::WIDEST_REACH_UNITS`].
     pub reach_units: u32,
-    /// cos² of the widest angle A between one piece's way out and the other's way on, in 1/4096. 0 to 4096.
+    /// cos² of the widest angle A between one segment's way out and the other's way on, in 1/4096. 0 to 4096.
     pub least_cos_squared: u32,
 }
 

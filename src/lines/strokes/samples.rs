@@ -6,16 +6,16 @@
 
 use super::chain::Chains;
 use super::points::Points;
-use super::{Lists, MOST_PIECES};
+use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
 use crate::gpu::target::Target;
-pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Carry as CarryUniform;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
 pub use crate::gpu::wgsl::shared::stroke_samples::Sample;
 pub use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
+pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Temporal as TemporalUniform;
 use crate::gpu::{Gpu, GpuError, readback};
 
 /// Samples of a frame, at most: half a million pixels of line.
@@ -97,21 +97,21 @@ pub struct SampleWork {
     pub before: SampleList,
     /// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
     pub draws: Buffer,
-    carry: Resource,
+    temporal: Resource,
     starts: Buffer,
     matches: Buffer,
 }
 
 impl SampleWork {
     /// For a frame.
-    pub(super) fn new(cx: &mut Cx<'_>, [now, before]: [&SampleList; 2], uniform: CarryUniform) -> Self {
-        let uniform = CarryUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform };
+    pub(super) fn new(cx: &mut Cx<'_>, [now, before]: [&SampleList; 2], uniform: TemporalUniform) -> Self {
+        let uniform = TemporalUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform };
         Self {
             now: now.clone(),
             before: before.clone(),
             draws: cx.buffer(&DRAWS, 32),
-            carry: cx.uniform("stroke carry", &uniform),
-            starts: cx.buffer(&STARTS, 4 * (u64::from(MOST_PIECES) + 1)),
+            temporal: cx.uniform("temporal strokes", &uniform),
+            starts: cx.buffer(&STARTS, 4 * (u64::from(MOST_SEGMENTS) + 1)),
             matches: cx.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
         }
     }
@@ -146,8 +146,8 @@ impl SampleWork {
         ("matches", self.matches.binding())
     }
 
-    pub(super) fn carry(&self) -> Named {
-        ("carry", self.carry.clone())
+    pub(super) fn temporal(&self) -> Named {
+        ("temporal", self.temporal.clone())
     }
 }
 
@@ -155,7 +155,7 @@ impl SampleWork {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
-    /// For the numbers of pieces and chains.
+    /// For the numbers of segments and chains.
     pub lists: &'a Lists,
     /// Of this frame.
     pub chains: &'a Chains,
@@ -173,20 +173,20 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let along = || ("along_units", points.along.binding());
     let classes = cx.buffer(&CLASSES_OF, 4 * CLASSES);
     let classes = || ("classes", classes.binding());
-    let (arguments, offset) = points.per_piece();
+    let (arguments, offset) = points.per_segment();
 
     let resources = [lists.strokes(), lists.counts(), chains.named(), along(), classes()];
     cx.indirect("lines/strokes/budget", arguments, offset, &resources);
-    cx.groups("lines/strokes/budget_choose", [1, 1], &[work.carry(), classes(), work.list(), work.named_draws()]);
+    cx.groups("lines/strokes/budget_choose", [1, 1], &[work.temporal(), classes(), work.list(), work.named_draws()]);
     let sizes = ("sizes", work.starts.binding());
     let resources = [lists.strokes(), lists.counts(), chains.named(), along(), work.list(), sizes];
     cx.indirect("lines/strokes/sizes", arguments, offset, &resources);
     let numbers = &lists.counts;
-    scan::run(cx, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_PIECES, values: &work.starts });
+    scan::run(cx, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_SEGMENTS, values: &work.starts });
     let resources = [
         ("view", view.clone()),
         lists.strokes(),
-        work.carry(),
+        work.temporal(),
         chains.named(),
         ("points", points.list.binding()),
         along(),

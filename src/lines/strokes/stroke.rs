@@ -13,7 +13,7 @@ const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 /// How much ink.
 pub const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
-/// Whose: the number of the sample where the piece begins, plus 1. It lasts to the next frame.
+/// Whose: the number of the sample where the segment begins, plus 1. It lasts to the next frame.
 pub const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
 
 const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {

@@ -2,45 +2,45 @@
 //!
 //! Pietrok (2021), section 4.2.3, joins an edge with a partner that is nearer than D, at less than the angle A, and not
 //! overlapping: the first one that passes, in the order of the list. Changed: each end takes its best partner, those
-//! that chose each other are joined, and this is done three times; so the order of pieces decides ties alone, and each
+//! that chose each other are joined, and this is done three times; so the order of segments decides ties alone, and each
 //! end is joined at most once. All numbers are whole.
 
 use rustc_hash::FxHashMap;
 
-use super::records::{Chain, ChainRules, Piece, Place};
+use super::records::{Chain, ChainPosition, ChainRules, Segment};
 
 /// What comes out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Chained {
-    /// For each place the number of a piece, times two, plus 1 if it runs from b to a.
+    /// For each place the number of a segment, times two, plus 1 if it runs from b to a.
     pub ordered: Vec<u32>,
-    /// In the order of the pieces that begin them.
+    /// In the order of the segments that begin them.
     pub chains: Vec<Chain>,
-    /// For each place its chain, and how far its piece begins from the chain's start.
-    pub places: Vec<Place>,
+    /// For each place its chain, and how far its segment begins from the chain's start.
+    pub places: Vec<ChainPosition>,
 }
 
 const LIMIT_UNITS: i32 = crate::gpu::wgsl::shared::strokes::LIMIT_UNITS;
 /// Whole numbers that stand for 1: of scores and of cos².
 const ONE: u32 = 4096;
 
-/// Chains pieces. End 2p is a of piece p, end 2p + 1 its b.
-pub fn chain(pieces: &[Piece], rules: &ChainRules) -> Chained {
+/// Chains segments. End 2p is a of segment p, end 2p + 1 its b.
+pub fn chain(segments: &[Segment], rules: &ChainRules) -> Chained {
     let rules = rules.in_range();
-    let links = join(pieces, &rules);
-    let mut heads = heads(pieces, &links);
+    let links = join(segments, &rules);
+    let mut heads = heads(segments, &links);
     heads.sort_by_key(|head| head / 2);
     let mut chained = Chained::default();
     for head in heads {
-        append(&mut chained, pieces, &links, head);
+        append(&mut chained, segments, &links, head);
     }
     chained
 }
 
 /// For each end the end that it is joined to.
-pub fn join(pieces: &[Piece], rules: &ChainRules) -> Vec<Option<u32>> {
-    let count = 2 * pieces.len() as u32;
-    let ends: Vec<End> = (0..count).map(|end| End::new(pieces, end)).collect();
+pub fn join(segments: &[Segment], rules: &ChainRules) -> Vec<Option<u32>> {
+    let count = 2 * segments.len() as u32;
+    let ends: Vec<End> = (0..count).map(|end| End::new(segments, end)).collect();
     let reach = rules.reach_units as i32;
     let cell = |position: [i32; 2]| position.map(|units| units.div_euclid(reach));
     let mut cells: FxHashMap<[i32; 2], Vec<u32>> = FxHashMap::default();
@@ -58,7 +58,7 @@ pub fn join(pieces: &[Piece], rules: &ChainRules) -> Vec<Option<u32>> {
                 .filter(|&&other| other / 2 != end / 2 && links[other as usize].is_none())
                 .filter_map(|&other| {
                     let score = score(&ends[end as usize], &ends[other as usize], rules)?;
-                    Some((score, pieces[other as usize / 2].key, other))
+                    Some((score, segments[other as usize / 2].key, other))
                 })
                 .min()
                 .map(|(_, _, other)| other)
@@ -76,15 +76,15 @@ pub fn join(pieces: &[Piece], rules: &ChainRules) -> Vec<Option<u32>> {
     links
 }
 
-/// An end of a piece: where it is, and which way the piece leaves through it.
+/// An end of a segment: where it is, and which way the segment leaves through it.
 struct End {
     position: [i32; 2],
     outward: [i32; 2],
 }
 
 impl End {
-    fn new(pieces: &[Piece], end: u32) -> Self {
-        let (position, other) = (position(pieces, end), position(pieces, end ^ 1));
+    fn new(segments: &[Segment], end: u32) -> Self {
+        let (position, other) = (position(segments, end), position(segments, end ^ 1));
         Self { position, outward: direction([position[0] - other[0], position[1] - other[1]]) }
     }
 
@@ -130,11 +130,11 @@ fn cos_squared(u: [i32; 2], v: [i32; 2]) -> Option<u32> {
     Some(((along * along) >> shift) * ONE / (whole >> shift))
 }
 
-/// The state that begins each chain, in no order. State s enters its piece at end s and leaves it at end s ^ 1.
-fn heads(pieces: &[Piece], links: &[Option<u32>]) -> Vec<u32> {
-    let rank = |end: u32| (pieces[end as usize / 2].key, end);
+/// The state that begins each chain, in no order. State s enters its segment at end s and leaves it at end s ^ 1.
+fn heads(segments: &[Segment], links: &[Option<u32>]) -> Vec<u32> {
+    let rank = |end: u32| (segments[end as usize / 2].key, end);
     let mut heads = Vec::new();
-    let mut seen = vec![false; pieces.len()];
+    let mut seen = vec![false; segments.len()];
     // Open chains begin at the lesser of their two free ends.
     for end in (0..links.len() as u32).filter(|&end| links[end as usize].is_none()) {
         let last = run(links, end).inspect(|&state| seen[state as usize / 2] = true).last().unwrap_or(end);
@@ -142,11 +142,11 @@ fn heads(pieces: &[Piece], links: &[Option<u32>]) -> Vec<u32> {
             heads.push(end);
         }
     }
-    // What is left are loops. Each begins with its least piece, from a to b.
-    for piece in 0..pieces.len() as u32 {
-        if !seen[piece as usize] {
-            let states = run(links, 2 * piece).inspect(|&state| seen[state as usize / 2] = true);
-            let least = states.map(|state| state / 2).min_by_key(|&piece| rank(2 * piece)).unwrap_or(piece);
+    // What is left are loops. Each begins with its least segment, from a to b.
+    for segment in 0..segments.len() as u32 {
+        if !seen[segment as usize] {
+            let states = run(links, 2 * segment).inspect(|&state| seen[state as usize / 2] = true);
+            let least = states.map(|state| state / 2).min_by_key(|&segment| rank(2 * segment)).unwrap_or(segment);
             heads.push(2 * least);
         }
     }
@@ -159,7 +159,7 @@ fn run(links: &[Option<u32>], head: u32) -> impl Iterator<Item = u32> {
 }
 
 /// Appends the chain that begins with a state.
-fn append(chained: &mut Chained, pieces: &[Piece], links: &[Option<u32>], head: u32) {
+fn append(chained: &mut Chained, segments: &[Segment], links: &[Option<u32>], head: u32) {
     let chain = chained.chains.len() as u32;
     let first = chained.ordered.len() as u32;
     let mut length_units = 0_u32;
@@ -167,29 +167,29 @@ fn append(chained: &mut Chained, pieces: &[Piece], links: &[Option<u32>], head: 
         if state != head
             && let Some(left) = links[state as usize]
         {
-            length_units = length_units.wrapping_add(between_units(pieces, left, state));
+            length_units = length_units.wrapping_add(between_units(segments, left, state));
         }
         chained.ordered.push(state);
-        chained.places.push(Place { chain, begin_units: length_units });
-        length_units = length_units.wrapping_add(between_units(pieces, state, state ^ 1));
+        chained.places.push(ChainPosition { chain, begin_units: length_units });
+        length_units = length_units.wrapping_add(between_units(segments, state, state ^ 1));
     }
     let closing = links[head as usize];
     if let Some(last) = closing {
-        length_units = length_units.wrapping_add(between_units(pieces, last, head));
+        length_units = length_units.wrapping_add(between_units(segments, last, head));
     }
     chained.chains.push(Chain {
         first,
         count: chained.ordered.len() as u32 - first,
         is_closed: u32::from(closing.is_some()),
-        key: pieces[head as usize / 2].key,
+        key: segments[head as usize / 2].key,
         length_units,
         padding: [0; 3],
     });
 }
 
-fn position(pieces: &[Piece], end: u32) -> [i32; 2] {
-    let piece = &pieces[end as usize / 2];
-    (if end.is_multiple_of(2) { piece.a } else { piece.b }).map(|units| units.clamp(-LIMIT_UNITS, LIMIT_UNITS))
+fn position(segments: &[Segment], end: u32) -> [i32; 2] {
+    let segment = &segments[end as usize / 2];
+    (if end.is_multiple_of(2) { segment.a } else { segment.b }).map(|units| units.clamp(-LIMIT_UNITS, LIMIT_UNITS))
 }
 
 /// A vector's direction, with components below 128: products of four of them fit 32 bits.
@@ -199,8 +199,8 @@ fn direction(delta: [i32; 2]) -> [i32; 2] {
 }
 
 /// The distance of two ends, rounded down. From 2¹⁵ on the last bits are lost.
-fn between_units(pieces: &[Piece], from: u32, to: u32) -> u32 {
-    let (from, to) = (position(pieces, from), position(pieces, to));
+fn between_units(segments: &[Segment], from: u32, to: u32) -> u32 {
+    let (from, to) = (position(segments, from), position(segments, to));
     let delta = [to[0] - from[0], to[1] - from[1]];
     let shift = bit_count(largest(delta)).saturating_sub(15);
     let [x, y] = delta.map(|component| component.unsigned_abs() >> shift);

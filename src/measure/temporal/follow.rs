@@ -37,7 +37,7 @@ const SAME_DISTANCE: f64 = 0.02;
 const SAME_SURFACE: f64 = 0.05;
 
 /// Where everything is in a frame.
-pub(super) struct Seen<'a> {
+pub(super) struct SurfaceOfFrame<'a> {
     view: &'a View,
     position: &'a [[f32; 4]],
     /// From the eye; the sky is infinitely far.
@@ -56,11 +56,11 @@ pub(super) enum Whose {
 
 /// Follows pixels from a frame to another.
 pub(super) struct Follower<'a> {
-    pub from: &'a Seen<'a>,
-    pub to: &'a Seen<'a>,
+    pub from: &'a SurfaceOfFrame<'a>,
+    pub to: &'a SurfaceOfFrame<'a>,
 }
 
-impl<'a> Seen<'a> {
+impl<'a> SurfaceOfFrame<'a> {
     pub fn new(frame: &'a DrawnFrame) -> Self {
         let distance_m = |at: &[f32; 4]| if at[3] > 0.0 { way(at).length() as f32 } else { f32::INFINITY };
         Self {
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn a_circle_has_the_pixels_whose_centres_lie_in_it() {
         let frame = frame(DVec3::ZERO, 10.0);
-        let seen = Seen::new(&frame);
+        let seen = SurfaceOfFrame::new(&frame);
         let places = (-8..40).flat_map(|x| (-8..30).map(move |y| DVec2::new(f64::from(x) / 4.0, f64::from(y) / 4.0)));
         for (place, radius_px) in places.flat_map(|place| [0.3, 1.25, 1.5, 2.0, 2.75].map(|radius| (place, radius))) {
             let found: Vec<usize> = seen.within(place, radius_px).map(|(pixel, _)| pixel).collect();
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn a_wall_grows_as_the_eye_comes_nearer() {
         let (far, near) = (frame(DVec3::ZERO, 10.0), frame(DVec3::new(0.0, 2.0, 0.0), 8.0));
-        let (far, near) = (Seen::new(&far), Seen::new(&near));
+        let (far, near) = (SurfaceOfFrame::new(&far), SurfaceOfFrame::new(&near));
         let (on, back) = (Follower { from: &far, to: &near }, Follower { from: &near, to: &far });
         let middle = DVec2::new(3.5, 2.5);
         // The second pixel of the second row: its place is 10 / 8 as far from the middle, and back.
@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(on.place(0, Whose::Line), None, "the corner leaves the picture");
         // Planted: the wall is farther there than it can be.
         let wrong = frame(DVec3::new(0.0, 2.0, 0.0), 10.0);
-        let wrong = Seen::new(&wrong);
+        let wrong = SurfaceOfFrame::new(&wrong);
         assert_eq!(Follower { from: &far, to: &wrong }.place(8, Whose::Line), None);
         assert_eq!(Follower { from: &far, to: &wrong }.place_behind(8), None);
     }
@@ -249,7 +249,7 @@ mod tests {
     #[test]
     fn a_picture_is_linear_between_its_pixels() {
         let frame = frame(DVec3::ZERO, 10.0);
-        let seen = Seen::new(&frame);
+        let seen = SurfaceOfFrame::new(&frame);
         let linear = |place: DVec2| 0.25 + 0.1 * place.x - 0.07 * place.y;
         let picture: Vec<f32> = (0..35).map(|pixel| linear(seen.centre(pixel)) as f32).collect();
         for place in [[0.5, 0.5], [3.0, 2.0], [6.2, 4.4], [1.75, 3.1]].map(DVec2::from) {

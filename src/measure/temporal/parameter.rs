@@ -7,7 +7,7 @@
 
 use glam::{DMat2, DVec2};
 
-use super::follow::Seen;
+use super::follow::SurfaceOfFrame;
 use super::lines::Fates;
 use super::{LINE_INK, REACH_PX, StrokePictures};
 
@@ -25,7 +25,7 @@ pub(super) fn slips_px(
     own: &StrokePictures,
     before: &StrokePictures,
     ink_before: &[f32],
-    seen_before: &Seen<'_>,
+    seen_before: &SurfaceOfFrame<'_>,
 ) -> Vec<f32> {
     let is_stroke = |at: usize| ink_before[at] >= LINE_INK && before.id[at] != 0 && before.along_px[at].is_finite();
     let slip = |pixel: usize, place: DVec2| {
@@ -44,7 +44,7 @@ pub(super) fn slips_px(
 }
 
 /// Of the parameter at a pixel of a stroke, per pixel.
-fn gradient(strokes: &StrokePictures, pixel: usize, seen: &Seen<'_>) -> DVec2 {
+fn gradient(strokes: &StrokePictures, pixel: usize, seen: &SurfaceOfFrame<'_>) -> DVec2 {
     let (centre, own_px) = (seen.centre(pixel), f64::from(strokes.along_px[pixel]));
     let (mut squares, mut products) = (DMat2::from_diagonal(DVec2::splat(TOWARD_ZERO)), DVec2::ZERO);
     for (at, squared) in seen.within(centre, AROUND_PX).filter(|(at, _)| strokes.id[*at] == strokes.id[pixel]) {

@@ -32,7 +32,7 @@ pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Optio
 }
 
 /// Which strokes lie where in the last frame; none where the style has none. The parameter is that of the nearest place
-/// on the piece that was drawn at a pixel.
+/// on the segment that was drawn at a pixel.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -48,9 +48,9 @@ pub fn read_stroke_pictures(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<O
         .into_par_iter()
         .enumerate()
         .map(|(pixel, number)| {
-            // A piece runs from the sample with its number to the next one.
-            let piece = (number as usize).checked_sub(1).and_then(|first| samples.get(first..first + 2));
-            let Some([a, b]) = piece else { return (0, f32::NAN) };
+            // A segment runs from the sample with its number to the next one.
+            let segment = (number as usize).checked_sub(1).and_then(|first| samples.get(first..first + 2));
+            let Some([a, b]) = segment else { return (0, f32::NAN) };
             let at = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
             let (begin, way) = (Vec2::from(a.px), Vec2::from(b.px) - Vec2::from(a.px));
             let part = ((at - begin).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);

@@ -9,7 +9,7 @@ use crate::pyramid::surface::levels::{LevelSize, Region, coordinate};
 
 /// A full-resolution sample along an axis, on a level.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct AxisSample {
     /// The cell of the level that holds it.
     pub cell: u32,
     /// The weights of the samples −1, 0, 1, 2 of that cell.
@@ -20,7 +20,7 @@ pub struct Place {
     pub inside: bool,
 }
 
-impl Place {
+impl AxisSample {
     /// Of the sample `f` of `finest` on an axis of `size` samples, of which `own` are `inside`.
     fn new(f: u32, finest: u32, size: u32, (first, count): (u32, u32)) -> Self {
         let c = coordinate(f.into(), finest, size);
@@ -55,24 +55,24 @@ pub struct Surface<'a> {
     served: &'a Field,
     size: LevelSize,
     /// The columns of the rectangle, from its first.
-    pub columns: Vec<Place>,
+    pub columns: Vec<AxisSample>,
     /// The rows of the rectangle, from its first.
-    pub rows: Vec<Place>,
+    pub rows: Vec<AxisSample>,
 }
 
 impl<'a> Surface<'a> {
     /// Over the columns and rows of `over`. `served` is the level as tiles serve it, as far as the kernel reaches from
     /// there; `own` says which of its samples count as inside.
     pub fn new(served: &'a Field, finest: LevelSize, size: LevelSize, over: Region, own: Region) -> Self {
-        let column = |f| Place::new(f, finest.width, size.width, (own.x, own.width));
-        let row = |f| Place::new(f, finest.height, size.height, (own.y, own.height));
+        let column = |f| AxisSample::new(f, finest.width, size.width, (own.x, own.width));
+        let row = |f| AxisSample::new(f, finest.height, size.height, (own.y, own.height));
         let columns = (over.x..over.x + over.width).map(column).collect();
         let rows = (over.y..over.y + over.height).map(row).collect();
         Self { served, size, columns, rows }
     }
 
     /// The surface along a row, at the columns of the level from one before the field's first on (clamped).
-    pub fn across(&self, row: &Place, across: &mut Vec<f64>) {
+    pub fn across(&self, row: &AxisSample, across: &mut Vec<f64>) {
         let line = |k: u32| self.served.row(bicubic::neighbour(row.cell, k, self.size.height));
         let lines = [line(0), line(1), line(2), line(3)];
         let width = lines[0].len();
@@ -86,7 +86,7 @@ impl<'a> Surface<'a> {
 
     /// The surface at a column, from [`Surface::across`] along the row; NaN where it depends on heights that are not
     /// known.
-    pub fn height_m(&self, across: &[f64], column: &Place) -> f64 {
+    pub fn height_m(&self, across: &[f64], column: &AxisSample) -> f64 {
         let first = (column.cell - self.served.region.x) as usize;
         across[first..first + 4].iter().zip(column.weights).map(|(across, weight)| across * weight).sum()
     }

@@ -18,7 +18,7 @@
 use rayon::prelude::*;
 
 use super::deferred::Deferred;
-use super::surface_rows::{Place, Surface, area};
+use super::surface_rows::{AxisSample, Surface, area};
 use crate::pyramid::surface::field::Field;
 use crate::pyramid::surface::levels::{LevelSize, Region};
 use crate::pyramid::surface::statistics::{Range, TileStatistics, rounded_up};
@@ -162,7 +162,7 @@ pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>])
         .map(|(view, area)| Surface::new(view.served, finest, view.size, *area, view.own))
         .collect();
     let doubts: Vec<f64> = views.iter().map(|level| level.doubt_of_voids_m() + view.doubt_of_voids_m()).collect();
-    let tile_of = |place: &Place, first: u32| (place.sample / TILE_SAMPLES - first) as usize;
+    let tile_of = |place: &AxisSample, first: u32| (place.sample / TILE_SAMPLES - first) as usize;
     let none = || views.iter().map(|view| Errors::none(view.tiles().samples())).collect::<Vec<_>>();
     let work = |(mut all, mut across, mut line): (Vec<Errors>, Vec<f64>, Vec<(f64, f64)>), i: usize| {
         let y = over.y + i as u32;

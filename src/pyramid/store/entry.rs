@@ -73,7 +73,7 @@ impl Entry {
             return Ok(pyramid);
         }
         if let Some(damage) = damage {
-            tell(&damage);
+            warn(&damage);
         }
         self.make(make)
     }
@@ -165,7 +165,7 @@ impl Entry {
 }
 
 /// That a file of the cache is damaged, and that it does not matter.
-pub(super) fn tell(damage: &PyramidError) {
+pub(super) fn warn(damage: &PyramidError) {
     let damage = damage.to_string();
     let damage = damage.trim_end_matches(": the file is damaged");
     tracing::warn!("{}; this file of the cache is made anew", crate::file::one_line(damage));

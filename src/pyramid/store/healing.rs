@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::entry::{Entry, tell};
+use super::entry::{Entry, warn};
 use super::pyramid::Pyramid;
 use super::tile_store::{Cancel, Decode, TileStore};
 use crate::pyramid::error::PyramidError;
@@ -90,7 +90,7 @@ impl Shared {
         if Arc::ptr_eq(&state.current, damaged) && !state.is_healing && state.times < MOST_TIMES {
             state.times += 1;
             state.is_healing = true;
-            tell(&error);
+            warn(&error);
             let shared = Arc::clone(self);
             let started = std::thread::Builder::new().name("healing".into()).spawn(move || shared.make(address));
             if let Err(error) = started {

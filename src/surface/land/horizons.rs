@@ -23,7 +23,7 @@ pub fn run(cx: &mut Cx<'_>, terrain: &[Named], maps: &HorizonMaps) {
         let mut resources = vec![
             ("horizons", cx.uniform("horizons", &uniform)),
             ("jobs", cx.upload(&JOBS, jobs).binding()),
-            ("seen_tiles", Resource::Texture("horizon maps", maps.view().clone())),
+            ("horizon_maps", Resource::Texture("horizon maps", maps.view().clone())),
         ];
         resources.extend(terrain.iter().cloned());
         // Tiles stand below each other.

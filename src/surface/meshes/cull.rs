@@ -63,7 +63,7 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, origin_m: DVec3, terrain: Named, me
 
 /// What a view sees of what stands in a world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen {
+pub struct VisibleInstance {
     /// Which of [`Placed::standing`].
     pub standing: usize,
     /// Its edges are looked for.
@@ -71,7 +71,7 @@ pub struct Seen {
 }
 
 /// The twin: those in view, in the order of [`Placed::standing`].
-pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<Seen> {
+pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<VisibleInstance> {
     let (frustum, focal_px) = (view.frustum(), view.focal_px());
     let of = |(number, standing): (usize, &Standing)| {
         let mesh = placed.mesh(standing);
@@ -87,7 +87,7 @@ pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> V
             return None;
         }
         let edge_px_m = mesh.mean_edge_m * standing.scale * focal_px;
-        Some(Seen { standing: number, is_near: edge_px_m >= SHORTEST_EDGE_PX * (away_m - radius_m) })
+        Some(VisibleInstance { standing: number, is_near: edge_px_m >= SHORTEST_EDGE_PX * (away_m - radius_m) })
     };
     placed.standing.iter().enumerate().filter_map(of).collect()
 }

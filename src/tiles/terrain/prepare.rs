@@ -107,7 +107,7 @@ impl Terrain {
             let step = HorizonStep { frame: self.frame, most, fade_step_s };
             tiles.late |= maps.plan(&self.residency, self.store.levels(), step);
         }
-        self.tell(gpu, &rule);
+        self.write_buffers(gpu, &rule);
         Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
     }
 
@@ -123,7 +123,7 @@ impl Terrain {
             earth_curvature: self.earth_curvature(view.camera_m.z),
         };
         let streams = self.options.loading == Loading::Stream;
-        let step = self.flight.go_on(view.camera_m, now_s, self.grid_projection.spacing_m());
+        let step = self.motion.go_on(view.camera_m, now_s, self.grid_projection.spacing_m());
         let fades = streams && step.fades();
         // While nothing fades, what has come stands at once.
         let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
@@ -224,7 +224,7 @@ impl Terrain {
     }
 
     /// Writes what the shaders read.
-    fn tell(&mut self, gpu: &Gpu, rule: &LevelRule) {
+    fn write_buffers(&mut self, gpu: &Gpu, rule: &LevelRule) {
         let anchor = self.grid_projection.anchor(rule.camera_m.truncate());
         let page_table = PageTable::new(&*self.store, &self.residency, self.horizon_maps.as_ref(), anchor);
         let uniform = TerrainUniform::new(&*self.store, &self.grid_projection, anchor, rule);

@@ -68,17 +68,17 @@ pub fn directions(axes: &[DVec3]) -> Vec<Axis> {
     axes.iter().map(|axis| Axis { direction: axis.as_vec3().to_array(), pad: 0.0 }).collect()
 }
 
-/// The first level of the zoom rule's ladder: a place of it is 2^first metres.
+/// The first level of the fractal rule's ladder: a place of it is 2^first metres.
 pub const FIRST_OCTAVE: i32 = -22;
 
 /// Its levels.
 pub const OCTAVES: usize = 40;
 
-/// The zoom rule's places of an axis begin within so many metres of the origin. It is the place of the coarsest mark of
+/// The fractal rule's places of an axis begin within so many metres of the origin. It is the place of the coarsest mark of
 /// all: if all axes had theirs at the origin, there would be a star of marks.
 const BEGINS_WITHIN_M: f64 = 131_072.0;
 
-/// Where the camera lies on each axis at each level of the zoom rule's ladder: the levels of the first axis, then those
+/// Where the camera lies on each axis at each level of the fractal rule's ladder: the levels of the first axis, then those
 /// of the next.
 pub fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
     let place = |along_m: f64, level: usize| {

@@ -13,7 +13,7 @@ const ENDLESS: u32 = crate::gpu::wgsl::shared::hatch::ENDLESS;
 /// Marks darken by growing wider.
 const SWELLS: u32 = crate::gpu::wgsl::shared::hatch::SWELLS;
 
-/// Length and width of a mark by the zoom rule: a line has no end, a dot is as long as wide.
+/// Length and width of a mark by the fractal rule: a line has no end, a dot is as long as wide.
 fn marks_px(recipe: &Recipe) -> [f32; 2] {
     let length_px = match recipe.kind {
         Kind::Line => 0.0,

@@ -22,7 +22,7 @@ pub(super) struct InkMap {
 
 /// A place of a mark, with all that its growing asks for.
 #[derive(Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct MarkPoint {
     /// Ink at which the mark begins.
     pub(super) begin: f32,
     /// From the middle line.
@@ -33,7 +33,7 @@ pub(super) struct Place {
     pub(super) along: f32,
 }
 
-impl Place {
+impl MarkPoint {
     /// The ink at which the place is reached.
     pub(super) fn reached_at(self, growth: &Growth) -> f32 {
         let half_px = self.half_px.max(CORE_PX);
@@ -75,7 +75,8 @@ impl InkMap {
                     continue;
                 }
                 let mix = |a: f32, b: f32| a + (b - a) * part;
-                let place = Place { begin, away_px, half_px: mix(a.half_px, b.half_px), along: mix(a.along, b.along) };
+                let place =
+                    MarkPoint { begin, away_px, half_px: mix(a.half_px, b.half_px), along: mix(a.along, b.along) };
                 let side = self.side_px as i64;
                 self.reach(x.rem_euclid(side) as usize, y.rem_euclid(side) as usize, place.reached_at(growth));
             }

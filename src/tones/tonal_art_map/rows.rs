@@ -9,7 +9,7 @@
 
 use super::chance::Chance;
 use super::growth::Growth;
-use super::ink_map::{InkMap, Place};
+use super::ink_map::{InkMap, MarkPoint};
 use crate::lines::strokes::texture::field::Field;
 use crate::style::marks::Recipe;
 
@@ -102,7 +102,7 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
                 let half_px = 0.5 * recipe.width_px * row.width * (1.0 + 0.2 * recipe.pressure * pressed);
                 // A row that begins late here has its end here.
                 let begin = family.after + (row.begin - family.after) * (1.0 - 0.3 * pressed);
-                let place = Place { begin, away_px, half_px, along: 0.0 };
+                let place = MarkPoint { begin, away_px, half_px, along: 0.0 };
                 least = least.min(place.reached_at(growth));
             }
             if least < f32::MAX {

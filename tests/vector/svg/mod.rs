@@ -40,13 +40,13 @@ fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style
     let mut frame = Frame::new(gpu).unwrap();
     frame.render(gpu, &mut world.surfaces, &view, &style, &light).unwrap();
     let (_, samples) = frame.strokes().unwrap().samples().read(gpu).unwrap();
-    let pieces: Vec<u32> = read_as(gpu, frame.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
-    let stroke = |piece: u32| if piece == 0 { 0 } else { samples[piece as usize - 1].stroke };
+    let segments: Vec<u32> = read_as(gpu, frame.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let stroke = |segment: u32| if segment == 0 { 0 } else { samples[segment as usize - 1].stroke };
     let ink: Vec<u16> = read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     Drawn {
         polylines: frame.strokes().unwrap().read_polylines(gpu).unwrap(),
         ink: ink.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect(),
-        ids: pieces.into_iter().map(stroke).collect(),
+        ids: segments.into_iter().map(stroke).collect(),
     }
 }
 

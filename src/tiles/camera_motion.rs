@@ -13,7 +13,7 @@ const PAUSE_S: f64 = 1.0;
 
 /// The camera's way over the last frames.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Flight {
+pub(super) struct CameraMotion {
     before: Option<Step>,
 }
 
@@ -30,7 +30,7 @@ pub(super) struct Step {
     jumped_s: f64,
 }
 
-impl Flight {
+impl CameraMotion {
     /// Goes on to a frame at `now_s`. A step much longer than the one before is a jump, and says nothing of the next;
     /// the first frame is one.
     pub fn go_on(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
@@ -72,8 +72,8 @@ mod tests {
 
     #[test]
     fn jumps_are_told_from_flight() {
-        let mut flight = Flight::default();
-        let mut at = |x_m: f64, now_s: f64| flight.go_on(DVec3::X * x_m, now_s, 10.0);
+        let mut motion = CameraMotion::default();
+        let mut at = |x_m: f64, now_s: f64| motion.go_on(DVec3::X * x_m, now_s, 10.0);
         assert!(at(0.0, 0.0).has_jumped(), "the first frame");
         // Off it goes at 300 m/s: a first step, and no jump.
         for frame in 1..100 {

@@ -59,7 +59,7 @@ pub fn evenly_apart(samples: &[Sample]) -> Result<(), String> {
     Ok(())
 }
 
-/// The shortest stroke, of 4 px and a little more, has three pieces.
+/// The shortest stroke, of 4 px and a little more, has three segments.
 const LEAST_PX: f32 = 4.0 / 3.0 - 0.08;
 /// Lengths are rounded to 1/16 px, and ten frames of a slow flight move neighbours apart by less than the rest.
 const MOST_PX: f32 = SPACING_PX + 0.1;
@@ -115,14 +115,14 @@ pub fn finite(counts: &SampleCounts, samples: &[Sample]) -> Result<(), String> {
     })
 }
 
-/// Ink is from 0 to 1, and belongs to pieces that there are.
+/// Ink is from 0 to 1, and belongs to segments that there are.
 pub fn inked(ink: &[f32], ids: &[u32], samples: &[Sample]) -> Result<(), String> {
     let width = SIZE_PX[0] as usize;
     ink.iter().zip(ids).enumerate().try_for_each(|(pixel, (ink, id))| {
         let at = || format!("pixel {}, {}", pixel % width, pixel / width);
         check((0.0..=1.0).contains(ink), || format!("{} has {ink} of ink", at()))?;
         let Some(number) = (*id as usize).checked_sub(1) else { return Ok(()) };
-        let begins_piece = number + 1 < samples.len() && samples[number].flags & Sample::LAST == 0;
-        check(begins_piece, || format!("{} is of sample {id} - 1, where no piece begins", at()))
+        let begins_segment = number + 1 < samples.len() && samples[number].flags & Sample::LAST == 0;
+        check(begins_segment, || format!("{} is of sample {id} - 1, where no segment begins", at()))
     })
 }

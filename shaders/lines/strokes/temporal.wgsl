@@ -8,14 +8,14 @@
 // - What is shown grows along the stroke, by `growth_px` in a frame, from what was shown before and from seeds SEEDS_PX
 //   apart; so no more of a line appears at once than an eye can follow.
 // - Pressure: from what it was, by a bounded step.
-// - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off comes nearer
+// - SegmentInOrder: the line is held where it was, as far as the style says, and does not jump: what is farther off comes nearer
 //   by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Carry, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash, let_go}
+#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash, let_go}
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> carry: Carry;
+@group(0) @binding(1) var<uniform> temporal: Temporal;
 @group(0) @binding(2) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(3) var<storage, read> chains: array<Chain>;
 @group(0) @binding(4) var<storage, read> starts: array<u32>;
@@ -45,10 +45,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = starts[number];
     let end = min(select(fresh, starts[number + 1u], number + 1u < counts.chains), fresh);
     // The same stroke gets the same number in the same view, whatever order chains were found in.
-    let name = hash(chain.key ^ hash(chain.length_units)) ^ hash(carry.seed);
+    let name = hash(chain.key ^ hash(chain.length_units)) ^ hash(temporal.seed);
     var stroke = max(name, 1u);
     var along_px = own.along_px + f32(hash(name) & 1023u);
-    if carry.has_history == 1u {
+    if temporal.has_history == 1u {
         let inherited = inherit(id.x, first, end);
         if inherited.stroke != 0u {
             stroke = inherited.stroke;
@@ -66,10 +66,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         own.shown_px = min(own.shown_px, grown_px(id.x, first, end, along_px));
         let found = matches[id.x];
         if found.stroke != 0u {
-            own.pressure = found.pressure + clamp(own.pressure - found.pressure, -carry.pressure_step, carry.pressure_step);
+            own.pressure = found.pressure + clamp(own.pressure - found.pressure, -temporal.pressure_step, temporal.pressure_step);
             own.half_width_px = mix(own.half_width_px, found.half_width_px, WIDTH_KEPT);
         }
-        own.held_px = let_go(toward(id.x, first, end), carry.hold);
+        own.held_px = let_go(toward(id.x, first, end), temporal.hold);
         if any(own.held_px != vec2<f32>(0.0)) {
             own.px += own.held_px;
             own.position_m = place_at(view, own.px, own.depth_m);
@@ -135,7 +135,7 @@ fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
     // Short strokes have one in the middle.
     let is_seed = has_seed(along_px, along_px + SPACING_PX) || number == (first + end) / 2u;
     if own.stroke == 0u && is_seed {
-        reached_px = -0.5 * carry.growth_px;
+        reached_px = -0.5 * temporal.growth_px;
     }
     for (var i = max(number, first + BESIDE) - BESIDE; i < min(number + BESIDE + 1u, end); i++) {
         let beside = matches[i];
@@ -143,5 +143,5 @@ fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
             reached_px = max(reached_px, beside.shown_px - abs(beside.at_px - own.at_px));
         }
     }
-    return reached_px + carry.growth_px;
+    return reached_px + temporal.growth_px;
 }

@@ -102,7 +102,7 @@ fn numbers_that_are_none_or_too_large_are_found() {
         let error = inked(&spoiled, &ids, &samples).unwrap_err();
         assert!(error.starts_with("pixel 100, 50") && error.contains(&format!("{bad}")), "{error}");
     }
-    // Of a sample that there is not, and of one from which no piece begins.
+    // Of a sample that there is not, and of one from which no segment begins.
     let last = samples.iter().position(|own| own.flags & Sample::LAST != 0).unwrap();
     for bad in [samples.len() as u32 + 1, u32::MAX, last as u32 + 1] {
         let mut spoiled = ids.clone();

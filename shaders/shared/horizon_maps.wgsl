@@ -3,38 +3,38 @@
 // Between texels, and between the tiles of two levels, horizons are interpolated and not shadows: the border of a
 // shadow then lies between texels, and is as smooth as the horizon is. The level is that of the pixel's footprint: it
 // is a function of place and distance alone, as the surface's is, so nothing pops.
-#define_import_path hachure::seen
+#define_import_path hachure::horizon_maps
 #import hachure::terrain::{terrain, tiles, place_on_level, between_corners, grid_from_world, LevelPlace, TILE_SAMPLES}
 #import hachure::earth::unbend
 
 // Texels of a tile along a side, those outside of it at either end, and samples between texels.
-const SEEN_SIDE: i32 = 130;
-const SEEN_BORDER: i32 = 1;
-const SEEN_SPACING: i32 = 2;
+const MAP_SIDE: i32 = 130;
+const MAP_BORDER: i32 = 1;
+const MAP_SPACING: i32 = 2;
 // What a tile without a map says.
 const NO_MAP: u32 = 0xffffffffu;
 // Half of the sun's width, and what the horizon's own texels add, in radians.
 const PENUMBRA_RAD: f32 = 0.008;
 
-@group(0) @binding(15) var seen_tiles: texture_2d_array<u32>;
-@group(0) @binding(16) var seen_sampler: sampler;
+@group(0) @binding(15) var horizon_maps: texture_2d_array<u32>;
+@group(0) @binding(16) var horizon_sampler: sampler;
 
 // The sine of the horizon toward the sun, and the visible sky, in a tile.
 fn horizon_in(slot: u32, place: LevelPlace) -> vec2<f32> {
     let in_tile = vec2<f32>(place.cell & vec2<i32>(TILE_SAMPLES - 1)) + place.f;
-    let u = max(in_tile / f32(SEEN_SPACING) + f32(SEEN_BORDER), vec2<f32>(0.0));
-    let texel = min(vec2<i32>(u), vec2<i32>(SEEN_SIDE - 2));
+    let u = max(in_tile / f32(MAP_SPACING) + f32(MAP_BORDER), vec2<f32>(0.0));
+    let texel = min(vec2<i32>(u), vec2<i32>(MAP_SIDE - 2));
     let f = u - vec2<f32>(texel);
     // The four texels around the corner that they share: south-west, south-east, north-east, north-west.
-    let corner = vec2<f32>(texel + 1) / f32(SEEN_SIDE);
-    let four = textureGather(0, seen_tiles, seen_sampler, corner, slot);
+    let corner = vec2<f32>(texel + 1) / f32(MAP_SIDE);
+    let four = textureGather(0, horizon_maps, horizon_sampler, corner, slot);
     let north = mix(unpack2x16unorm(four.w), unpack2x16unorm(four.z), f.x);
     let south = mix(unpack2x16unorm(four.x), unpack2x16unorm(four.y), f.x);
     return mix(north, south, f.y) * vec2<f32>(2.0, 1.0) - vec2<f32>(1.0, 0.0);
 }
 
 // The parts of the sun and of the sky that a place sees; camera-relative in the bent world.
-fn seen_at(at_m: vec3<f32>, to_sun: vec3<f32>) -> vec2<f32> {
+fn visibility_at(at_m: vec3<f32>, to_sun: vec3<f32>) -> vec2<f32> {
     let unbent = unbend(at_m);
     let g = grid_from_world(unbent.flat_m.xy).g;
     let pixel_m = length(at_m) / terrain.focal_px;

@@ -2,7 +2,7 @@
 //!
 //! An update makes strokes anew, without knowing of the last ones: their ends, their numbers and their textures would
 //! jump. So each sample looks where it was in the frame before and what stroke was there (`samples`), and keeps its
-//! identity and texture parameter, its pressure and part of its place (`carry`). The samples of a chain vote for where
+//! identity and texture parameter, its pressure and part of its place (`temporal`). The samples of a chain vote for where
 //! on its texture it is as a whole (`vote`): toward that, parameters that perspective has stretched are evened out. Of
 //! the old strokes, what no new one covers stays and shrinks (`fading`, `keep`).
 //!
@@ -15,7 +15,7 @@
 use super::chain::Chains;
 use super::points::Points;
 use super::samples::{MOST_SAMPLES, SampleWork};
-use super::{Lists, MOST_PIECES};
+use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
@@ -35,14 +35,14 @@ const KEPT: BufferKind = BufferKind::storage("kept places");
 
 /// Lets the samples of this frame take over what they found.
 pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chains, points: &Points, work: &SampleWork) {
-    let bytes = u64::from(MOST_PIECES) * size_of::<Heritage>() as u64;
+    let bytes = u64::from(MOST_SEGMENTS) * size_of::<Heritage>() as u64;
     let heritages = ("heritages", cx.buffer(&HERITAGES, bytes).binding());
-    let (arguments, offset) = points.per_piece();
-    let resources = [work.carry(), lists.counts(), work.starts(), work.list(), work.matches(), heritages.clone()];
+    let (arguments, offset) = points.per_segment();
+    let resources = [work.temporal(), lists.counts(), work.starts(), work.list(), work.matches(), heritages.clone()];
     cx.indirect("lines/strokes/vote", arguments, offset, &resources);
     let resources = [
         ("view", view.clone()),
-        work.carry(),
+        work.temporal(),
         lists.counts(),
         chains.named(),
         work.starts(),
@@ -51,7 +51,7 @@ pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chain
         work.samples(),
         work.list(),
     ];
-    cx.groups("lines/strokes/carry", GROUPS, &resources);
+    cx.groups("lines/strokes/temporal", GROUPS, &resources);
 }
 
 /// Adds to the list of this frame what is left of the frame before where `ids` has no stroke of this frame.
@@ -60,7 +60,7 @@ pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, d
     let places = cx.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
     let resources = [
         ("view", view.clone()),
-        work.carry(),
+        work.temporal(),
         work.old_list(),
         work.old_samples(),
         work.samples(),
@@ -73,7 +73,7 @@ pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, d
         let resources = [
             ("stage", cx.uniform("stage", &stage)),
             ("view", view.clone()),
-            work.carry(),
+            work.temporal(),
             work.old_list(),
             work.old_samples(),
             gone.clone(),
@@ -94,7 +94,7 @@ pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, d
 pub fn advance(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork) {
     let resources = [
         ("view", view.clone()),
-        work.carry(),
+        work.temporal(),
         work.old_list(),
         work.old_samples(),
         work.list(),

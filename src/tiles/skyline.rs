@@ -21,19 +21,19 @@ const MOST: usize = 8192;
 const WIDE_ENOUGH: f64 = 2.5;
 
 /// The skyline around the camera, as far as land was added to it.
-pub struct Horizon {
+pub struct Skyline {
     slopes: Vec<f32>,
 }
 
 /// A box as the camera sees it: its directions, and its distances in the plane.
-struct Seen {
+struct AngularExtent {
     first_rad: f64,
     width_rad: f64,
     near_m: f64,
     far_m: f64,
 }
 
-impl Seen {
+impl AngularExtent {
     /// Of corners in a box; none for a box around the camera.
     fn of(bounds: &Bounds, corners: [DVec2; 4]) -> Option<Self> {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
@@ -43,7 +43,7 @@ impl Seen {
         }
         let far_m = low.abs().max(high.abs()).length();
         let middle = (low + high) * 0.5;
-        // Seen from outside, a box spans less than half a turn.
+        // AngularExtent from outside, a box spans less than half a turn.
         let turns = corners.map(|corner| middle.angle_to(corner));
         let least = turns.into_iter().fold(PI, f64::min);
         let most = turns.into_iter().fold(-PI, f64::max);
@@ -64,7 +64,7 @@ impl Seen {
     }
 }
 
-impl Horizon {
+impl Skyline {
     /// Nothing closes the view yet; `focal_px` are pixels per radian.
     pub fn new(focal_px: f64) -> Self {
         // The cast saturates.
@@ -83,7 +83,7 @@ impl Horizon {
     pub fn hides(&self, bounds: &Bounds) -> bool {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
         let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
-        let Some(seen) = Seen::of(bounds, corners) else { return false };
+        let Some(seen) = AngularExtent::of(bounds, corners) else { return false };
         let top_m = bounds.high_m.z;
         let slope = (top_m / if top_m > 0.0 { seen.near_m } else { seen.far_m }) as f32;
         seen.steps(self.slopes.len(), false).all(|i| self.slopes[i] > slope)
@@ -92,7 +92,7 @@ impl Horizon {
     /// Adds land without holes, of which `corners` are the corners in the plane and `bounds` the box, and which is
     /// everywhere at least `land_m` high. All are camera-relative.
     pub fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
-        let Some(seen) = Seen::of(bounds, corners) else { return };
+        let Some(seen) = AngularExtent::of(bounds, corners) else { return };
         let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
         for i in seen.steps(self.slopes.len(), true) {
             self.slopes[i] = self.slopes[i].max(slope);
@@ -106,7 +106,7 @@ mod tests {
 
     use super::*;
 
-    fn add(horizon: &mut Horizon, slab: &Bounds) {
+    fn add(horizon: &mut Skyline, slab: &Bounds) {
         let (low, high) = (slab.low_m.truncate(), slab.high_m.truncate());
         let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
         horizon.add(slab, corners, slab.low_m.z);
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_ridge_hides_what_is_low_behind_it_and_nothing_else() {
-        let mut horizon = Horizon::new(200.0);
+        let mut horizon = Skyline::new(200.0);
         let behind = slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 250.0);
         assert!(!horizon.hides(&behind));
         // A ridge of at least 100 m, 900 to 1000 m away: it closes the view up to a slope of 0.1, less at its ends.
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn land_below_the_camera_hides_only_what_is_lower() {
-        let mut horizon = Horizon::new(200.0);
+        let mut horizon = Skyline::new(200.0);
         let near = slab([-100.0, 100.0], [100.0, 200.0], -30.0, -20.0);
         add(&mut horizon, &near);
         // A slope of -0.3 at most is closed.
