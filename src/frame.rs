@@ -2,8 +2,8 @@
 //!
 //! `src/frame_passes.md` lists the passes with what each reads and writes. Window, files and measurements all come
 //! through [`Frame::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the pools
-//! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and what
-//! is not called any more goes.
+//! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and
+//! what is not called any more goes.
 
 mod eye;
 mod left;

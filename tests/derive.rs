@@ -11,7 +11,8 @@ use hachure::pyramid::surface::statistics::Voids;
 use hachure::pyramid::{BakeOptions, LoadedTile, Pyramid, TileAddress, TileStore, bake};
 use hachure::source::{HeightGrid, Silent, open, procedural};
 
-/// Of one land: estimate and measurement of every tile above level 0, and of every patch: (level, estimate, measurement).
+/// Of one land: estimate and measurement of every tile above level 0, and of every patch: (level, estimate,
+/// measurement).
 struct Comparison {
     name: String,
     tiles: Vec<(u32, f32, f32)>,

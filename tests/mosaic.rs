@@ -279,8 +279,8 @@ impl TileStore for Bare {
     }
 }
 
-/// Looks at the inset from places over it: height errors in pixels against the inset's own surface (99.9 %) of what lies
-/// farther inside than the fade reaches.
+/// Looks at the inset from places over it: height errors in pixels against the inset's own surface (99.9 %) of what
+/// lies farther inside than the fade reaches.
 fn inset_errors_px(world: &mut World, views: &[(f64, f64, &str)]) -> Vec<f64> {
     let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
     let shift = f64::from(INSET[0]);

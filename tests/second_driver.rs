@@ -1,9 +1,9 @@
-//! Every preset draws the same on a second Vulkan driver: SwiftShader, which shares no code with Mesa. Its description is
-//! where `HACHURE_SECOND_DRIVER` says, or where `.ci/setup test` puts it.
+//! Every preset draws the same on a second Vulkan driver: SwiftShader, which shares no code with Mesa. Its description
+//! is where `HACHURE_SECOND_DRIVER` says, or where `.ci/setup test` puts it.
 //!
-//! Two drivers round differently, and a line that is chained from another pixel on is another line. So the bounds are on
-//! the share of pixels that differ clearly, by the kind of drawing: above what was measured, and below what a drawing that
-//! is moved by three pixels has.
+//! Two drivers round differently, and a line that is chained from another pixel on is another line. So the bounds are
+//! on the share of pixels that differ clearly, by the kind of drawing: above what was measured, and below what a
+//! drawing that is moved by three pixels has.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 use std::path::{Path, PathBuf};
@@ -18,8 +18,8 @@ const SIZE: &str = "128x72";
 /// Beyond this a pixel is another one, of 255.
 const CHANNEL_DIFFERENCE: u8 = 48;
 
-/// The share of pixels that may differ. Measured: 0.0026 at most without strokes and marks, 0.01 with those of a pen. Of
-/// broad strokes one link that is chosen otherwise moves a whole brush: those have bounds of their own.
+/// The share of pixels that may differ. Measured: 0.0026 at most without strokes and marks, 0.01 with those of a pen.
+/// Of broad strokes one link that is chosen otherwise moves a whole brush: those have bounds of their own.
 fn outlier_share(name: &str, style: &Style) -> f64 {
     match name {
         "dry-ink" => 0.115,

@@ -6,8 +6,8 @@ use hachure::gpu::shader::{SHADERS, VARIANTS, compose_variant};
 use hachure::gpu::wgsl::{SharedStruct, structs};
 use naga::proc::Layouter;
 
-/// Every struct that a buffer of a shader holds, as naga lays it out. A list without an end has no size: `Ordered` writes
-/// the head of that one itself, and sums what begins at byte 256.
+/// Every struct that a buffer of a shader holds, as naga lays it out. A list without an end has no size: `Ordered`
+/// writes the head of that one itself, and sums what begins at byte 256.
 fn in_wgsl(shader: &str, definitions: &[&str]) -> Vec<SharedStruct> {
     let module = compose_variant(shader, definitions).unwrap();
     let mut layouter = Layouter::default();

@@ -1,7 +1,7 @@
 // How long chains are on the picture: what the budget is counted by (budget.wgsl) and what it is spent by (sizes.wgsl).
 #define_import_path hachure::chain_lengths
 
-#import hachure::strokes::{Chain, StrokeCounts}
+#import hachure::strokes::{Chain, StrokeCounts, UNITS_PER_PX}
 #import hachure::stroke_style::Strokes
 
 @group(0) @binding(0) var<uniform> strokes: Strokes;
@@ -14,5 +14,5 @@ fn chain_length_px(number: u32) -> f32 {
     let chain = chains[number];
     // A chain of n segments has n + 1 points.
     let first = chain.first + number;
-    return f32(along_units[first + chain.count] - along_units[first]) / 16.0;
+    return f32(along_units[first + chain.count] - along_units[first]) / UNITS_PER_PX;
 }

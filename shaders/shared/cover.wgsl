@@ -23,7 +23,8 @@ fn first_cell(view: View, balance: Balance) -> vec2<i32> {
 struct Cover {
     // 0 to 1.
     ink: f32,
-    // The ink of the mark that reaches farthest, not bounded: below 0 it does not come to the pixel, above 1 it goes on.
+    // The ink of the mark that reaches farthest, not bounded: below 0 it does not come to the pixel, above 1 it goes
+    // on.
     reach: f32,
     // How fast that grows with the darkness that is asked for.
     rise: f32,

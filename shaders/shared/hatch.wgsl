@@ -18,6 +18,8 @@ const FIRST_FIXED: i32 = 65;
 // And each layer's own along direction again, on which one moves slowly.
 const FIRST_SLOW: i32 = 73;
 const STEP_RAD: f32 = 0.19634954;
+// The part of a step of azimuth in which two charts share a place.
+const AZIMUTH_ZONE: f32 = 0.5;
 const FIXED: u32 = 0u;
 const SLOPE: u32 = 1u;
 const CONTOUR: u32 = 2u;
@@ -122,9 +124,8 @@ fn azimuth_axis(first: i32, step: i32) -> i32 {
     return first + (step & (AZIMUTHS - 1));
 }
 
-// The charts of a layer at a place with mark normal n, seen along a ray. `zone` is the part of a step of azimuth in which two
-// charts share the place.
-fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: f32) -> Charts {
+// The charts of a layer at a place with mark normal n, seen along a ray.
+fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>) -> Charts {
     let own_across = FIRST_FIXED + 2 * index;
     let own_along = own_across + 1;
     let fixed_across = vec3<f32>(layer.fixed_direction.y, -layer.fixed_direction.x, 0.0);
@@ -153,7 +154,7 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
         }
         let step = atan2(n.x, n.y) / STEP_RAD + 8.0;
         let whole = floor(step);
-        let second = clamp((step - whole - 0.5) / zone + 0.5, 0.0, 1.0);
+        let second = clamp((step - whole - 0.5) / AZIMUTH_ZONE + 0.5, 0.0, 1.0);
         let here = azimuth_axis(0, i32(whole) + i32(second > 0.5));
         if level > 0.0 {
             return Charts(vec2<i32>(HEIGHT_AXIS, own_across), vec2<i32>(here, own_along), level);
@@ -170,7 +171,7 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, zone: 
     }
     let step = atan2(ahead.x, ahead.y) / STEP_RAD + layer.turn + select(0.0, 8.0, is_contour) + f32(AZIMUTHS);
     let whole = floor(step);
-    let second = clamp((step - whole - 0.5) / zone + 0.5, 0.0, 1.0);
+    let second = clamp((step - whole - 0.5) / AZIMUTH_ZONE + 0.5, 0.0, 1.0);
     let a = i32(whole);
     return Charts(
         vec2<i32>(azimuth_axis(0, a + 8), azimuth_axis(0, a + 9)),

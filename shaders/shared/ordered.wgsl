@@ -2,8 +2,8 @@
 //
 // A pass that appends to a list with an atomic counter gives its entries places by chance, and what looks at neighbours
 // in the list, or lets the first of equals win, differs from run to run. Here a pass runs twice: at stage 0 each
-// workgroup counts what it has, a prefix sum makes beginnings of the counts, and at stage 1 everything is written to its
-// place: by workgroup, then by thread.
+// workgroup counts what it has, a prefix sum makes beginnings of the counts, and at stage 1 everything is written to
+// its place: by workgroup, then by thread.
 #define_import_path hachure::ordered
 
 // In one buffer, for bindings are few.

@@ -111,7 +111,8 @@ const CLASSES: u32 = 64u;
 // A line that is held back comes no nearer to its place than this in a frame.
 const MOVE_PX: f32 = 0.5;
 const RESTS_PX: f32 = 0.01;
-// New strokes begin to grow, and old ones to shrink, in places so far apart: then all of them are done in the same time.
+// New strokes begin to grow, and old ones to shrink, in places so far apart: then all of them are done in the same
+// time.
 const SEEDS_PX: f32 = 64.0;
 // Parameters that differ from arc length by more than this do not run on.
 const SEAM_PX: f32 = 6.0;

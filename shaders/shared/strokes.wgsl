@@ -3,6 +3,9 @@
 // WGSL has 32 bits and the CPU must get the same: nothing here may round or overflow.
 #define_import_path hachure::strokes
 
+// Positions and lengths are whole numbers of 1/16 px: the GPU and its twin then agree to the bit.
+const UNITS_PER_PX: f32 = 16.0;
+
 // A straight segment of a line. Positions are in 1/16 px of the full picture.
 struct Segment {
     // One end, in 1/16 px of the full picture. It may lie outside of it; farther than 2²¹ it is taken as there.
@@ -83,6 +86,9 @@ struct ChainPlan {
     padding: u32,
 }
 
+// Buckets between a cell and the one above it. Odd, so that columns spread over all buckets.
+const CELL_ROW: u32 = 0x9e3779b1u;
+
 // No end, no segment.
 const NONE: u32 = 0xffffffffu;
 const LIMIT_UNITS: i32 = 0x200000;
@@ -118,4 +124,9 @@ fn direction(delta: vec2<i32>) -> vec2<i32> {
     let size = vec2<u32>(abs(delta));
     let shift = max(bit_count(max(size.x, size.y)), 7u) - 7u;
     return sign(delta) * vec2<i32>(size >> vec2<u32>(shift));
+}
+
+// The bucket of a cell, of a power of two of them.
+fn bucket_of(cell: vec2<u32>, buckets: u32) -> u32 {
+    return (cell.x + cell.y * CELL_ROW) & (buckets - 1u);
 }

@@ -1,7 +1,7 @@
 // How far a hand strays: smooth noise that is fixed in the world and of one size on the picture.
 //
-// Two octaves of value noise, whose cells are powers of two of a metre, are blended by the distance; so a place keeps its
-// noise while the camera comes nearer, until finer noise takes over (Benard et al. 2009 do so with textures).
+// Two octaves of value noise, whose cells are powers of two of a metre, are blended by the distance; so a place keeps
+// its noise while the camera comes nearer, until finer noise takes over (Benard et al. 2009 do so with textures).
 #define_import_path hachure::wobble
 
 #import hachure::stroke_samples::hash

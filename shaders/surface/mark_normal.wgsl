@@ -1,8 +1,8 @@
 // The mark_normal of the land: the surface's normal at the scale of marks, at one pixel of sixteen.
 //
 // Marks follow the land, not its pebbles: direction and foreshortening of hatching come from the surface as a coarser
-// level of the pyramid has it, some MARK_NORMAL_PX pixels to a sample. It is a function of place and distance alone, so it is
-// smooth across tiles and levels of detail, and it stays where it is when the camera turns.
+// level of the pyramid has it, some MARK_NORMAL_PX pixels to a sample. It is a function of place and distance alone, so
+// it is smooth across tiles and levels of detail, and it stays where it is when the camera turns.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there}
 #import hachure::surface::{surface_near, surface_at}

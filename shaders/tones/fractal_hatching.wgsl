@@ -8,8 +8,8 @@
 // that a larger one on the ground: marks come between those that are there, and those stay.
 //
 // Dots do not stand at the multiples themselves. A cell between two multiples holds one dot, which stays when the cell
-// is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place is
-// fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
+// is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place
+// is fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
 //
 // What marks with ends need is a variant (`ENDED`): software drivers run both sides of a branch.
 //
@@ -22,7 +22,6 @@
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
 #import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
-const AZIMUTH_ZONE: f32 = 0.5;
 // How gradually a mark comes: it is whole at a density this much above its rank, and begins as much below.
 const GROWTH: f32 = 0.12;
 // How much wider dots have to be, for what lies on others is lost.
@@ -66,9 +65,9 @@ fn stirred(number: u32) -> u32 {
     return t ^ ((t >> 1u) & (t >> 3u)) ^ (t >> 2u);
 }
 
-// Which half of a cell keeps its mark, by its number: the lowest bit, and the others for those that it lies in. In three
-// of four it is not the half that the cell is of its own: a mark is seldom near the end of its cell, where the next
-// one's might be.
+// Which half of a cell keeps its mark, by its number: the lowest bit, and the others for those that it lies in. In
+// three of four it is not the half that the cell is of its own: a mark is seldom near the end of its cell, where the
+// next one's might be.
 fn kept_halves(cells: u32) -> u32 {
     return ~cells ^ (((cells >> 1u) ^ (cells >> 4u)) & ((cells >> 2u) ^ (cells >> 7u)));
 }
@@ -146,8 +145,8 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     let size_px = layer.marks_px * layer.size;
     let is_endless = layer.marks_px.x <= 0.0;
     let is_dot = !is_endless && size_px.x <= size_px.y;
-    // Both axes make the darkness together: the longer the marks, the more of it is done by rows. Rows of dots touch and
-    // have few dots each, or they would be seen; and where it is dark, dots lie on each other.
+    // Both axes make the darkness together: the longer the marks, the more of it is done by rows. Rows of dots touch
+    // and have few dots each, or they would be seen; and where it is dark, dots lie on each other.
     let by_rows = select(select(min(size_px.x / (size_px.x + size_px.y), 0.75), 0.25 * (1.0 - darkness), is_dot), 1.0, is_endless);
     let lost = select(1.0, 1.0 + LOST * darkness * inverseSqrt(1.0 - darkness), is_dot);
     let row = asked(across, foot, size_px.y, lost * pow(darkness, by_rows), is_dot);
@@ -215,7 +214,7 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
 
 fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> Cover {
     let layer = hatch.layers[index];
-    let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
+    let charts = charts_at(layer, index, n, at);
     var cover = Cover(0.0, -1e3, 0.0);
     let is_endless = layer.marks_px.x <= 0.0;
     var k = i32(charts.second >= 1.0);

@@ -22,7 +22,6 @@
 // Part of the way between two scales in which both are seen: across, and along.
 const ACROSS_ZONE: f32 = 0.6;
 const ALONG_ZONE: f32 = 0.5;
-const AZIMUTH_ZONE: f32 = 0.5;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
 // Of a mark's border, in thresholds: four steps of those, or a line that is just coming would be dotted.
@@ -118,7 +117,7 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
 // What a layer inks.
 fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> Cover {
     let layer = hatch.layers[index];
-    let charts = charts_at(layer, index, n, at, AZIMUTH_ZONE);
+    let charts = charts_at(layer, index, n, at);
     let side = f32(hatch.side);
     let offset = f32(index) * GOLDEN * side;
     let is_dark = asked > 0.5;

@@ -1,7 +1,7 @@
 // Toon tones: light in a few steps with soft borders, or smooth, and their colours.
 //
-// Colours come from a table of two dimensions: the tone, and how high, how steep or how far the place is (X-toon: Barla,
-// Thollot and Markosian 2006). Elevation tints are such a table.
+// Colours come from a table of two dimensions: the tone, and how high, how steep or how far the place is (X-toon:
+// Barla, Thollot and Markosian 2006). Elevation tints are such a table.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::earth::unbend
 #import hachure::light::{Light, light_tone, haze_clear}

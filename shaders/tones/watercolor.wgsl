@@ -1,9 +1,9 @@
 // Watercolour: washes stray from what they fill, darken where they end, and settle in the paper.
 //
 // After Bousseau and others 2006: pigment density d changes a colour C to C - (C - C²)(d - 1), and d is what wet edges,
-// granulation and flow make of it. Edges are found by the difference to the surroundings. Where the thesis warps texture
-// coordinates, we warp the places at which the wash is looked up, by noise that is fixed in the world; washes then keep
-// their shape while the camera moves. Granulation is the paper's: fixed to the sheet.
+// granulation and flow make of it. Edges are found by the difference to the surroundings. Where the thesis warps
+// texture coordinates, we warp the places at which the wash is looked up, by noise that is fixed in the world; washes
+// then keep their shape while the camera moves. Granulation is the paper's: fixed to the sheet.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::color::{luminance, noise}
 #import hachure::wobble::{Anchor, wobble}

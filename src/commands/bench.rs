@@ -4,9 +4,9 @@
 //! take turns at every frame, and the turn's order moves on with it: what the machine does meanwhile (clocks, heat,
 //! the disk's cache) falls on all of them alike, and ratios between them are fair.
 //!
-//! What strokes found no room is counted in every frame, after its times have been taken. Some frames are looked at more
-//! closely then: how far the terrain is from the data, how
-//! many strokes there are, and how steady the drawing is from that frame to the next ([`temporal`]).
+//! What strokes found no room is counted in every frame, after its times have been taken. Some frames are looked at
+//! more closely then: how far the terrain is from the data, how many strokes there are, and how steady the drawing is
+//! from that frame to the next ([`temporal`]).
 
 mod pairs;
 mod passes;

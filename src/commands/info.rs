@@ -115,7 +115,8 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     if embedded::path(file).is_some() {
         return camera_path(file);
     }
-    // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it is.
+    // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it
+    // is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
         return dem(file, options, None);

@@ -62,8 +62,8 @@ impl Inputs {
         }
     }
 
-    /// Adds a folder that is read whole: `would_be_read` says of a path relative to it whether a file there would be read
-    /// the next time.
+    /// Adds a folder that is read whole: `would_be_read` says of a path relative to it whether a file there would be
+    /// read the next time.
     pub fn add_folder(&mut self, folder: &Path, would_be_read: IsRead) {
         if let Ok(place) = folder.canonicalize() {
             self.folders.push(Folder { path: folder.to_owned(), place, would_be_read });

@@ -1,8 +1,8 @@
 //! Inputs that are read whole into memory: styles, scenes, recipes, camera paths, models.
 //!
 //! Only regular files are opened, because opening a named pipe may block for ever and a device may have no end. A pipe
-//! that the shell has already opened for the program (`/dev/stdin`, or `/dev/fd/63` from `--path <(…)`) is read as well,
-//! because it ends when its writer does. Every kind of input has a largest size, at which reading stops.
+//! that the shell has already opened for the program (`/dev/stdin`, or `/dev/fd/63` from `--path <(…)`) is read as
+//! well, because it ends when its writer does. Every kind of input has a largest size, at which reading stops.
 
 use std::fs::{File, FileType, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};

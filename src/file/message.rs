@@ -3,8 +3,9 @@
 //! Arguments, the contents of files and the answers of servers may hold anything: megabytes, line breaks, or escape
 //! sequences that a terminal obeys. Whatever of them enters a message goes through [`shown`], [`quoted`] or [`named`].
 //!
-//! The rule for errors of this crate: `Display` tells the whole story in one line, causes included, and `source()` gives
-//! the causes as values. [`chain`] is for errors of which that is not known; it adds the causes that are not told yet.
+//! The rule for errors of this crate: `Display` tells the whole story in one line, causes included, and `source()`
+//! gives the causes as values. [`chain`] is for errors of which that is not known; it adds the causes that are not told
+//! yet.
 
 use std::error::Error;
 use std::path::Path;
@@ -27,7 +28,8 @@ pub fn quoted(text: &str) -> String {
     format!("\"{}\"", shown(text))
 }
 
-/// The name of a file as a message shows it: as [`shown`], but longer, with its end whole, where the file's own name is.
+/// The name of a file as a message shows it: as [`shown`], but longer, with its end whole, where the file's own name
+/// is.
 pub fn named(path: impl AsRef<Path>) -> String {
     cut(&path.as_ref().to_string_lossy(), LONGEST_NAME)
 }

@@ -1,6 +1,6 @@
 //! What hachure writes: pictures, channels, lines, films. Every output is written beside its name and then renamed, so
-//! that a stopped run leaves the old file or none; [`guard`] keeps outputs from replacing inputs. [`input`] reads what is
-//! small enough to be held in memory.
+//! that a stopped run leaves the old file or none; [`guard`] keeps outputs from replacing inputs. [`input`] reads what
+//! is small enough to be held in memory.
 
 pub mod atomic;
 pub mod exr;

@@ -71,8 +71,8 @@ impl Wrong {
         Self { key: key.into(), told: told.into() }
     }
 
-    /// The error, with the place of the value in the text. That of a key which is not there is the place of its section,
-    /// if that is there. `name` stands for the file.
+    /// The error, with the place of the value in the text. That of a key which is not there is the place of its
+    /// section, if that is there. `name` stands for the file.
     pub fn in_text(&self, name: &str, text: &str) -> TomlError {
         let table = parse(name, text).ok();
         let at = table.and_then(|table| place_of(table.get_ref(), &self.key)).map(|at| position(text, at.start));

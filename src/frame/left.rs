@@ -52,8 +52,8 @@ impl Frame {
         land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 
-    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does; those of what is not in view mean
-    /// nothing.
+    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does; those of what is not in view
+    /// mean nothing.
     ///
     /// # Errors
     /// As [`Frame::drawn_vertices`].
@@ -64,8 +64,8 @@ impl Frame {
         crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.vertices() as usize).map(Some)
     }
 
-    /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where each pass was
-    /// submitted and waited for by itself.
+    /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where
+    /// each pass was submitted and waited for by itself.
     pub fn record_ms(&self) -> f64 {
         self.record_ms
     }

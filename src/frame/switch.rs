@@ -3,8 +3,8 @@
 //!
 //! What that is nobody lists. The frame itself is rehearsed: its passes run with a recorder that only asks
 //! ([`Cx::rehearsal`]), as the first frame of a style, as the next one at rest, and as one after a turn, for strokes do
-//! something else in each. What the rehearsal did not meet is missed when a frame is recorded; nothing of such a frame is
-//! submitted, and the last picture stays.
+//! something else in each. What the rehearsal did not meet is missed when a frame is recorded; nothing of such a frame
+//! is submitted, and the last picture stays.
 //!
 //! Why: `docs/decisions/pipelines-beside.md`.
 

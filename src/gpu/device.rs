@@ -98,8 +98,8 @@ impl Gpu {
         Self::open_with(wgpu::Instance::new(instance_descriptor()), wish, None)
     }
 
-    /// Opens a device with no more than `limits` and no features, which complies strictly with WebGPU: what every WebGPU
-    /// device has, for [`wgpu::Limits::default`].
+    /// Opens a device with no more than `limits` and no features, which complies strictly with WebGPU: what every
+    /// WebGPU device has, for [`wgpu::Limits::default`].
     ///
     /// # Errors
     /// As [`Gpu::open`]; [`GpuError::NoDevice`] also where the adapter has less.

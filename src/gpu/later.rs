@@ -1,5 +1,5 @@
-//! A few numbers from the GPU while frames go on: nobody waits, they come some frames later. Where one can wait, there is
-//! [`readback`](super::readback).
+//! A few numbers from the GPU while frames go on: nobody waits, they come some frames later. Where one can wait, there
+//! is [`readback`](super::readback).
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};

@@ -4,9 +4,9 @@
 //! pass can be recorded for many eyes and styles in one submit.
 //!
 //! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver
-//! each pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise where
-//! a test or a measurement wants what a GPU does. All of them come when the frame is recorded, and none of a frame that
-//! lacks a pipeline.
+//! each pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise
+//! where a test or a measurement wants what a GPU does. All of them come when the frame is recorded, and none of a
+//! frame that lacks a pipeline.
 //!
 //! A rehearsal ([`Cx::rehearsal`]) records nothing: it asks for what a frame would need.
 
@@ -324,8 +324,8 @@ impl<'a> Cx<'a> {
         self.end(name, query);
     }
 
-    /// What was recorded so far is a submit, and what follows is the next: what would keep the GPU busy for long comes in
-    /// several.
+    /// What was recorded so far is a submit, and what follows is the next: what would keep the GPU busy for long comes
+    /// in several.
     pub fn submit_so_far(&mut self) {
         if !self.rehearses() {
             self.cut(None);

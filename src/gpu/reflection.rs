@@ -1,7 +1,7 @@
 //! What a shader binds, read from its module: layouts are not written twice.
 //!
-//! wgpu would derive a layout as well, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena) need,
-//! and it does not say what a pass reads and writes.
+//! wgpu would derive a layout as well, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena)
+//! need, and it does not say what a pass reads and writes.
 
 use wgpu::naga;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};

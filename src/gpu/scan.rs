@@ -30,8 +30,8 @@ pub struct Inputs<'a> {
     pub values: &'a Buffer,
 }
 
-/// Replaces each value by the sum of those before it, modulo 2³². The value after the last becomes the sum of all if the
-/// buffer has room for it.
+/// Replaces each value by the sum of those before it, modulo 2³². The value after the last becomes the sum of all if
+/// the buffer has room for it.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let source = ScanSource { index: inputs.index, capacity: inputs.capacity.min(MAX_VALUES) };
     let size = cx.buffer(&SIZE, 4);
@@ -81,7 +81,7 @@ pub enum Groups<'a> {
 }
 
 /// Workgroups in a row of counted ones.
-const ROW: u32 = crate::gpu::wgsl::surface::meshes::cull::ROW;
+const ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
 impl Groups<'_> {
     fn most(&self) -> u32 {

@@ -22,6 +22,7 @@ macro_rules! shader {
 
 /// What other shaders import, in the order in which they import each other.
 pub(super) const MODULES: &[(&str, &str)] = &[
+    shader!("shared/dispatch"),
     shader!("shared/view"),
     shader!("shared/surface_id"),
     shader!("shared/terrain"),
@@ -36,6 +37,7 @@ pub(super) const MODULES: &[(&str, &str)] = &[
     shader!("shared/light"),
     shader!("shared/horizon_maps"),
     shader!("shared/strokes"),
+    shader!("shared/ranking"),
     shader!("shared/edges"),
     shader!("shared/stroke_style"),
     shader!("shared/ordered"),

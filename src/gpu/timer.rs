@@ -90,7 +90,8 @@ impl Timer {
         add(&mut self.waiting, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
     }
 
-    /// Drops the frame that is being recorded: it is not submitted. What was submitted before and not asked for goes too.
+    /// Drops the frame that is being recorded: it is not submitted. What was submitted before and not asked for goes
+    /// too.
     pub(super) fn forget(&mut self, gpu: &Gpu) {
         self.waiting.clear();
         if !self.waits {

@@ -1,5 +1,5 @@
-//! What the passes of a frame read and wrote: the list of passes, the memory by pass and the pictures that can be shown all
-//! come from it.
+//! What the passes of a frame read and wrote: the list of passes, the memory by pass and the pictures that can be shown
+//! all come from it.
 
 use super::bind::{Named, Resource};
 use super::reflection::Variable;

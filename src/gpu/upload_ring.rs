@@ -52,8 +52,8 @@ impl UploadRing {
         !self.ready.is_empty()
     }
 
-    /// Sends square layers of `side` × `side` texels of four bytes to `texture`, as many as a frame of `frame_s` seconds
-    /// may; each with the index of its layer. How many were sent: none while the GPU still reads all buffers.
+    /// Sends square layers of `side` × `side` texels of four bytes to `texture`, as many as a frame of `frame_s`
+    /// seconds may; each with the index of its layer. How many were sent: none while the GPU still reads all buffers.
     pub fn send(
         &mut self,
         gpu: &Gpu,

@@ -1,5 +1,5 @@
-//! The structs and constants of the shaders, as `build.rs` takes them from `shaders/`: each has one definition, and that
-//! is the one in WGSL.
+//! The structs and constants of the shaders, as `build.rs` takes them from `shaders/`: each has one definition, and
+//! that is the one in WGSL.
 //!
 //! Why: `docs/decisions/shaders-and-passes.md`.
 

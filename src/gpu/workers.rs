@@ -74,8 +74,8 @@ impl<T> Drop for Workers<T> {
 }
 
 fn work<T>(waiting: &Mutex<Receiver<Job<T>>>, done: &Sender<Option<T>>, is_over: &AtomicBool) {
-    // The priority is that of drawing: a job holds locks of the device now and then, and who waits for a thread of a low
-    // priority waits for all others.
+    // The priority is that of drawing: a job holds locks of the device now and then, and who waits for a thread of a
+    // low priority waits for all others.
     loop {
         let Ok(Ok(job)) = waiting.lock().map(|waiting| waiting.recv()) else { return };
         if is_over.load(Ordering::Relaxed) {

@@ -161,8 +161,8 @@ pub struct LodError {
 }
 
 impl Run {
-    /// The statistics of a run's frames. Memory (also that of the passes), tiles (but for the late frames), temporal and stereo are left
-    /// unmeasured, for the caller to fill in.
+    /// The statistics of a run's frames. Memory (also that of the passes), tiles (but for the late frames), temporal
+    /// and stereo are left unmeasured, for the caller to fill in.
     pub fn of_frames(style: &str, eyes: &str, frames: &[FrameRecord]) -> Self {
         let passes = pass_names(frames).into_iter().map(|name| {
             let times = frames.iter().flat_map(|frame| &frame.pass_gpu_ms).filter(|(pass, _)| pass == name);

@@ -1,5 +1,5 @@
-//! The report on a terminal: a row for each run, with its ratio to the first; what strokes found no room; and a table of
-//! steadiness.
+//! The report on a terminal: a row for each run, with its ratio to the first; what strokes found no room; and a table
+//! of steadiness.
 
 use super::report::{Report, Run};
 

@@ -2,9 +2,9 @@
 //!
 //! - Vertices are welded where they are the same to the bit, after the step to f32: what is drawn at one place is one
 //!   vertex. A tolerance would need a size, and files know none.
-//! - Triangles of which two corners are one place are dropped, and so are those that lie where another one lies: foliage
-//!   often has both sides of a sheet, which is one sheet with borders here. Flat triangles between three places of a line
-//!   stay: exporters close gaps by them, and without them there would be borders that nobody sees.
+//! - Triangles of which two corners are one place are dropped, and so are those that lie where another one lies:
+//!   foliage often has both sides of a sheet, which is one sheet with borders here. Flat triangles between three places
+//!   of a line stay: exporters close gaps by them, and without them there would be borders that nobody sees.
 //! - Edges are sorted by their ends. What two triangles have joins them; with one it is a border, with more it is taken
 //!   for one, since nobody can say which two belong together.
 //! - A closed mesh that is inside out is turned round.

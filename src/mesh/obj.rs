@@ -2,8 +2,9 @@
 //!
 //! `tobj` reads the text: faces of any number of corners (as fans), negative indices, groups. It gets only the lines that
 //! it shall read, vertices, normals, faces and groups: so materials, comments in any encoding and what else there is
-//! cannot go wrong, and lines that go on in the next one are whole. What it makes of numbers that are none, and of indices that lead nowhere, is checked here or by it; a panic of it is
-//! one more kind of damage. Vertices are read in f64, because models may lie far from their origin.
+//! cannot go wrong, and lines that go on in the next one are whole. What it makes of numbers that are none, and of
+//! indices that lead nowhere, is checked here or by it; a panic of it is one more kind of damage. Vertices are read in
+//! f64, because models may lie far from their origin.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;

@@ -66,8 +66,8 @@ pub fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
     pictures
 }
 
-/// Reads the picture that `name` names in the trace of the last frame; a hyphen may stand for a space. Of an array as many layers
-/// as fit into `most_px`, and at least one.
+/// Reads the picture that `name` names in the trace of the last frame; a hyphen may stand for a space. Of an array as
+/// many layers as fit into `most_px`, and at least one.
 ///
 /// # Errors
 /// [`ShowError`].

@@ -10,8 +10,8 @@ pub const TILE_BORDER: u32 = crate::gpu::wgsl::shared::terrain::TILE_BORDER as u
 /// Samples in a row of a tile with its borders.
 pub const TILE_STRIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;
 
-/// Quads along the side of a mesh patch. Small patches follow the relief: with 32 the same error bound took half as many
-/// triangles again, and 1.4 times as long on a software driver.
+/// Quads along the side of a mesh patch. Small patches follow the relief: with 32 the same error bound took half as
+/// many triangles again, and 1.4 times as long on a software driver.
 pub const PATCH_QUADS: u32 = 16;
 
 /// A tile of a level: its own samples are the columns 256 x … 256 x + 255 and the rows 256 y … 256 y + 255.

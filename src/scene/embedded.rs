@@ -1,5 +1,5 @@
-//! What lies inside the program: the scenes and camera paths of `terrain/`, with the models that they name. An installed
-//! program has them without its sources. A file of the same name comes first.
+//! What lies inside the program: the scenes and camera paths of `terrain/`, with the models that they name. An
+//! installed program has them without its sources. A file of the same name comes first.
 
 use std::path::Path;
 

@@ -119,7 +119,8 @@ impl CameraPath {
         Ok(Self::through(&rows))
     }
 
-    /// The text of a file, or of a path inside the program, for whoever parses it twice: it may be a pipe, which can be read once.
+    /// The text of a file, or of a path inside the program, for whoever parses it twice: it may be a pipe, which can be
+    /// read once.
     ///
     /// # Errors
     /// A file that cannot be read, is too long, or is no text.

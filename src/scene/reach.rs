@@ -1,5 +1,5 @@
-//! What a scene file may name: files beside and below it. A scene from somebody else can then neither show other files of
-//! this machine nor make hachure contact servers. The user lifts the restriction for scenes that are trusted.
+//! What a scene file may name: files beside and below it. A scene from somebody else can then neither show other files
+//! of this machine nor make hachure contact servers. The user lifts the restriction for scenes that are trusted.
 
 use std::path::{Component, Path, PathBuf};
 

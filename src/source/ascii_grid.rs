@@ -1,10 +1,10 @@
 //! ASCII grids: a header of keywords, then one number for each sample, by rows from the north.
 //!
-//! - ESRI: `ncols nrows xllcorner|xllcenter yllcorner|yllcenter cellsize [NODATA_value]` in any order and case
-//!   ("Esri ASCII raster format", ArcGIS Desktop help); GDAL's `dx`, `dy` for cells that are not square. A `.prj` beside
-//!   it gives the CRS.
-//! - GRASS: `north: south: east: west: rows: cols: [null:]`, voids are `*` (manual of r.in.ascii). North to west are the
-//!   outer edges.
+//! - ESRI: `ncols nrows xllcorner|xllcenter yllcorner|yllcenter cellsize [NODATA_value]` in any order and case ("Esri
+//!   ASCII raster format", ArcGIS Desktop help); GDAL's `dx`, `dy` for cells that are not square. A `.prj` beside it
+//!   gives the CRS.
+//! - GRASS: `north: south: east: west: rows: cols: [null:]`, voids are `*` (manual of r.in.ascii). North to west are
+//!   the outer edges.
 //!
 //! Values may be broken over lines in any way. A text has no index, so the grid is read into memory.
 

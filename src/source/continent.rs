@@ -86,8 +86,8 @@ impl Continent {
         &self.base_m
     }
 
-    /// How far pieces of relief may reach above and below the base, most likely, in metres: over the base's samples from
-    /// (`x`, `y`) on, `side` of them along each side. What lies beyond the base counts as its border.
+    /// How far pieces of relief may reach above and below the base, most likely, in metres: over the base's samples
+    /// from (`x`, `y`) on, `side` of them along each side. What lies beyond the base counts as its border.
     pub fn most_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
         let width = BASE_SAMPLES as usize;
         let span = |first: u32| {

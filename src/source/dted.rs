@@ -2,8 +2,8 @@
 //!
 //! Three records of text (UHL 80 bytes, DSI 648, ACC 2700) come before the columns. A column is 8 bytes of header
 //! (0xAA, a count in 3 bytes, its number from the west, the number of its first sample from the south), big-endian
-//! samples of 16 bits, and the sum of all bytes before in 4 bytes. Samples are metres as sign and magnitude, -32767 is a
-//! void. Columns may lie farther apart than rows: the farther from the equator, the farther.
+//! samples of 16 bits, and the sum of all bytes before in 4 bytes. Samples are metres as sign and magnitude, -32767 is
+//! a void. Columns may lie farther apart than rows: the farther from the equator, the farther.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -134,7 +134,8 @@ fn find_columns(
     }
 }
 
-/// Metres from sign and magnitude. Some writers used two's complement: what would lie lower than any ground is meant so.
+/// Metres from sign and magnitude. Some writers used two's complement: what would lie lower than any ground is meant
+/// so.
 fn height_m(bytes: [u8; 2]) -> f32 {
     let raw = u16::from_be_bytes(bytes);
     let magnitude = f32::from(raw & 0x7fff);

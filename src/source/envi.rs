@@ -1,6 +1,6 @@
 //! ENVI rasters: flat data and a header that begins with `ENVI` ("ENVI Header Files", L3Harris Geospatial
-//! documentation). `map info` gives the place: one point of the grid, counted from 1 with whole numbers at outer corners,
-//! and the size of cells; `coordinate system string` is Well-Known Text.
+//! documentation). `map info` gives the place: one point of the grid, counted from 1 with whole numbers at outer
+//! corners, and the size of cells; `coordinate system string` is Well-Known Text.
 
 use std::path::Path;
 

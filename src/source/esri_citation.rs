@@ -1,8 +1,8 @@
 //! What ESRI's software writes where a GeoTIFF has codes: the CRS as text in a citation.
 //!
-//! ArcGIS writes Well-Known Text after `ESRI PE String = `, or `PCS Name = `, and a model type of 32767 ("user-defined"),
-//! which the standard does not have. The keys beside it often describe the geographic CRS underneath, so a file in metres
-//! would be taken for degrees.
+//! ArcGIS writes Well-Known Text after `ESRI PE String = `, or `PCS Name = `, and a model type of 32767
+//! ("user-defined"), which the standard does not have. The keys beside it often describe the geographic CRS underneath,
+//! so a file in metres would be taken for degrees.
 
 use super::geokeys::{self as key, GeoKey, GeoKeys, USER_DEFINED};
 use super::wkt;
@@ -13,7 +13,8 @@ const PROJECTED_NAME: &str = "PCS Name = ";
 /// What stays as it is in the file: how tie points are meant, and the keys of heights.
 const KEPT: std::ops::RangeInclusive<u16> = key::VERTICAL_CRS..=key::VERTICAL_UNITS;
 
-/// The keys, with those in the place of a citation that it stands for. Keys that say their CRS by a code stay as they are.
+/// The keys, with those in the place of a citation that it stands for. Keys that say their CRS by a code stay as they
+/// are.
 pub(super) fn understood(keys: GeoKeys) -> GeoKeys {
     let is_own_model = !matches!(keys.model_type, Some(1..=3));
     let has_code = match keys.model_type {

@@ -9,7 +9,8 @@ use super::raster::{Raster, neighbours};
 use rayon::prelude::*;
 
 /// Lets material slide for `passes` passes: where a slope exceeds `talus` (a ratio per sample), four tenths of the
-/// steepest excess go to the lower neighbours. Border samples keep their heights. Mass is kept, but for what reaches the border.
+/// steepest excess go to the lower neighbours. Border samples keep their heights. Mass is kept, but for what reaches
+/// the border.
 pub(super) fn slide(heights: &mut Raster, talus: &[f32], passes: usize) {
     let size = heights.size;
     let spacing_m = heights.spacing_m as f32;

@@ -1,7 +1,8 @@
-//! Masks: pictures that say which samples of a GeoTIFF are heights. Where they are 0 is no height, whatever stands there.
+//! Masks: pictures that say which samples of a GeoTIFF are heights. Where they are 0 is no height, whatever stands
+//! there.
 //!
-//! A mask is a picture of its own in the file (a transparency mask, TIFF 6.0, section 8), a file beside it (`dem.tif.msk`,
-//! which GDAL writes by default), or a band of opacity among the bands.
+//! A mask is a picture of its own in the file (a transparency mask, TIFF 6.0, section 8), a file beside it
+//! (`dem.tif.msk`, which GDAL writes by default), or a band of opacity among the bands.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! Height files → heights in metres on a regular grid, with the place of that grid on the earth.
 //!
 //! [`open_reader`] looks at a file's content, not at its ending, and reads what it finds by windows; [`open`] reads all
-//! of it. Whatever the file declares (no-data mark, scale and offset, vertical unit) is applied on the way, so that what
-//! comes out is metres, or NaN.
+//! of it. Whatever the file declares (no-data mark, scale and offset, vertical unit) is applied on the way, so that
+//! what comes out is metres, or NaN.
 //!
 //! Each format has a file of its own. Those with an index or samples at fixed places (GeoTIFF, `.hgt`, DTED, BIL,
 //! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory, at 2 to
@@ -98,8 +98,8 @@ impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
 }
 
-/// Another number where files give other heights, or another place, than they did before: what was baked of them then is
-/// baked anew.
+/// Another number where files give other heights, or another place, than they did before: what was baked of them then
+/// is baked anew.
 pub const VERSION: u32 = 2;
 
 /// More samples than this are not read into memory at once: 8 GiB of heights.
@@ -118,8 +118,8 @@ pub fn open(path: &Path, progress: &dyn Progress) -> Result<HeightGrid, SourceEr
     read_all(&*open_reader(path)?, path, progress)
 }
 
-/// Opens a height file, or a folder of tiles, to be read by windows, whatever its size. That its samples are all no-data
-/// is found only by whoever reads them all.
+/// Opens a height file, or a folder of tiles, to be read by windows, whatever its size. That its samples are all
+/// no-data is found only by whoever reads them all.
 ///
 /// # Errors
 /// As [`open`].

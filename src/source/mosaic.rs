@@ -1,9 +1,9 @@
 //! Several DEMs as one grid: for baking them into one pyramid.
 //!
 //! The lattice is that of the finest member, extended to the union of all. Members whose samples lie on it are copied
-//! bit for bit. Others are resampled: bicubic, bilinear beside voids, and NaN where that would need a void; beyond their
-//! outermost samples by half of their spacing, which closes the seam between members that abut. Where members overlap,
-//! the finer one holds, then the one named first; a void of the one shows the other.
+//! bit for bit. Others are resampled: bicubic, bilinear beside voids, and NaN where that would need a void; beyond
+//! their outermost samples by half of their spacing, which closes the seam between members that abut. Where members
+//! overlap, the finer one holds, then the one named first; a void of the one shows the other.
 
 mod place;
 

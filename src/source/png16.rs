@@ -1,8 +1,9 @@
 //! Grey PNG of 16 bits: the heightmap of game engines. How high a step is, how far samples are apart and where they lie
 //! comes from a side file or from options.
 //!
-//! A picture that is read from its first row to its last is decoded on the way, and no more than a row of it is held. Any
-//! other window needs the whole picture, which then stays in memory: 2 bytes for each sample, 4 with an alpha channel.
+//! A picture that is read from its first row to its last is decoded on the way, and no more than a row of it is held.
+//! Any other window needs the whole picture, which then stays in memory: 2 bytes for each sample, 4 with an alpha
+//! channel.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};

@@ -13,8 +13,8 @@
 //! 3. `hillslope`: rock slides to its talus angle (Musgrave and others 1989, Olsen 2004).
 //! 4. `valley`: gravel floors and fans. Then a last flood, and a light smoothing.
 //!
-//! The coarse grids reach beyond the wanted square and are then cut to it: rivers enter and leave, and the range goes on
-//! past the edge. Everything that runs in parallel writes each sample from fixed inputs, so that the result does not
+//! The coarse grids reach beyond the wanted square and are then cut to it: rivers enter and leave, and the range goes
+//! on past the edge. Everything that runs in parallel writes each sample from fixed inputs, so that the result does not
 //! depend on the number of threads.
 
 use super::georeference::{Crs, Georeference};

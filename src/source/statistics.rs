@@ -1,5 +1,5 @@
-//! Lowest and highest height and the voids of a grid of any size, read by windows: memory follows the window and not the
-//! grid. What the reader knows without reading, as the blocks that a sparse file leaves out, is not read.
+//! Lowest and highest height and the voids of a grid of any size, read by windows: memory follows the window and not
+//! the grid. What the reader knows without reading, as the blocks that a sparse file leaves out, is not read.
 
 use std::path::Path;
 

@@ -23,8 +23,8 @@ const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_100.0..=9_100.0;
 /// Of the pixels that hold a height at all, so many must be plausible.
 const PLAUSIBLE_SHARE: f64 = 0.95;
 /// Where neighbours differ by one in a byte, the next lower byte of heights goes the other way: from 255 to 0, or a
-/// little less where the land is steep. In a picture both channels change alike, or independently. So many of such places
-/// must be there, and at such a share of them the lower byte must go back by more than so many steps.
+/// little less where the land is steep. In a picture both channels change alike, or independently. So many of such
+/// places must be there, and at such a share of them the lower byte must go back by more than so many steps.
 const CARRIES: u64 = 32;
 const CARRY_SHARE: f64 = 0.9;
 const WRAP: i32 = 64;

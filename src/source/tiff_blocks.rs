@@ -1,8 +1,8 @@
 //! The strips and tiles of a picture in a TIFF: from the stored bytes to the samples of one band, by windows.
 //!
 //! `tiff-reader` parses the file, and decodes LERC, JPEG and WebP. All other codecs are put together here from its
-//! filters, because libtiff, and so GDAL, reads files that it refuses: a last strip that is padded to RowsPerStrip, tiles
-//! whose places stand under the tags of strips, LZMA, and samples of 16, 24 or odd numbers of bits.
+//! filters, because libtiff, and so GDAL, reads files that it refuses: a last strip that is padded to RowsPerStrip,
+//! tiles whose places stand under the tags of strips, LZMA, and samples of 16, 24 or odd numbers of bits.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -189,7 +189,8 @@ impl Blocks {
         if matches!(self.codec, CODEC_JPEG | CODEC_LERC | CODEC_WEBP) {
             let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);
             let mut bytes = file.read_band_window_bytes_from_ifd(file.ifd(self.ifd)?, band, y, x, height, width)?;
-            // libtiff swaps what LERC holds, as it swaps the samples of every codec, though LERC has an order of its own.
+            // libtiff swaps what LERC holds, as it swaps the samples of every codec, though LERC has an order of its
+            // own.
             if self.codec == CODEC_LERC && file.byte_order() == ByteOrder::BigEndian && sample_bytes > 1 {
                 bytes.chunks_exact_mut(sample_bytes).for_each(<[u8]>::reverse);
             }

@@ -135,8 +135,8 @@ impl Samples {
             }
             24 => {
                 let threes = bytes.as_chunks::<3>().0.iter();
-                // GDAL writes whole numbers of 24 bits as a stream of bits, which libtiff then swaps in files of the other
-                // byte order, so that the highest byte comes first in little-endian files and last in others.
+                // GDAL writes whole numbers of 24 bits as a stream of bits, which libtiff then swaps in files of the
+                // other byte order, so that the highest byte comes first in little-endian files and last in others.
                 let is_highest_first = is_big_endian == (self.format == FLOATING);
                 let whole = threes.map(|&[a, b, c]| match is_highest_first {
                     true => u32::from_be_bytes([0, a, b, c]),

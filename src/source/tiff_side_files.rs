@@ -26,8 +26,8 @@ pub(super) struct SideFiles {
 }
 
 impl SideFiles {
-    /// Of the GeoTIFF at `path`. What is not understood is passed over with a warning: statistics of any size, and words
-    /// of other programs stand there, too.
+    /// Of the GeoTIFF at `path`. What is not understood is passed over with a warning: statistics of any size, and
+    /// words of other programs stand there, too.
     pub fn of(path: &Path) -> Self {
         let mut found = Self::default();
         let mut aux = path.as_os_str().to_owned();
@@ -58,7 +58,8 @@ impl SideFiles {
             || self.band != BandMetadata::default()
     }
 
-    /// The transform of the grid, if anything gives one, after the CRS in `tags` was replaced where a side file says so.
+    /// The transform of the grid, if anything gives one, after the CRS in `tags` was replaced where a side file says
+    /// so.
     pub fn place(&self, tags: &mut GeoTags) -> Option<[f64; 6]> {
         let of_tags = tags.crs_from_grid();
         if let Some(keys) = &self.geokeys {

@@ -1,8 +1,9 @@
 //! Marks for no data that a file does not declare.
 //!
 //! Some numbers are no-data marks in so many files that a sample which has one of them, far outside of all other
-//! heights, is most likely a void: -9999 m where the land lies above the sea. Whether it is one only its owner knows. So
-//! it stays what it is, and is told once, with its share of the samples; `OpenOptions::no_data` says that it is void.
+//! heights, is most likely a void: -9999 m where the land lies above the sea. Whether it is one only its owner knows.
+//! So it stays what it is, and is told once, with its share of the samples; `OpenOptions::no_data` says that it is
+//! void.
 //!
 //! Heights are looked at as they come out of a reader, in metres. -32768 and -32767 of 16-bit files are voids already,
 //! and so is what lies beyond ±1000 km (`samples`).

@@ -1,5 +1,6 @@
 //! XYZ: a line for each point with easting, northing and height, which together must be a full regular grid by rows, as
-//! GDAL and mapping agencies write them. Separators are spaces, tabs, commas or semicolons; a first line may hold names.
+//! GDAL and mapping agencies write them. Separators are spaces, tabs, commas or semicolons; a first line may hold
+//! names.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};

@@ -12,7 +12,8 @@ parameters! {
         ink: Color = Color::default();
         /// Width of a stroke.
         width_px: f32 => Range::Within(0.5, 64.0);
-        /// What strokes are drawn with: a texture of the program, or a recipe beside the style (`.toml`); without it they are solid.
+        /// What strokes are drawn with: a texture of the program, or a recipe beside the style (`.toml`); without it
+        /// they are solid.
         texture_name as "texture": Option<String>;
         /// Over this length strokes thin out at their ends.
         taper_px: f32 = 0.0 => Range::Within(0.0, 1000.0);
@@ -36,7 +37,8 @@ parameters! {
         borders: bool = true;
         /// Strokes are made anew in every frame of this number, and move with the world in between.
         update_every in "frames": u32 = 10 => Range::Within(1.0, 1000.0);
-        /// Whether strokes take over identity, texture, pressure and part of their place from those of the frame before.
+        /// Whether strokes take over identity, texture, pressure and part of their place from those of the frame
+        /// before.
         carry: bool = true;
         /// How fast carried strokes come and go: none takes longer than twice this.
         fade_s: f32 = 0.8 => Range::Within(0.0, 60.0);

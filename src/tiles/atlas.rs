@@ -93,9 +93,9 @@ impl Atlas {
         Some(resident)
     }
 
-    /// Sends tiles to the GPU, the first ones first: into free slots, or in the place of those that have not been wanted
-    /// for longest, but never of one that is wanted in frame `frame`. Returns those that went; the others have to be
-    /// offered again: there was no room, or the budget of bytes of a frame of `frame_s` seconds is used up.
+    /// Sends tiles to the GPU, the first ones first: into free slots, or in the place of those that have not been
+    /// wanted for longest, but never of one that is wanted in frame `frame`. Returns those that went; the others have
+    /// to be offered again: there was no room, or the budget of bytes of a frame of `frame_s` seconds is used up.
     pub fn insert(
         &mut self,
         gpu: &Gpu,

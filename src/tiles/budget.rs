@@ -1,13 +1,13 @@
 //! How many patches a frame may have, and how much coarser it gets where they would be more.
 //!
 //! Land of ordinary relief takes a number of patches that follows the picture. Nothing says that relief is ordinary: a
-//! checkerboard of heights, an allowed error of a billionth of a pixel, spikes everywhere. So a frame has a budget. Over
-//! it the allowed error of the whole frame is multiplied by a factor, the least with which the choice fits. Patches
-//! morph with the allowed error, so a factor that moves continuously moves the surface continuously.
+//! checkerboard of heights, an allowed error of a billionth of a pixel, spikes everywhere. So a frame has a budget.
+//! Over it the allowed error of the whole frame is multiplied by a factor, the least with which the choice fits.
+//! Patches morph with the allowed error, so a factor that moves continuously moves the surface continuously.
 //!
 //! A frame that waits for its tiles stands for itself, and the factor is found by bisection: the same picture has the
-//! same factor, whatever was drawn before. In a flight the factor goes on from the frame before and changes by a bounded
-//! part in a second, upward when a choice is over the budget, downward when a finer one would be well under it.
+//! same factor, whatever was drawn before. In a flight the factor goes on from the frame before and changes by a
+//! bounded part in a second, upward when a choice is over the budget, downward when a finer one would be well under it.
 //! A choice may be over by a fourth while the factor is on its way; what would be over by more takes a jump.
 
 /// Pixels of the picture for each patch of 512 triangles, where a pixel of error is allowed. The Alps take a fourth of

@@ -1,10 +1,10 @@
-//! Horizon maps with sky visibility: for each slot of the atlas, how high the horizon toward the sun stands and how much
-//! of the sky is visible, and which of these maps have to be made.
+//! Horizon maps with sky visibility: for each slot of the atlas, how high the horizon toward the sun stands and how
+//! much of the sky is visible, and which of these maps have to be made.
 //!
 //! A map is made when its tile has come, and again when the sun has another azimuth or when more of the tiles that its
 //! horizons look at have come ([`beside`](super::beside)). That some of them have gone is no reason: what was made with
-//! them is the better. A frame that must not wait makes [`MAPS_AT_ONCE`]: those that were never made first, by the error
-//! that is seen while a coarser one stands in, and then the oldest. They fade in as the surface's detail does
+//! them is the better. A frame that must not wait makes [`MAPS_AT_ONCE`]: those that were never made first, by the
+//! error that is seen while a coarser one stands in, and then the oldest. They fade in as the surface's detail does
 //! ([`ResidencyFloor`]). A frame for a file makes all of them, as many in each submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`.

@@ -80,7 +80,8 @@ impl Leaves {
         None
     }
 
-    /// The sides of a leaf whose edges are its own: of two leaves the finer one's, of equals those to the west and north.
+    /// The sides of a leaf whose edges are its own: of two leaves the finer one's, of equals those to the west and
+    /// north.
     fn sides(&self, key: PatchKey) -> u32 {
         let mut sides = 0;
         for (side, neighbour) in neighbours(key).into_iter().enumerate() {

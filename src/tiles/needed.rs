@@ -1,7 +1,7 @@
 //! Which tiles a view needs, and how urgently.
 //!
-//! A tile is needed where the surface's level (`surface_level` in `shaders/shared/terrain.wgsl`) may reach down to it: the
-//! footprint of a pixel is finer than its parent's samples, or its parent's error would be seen. Parents are always
+//! A tile is needed where the surface's level (`surface_level` in `shaders/shared/terrain.wgsl`) may reach down to it:
+//! the footprint of a pixel is finer than its parent's samples, or its parent's error would be seen. Parents are always
 //! needed too, so a tile that is not there has an ancestor that stands in. Of a tile that has not come yet only the
 //! footprint is known, and that is enough to ask for its children at the same time: a jump does not wait for one level
 //! after the other.

@@ -1,5 +1,5 @@
-//! The page table: what `shaders/shared/terrain.wgsl` reads to find a tile. It has for each level the rows of tiles that
-//! the view needs, for each row its first column and number of tiles, and for each tile its slot in the atlas, its
+//! The page table: what `shaders/shared/terrain.wgsl` reads to find a tile. It has for each level the rows of tiles
+//! that the view needs, for each row its first column and number of tiles, and for each tile its slot in the atlas, its
 //! residency floor, and its errors. Its size follows the view and not the world.
 //!
 //! Why: `docs/decisions/page-table.md`.

@@ -121,8 +121,8 @@ impl Residency {
     }
 
     /// The ground's height in metres at a grid position, by the finest tile that the view needs and that is in memory.
-    /// Others are in memory by chance, and no picture may depend on them. It is fine enough: what a view sees of the land
-    /// before the camera lies in tiles that reach under it.
+    /// Others are in memory by chance, and no picture may depend on them. It is fine enough: what a view sees of the
+    /// land before the camera lies in tiles that reach under it.
     pub fn height_m(&self, grid: DVec2) -> Option<f64> {
         let levels = self.store.levels();
         // Coarse levels come first.

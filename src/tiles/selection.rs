@@ -6,23 +6,23 @@
 //!
 //! Each leaf has a continuous level: its own, plus how far it is on the way to its parent's error. At that way's end
 //! all four siblings have the shape of their parent, so nothing pops. Where two leaves meet, both take the coarser of
-//! their continuous levels on the shared edge (`shaders/surface/land/vertices.wgsl` morphs to it): there is no crack and no
-//! rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its neighbours'
-//! levels, hence at most `MAX_LEVEL_STEP`.
+//! their continuous levels on the shared edge (`shaders/surface/land/vertices.wgsl` morphs to it): there is no crack
+//! and no rule that neighbours differ by one level at most. The only rule is that a leaf's corners exist on its
+//! neighbours' levels, hence at most `MAX_LEVEL_STEP`.
 //!
 //! Patches are visited from near to far, and what is hidden behind nearer land (`horizon`) is left out.
 //!
-//! Land may be so steep that its error is many times as long as its quads are wide: spikes, damaged samples, marks for no
-//! data that nobody declared. There a height is found again a little to the side: where quads are no wider than a quarter
-//! of the allowed error, a patch stays whole, whatever its error in height, and up to half of it some do. So what is
-//! promised is the allowed error in height, or half of it sideways. How many patches a frame may have altogether is in
-//! `budget`.
+//! Land may be so steep that its error is many times as long as its quads are wide: spikes, damaged samples, marks for
+//! no data that nobody declared. There a height is found again a little to the side: where quads are no wider than a
+//! quarter of the allowed error, a patch stays whole, whatever its error in height, and up to half of it some do. So
+//! what is promised is the allowed error in height, or half of it sideways. How many patches a frame may have
+//! altogether is in `budget`.
 //!
 //! Here are the patches, the viewpoint and the result; `walk` chooses, `leaves` knows how the chosen ones meet, and
 //! `select` is where it begins.
 //!
-//! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the patch's
-//! children begin in their parent's shape and fade in.
+//! What is known of patches comes with tiles. Where it has not come yet, a patch stays whole; when it comes, the
+//! patch's children begin in their parent's shape and fade in.
 //!
 //! Why: `docs/decisions/level-of-detail.md`.
 

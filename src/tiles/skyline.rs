@@ -1,9 +1,10 @@
 //! What land hides behind land: the skyline around the camera, as it grows from near to far.
 //!
-//! For each of a few thousand directions (one to a pixel) the skyline holds the steepest slope (height over distance, from the camera) up to which
-//! the land that was looked at so far surely closes the view. A box of land closes it up to its measured lowest height,
-//! in the directions that it fills from side to side; a box whose measured highest height stays below the skyline in all
-//! of its directions cannot be seen. Both are bounds, so nothing is left out that is in view.
+//! For each of a few thousand directions (one to a pixel) the skyline holds the steepest slope (height over distance,
+//! from the camera) up to which the land that was looked at so far surely closes the view. A box of land closes it up
+//! to its measured lowest height, in the directions that it fills from side to side; a box whose measured highest
+//! height stays below the skyline in all of its directions cannot be seen. Both are bounds, so nothing is left out that
+//! is in view.
 //!
 //! Why: `docs/decisions/terrain-occlusion.md`.
 

@@ -18,8 +18,8 @@ use crate::scene::frustum::Bounds;
 
 /// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
 const LEVEL_STEPS: f64 = 4096.0;
-/// Where quads are no wider than this part of the allowed error in height, finer ones are not worth it: land is drawn to
-/// within a part of that error sideways, however steep it is.
+/// Where quads are no wider than this part of the allowed error in height, finer ones are not worth it: land is drawn
+/// to within a part of that error sideways, however steep it is.
 const FINEST_QUAD: f64 = 0.25;
 /// Larger errors count as this one: an infinite one would never be small enough.
 const LARGEST_ERROR_M: f64 = 1e38;

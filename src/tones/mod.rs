@@ -1,5 +1,5 @@
-//! Tones from pictures of the surface: how light each place is, and its colour before lines and haze; and the marks that
-//! tones are hatched with.
+//! Tones from pictures of the surface: how light each place is, and its colour before lines and haze; and the marks
+//! that tones are hatched with.
 
 pub mod balance;
 pub mod fractal_hatching;

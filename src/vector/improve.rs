@@ -1,5 +1,5 @@
-//! A way through strokes is made shorter by local changes (Croes 1958, Or 1976; with lists of neighbours as Bentley 1992
-//! has them).
+//! A way through strokes is made shorter by local changes (Croes 1958, Or 1976; with lists of neighbours as Bentley
+//! 1992 has them).
 //!
 //! - **2-opt**: a stretch of the way is drawn backwards, each of its strokes from its other end.
 //! - **Or-opt**: one stroke is drawn elsewhere, either way round.

@@ -1,8 +1,9 @@
 //! In which order, and from which end, a pen draws strokes, so that its way in the air is short.
 //!
-//! First greedily: from where the pen is to the nearest end of a stroke that is left, or to the nearest point of a closed
-//! one, which ends where it begins. Then [`improve`](super::improve) shortens that way. Then each closed stroke begins
-//! where it is best between the strokes before and after it. If all of that is no gain the strokes stay as they were.
+//! First greedily: from where the pen is to the nearest end of a stroke that is left, or to the nearest point of a
+//! closed one, which ends where it begins. Then [`improve`](super::improve) shortens that way. Then each closed stroke
+//! begins where it is best between the strokes before and after it. If all of that is no gain the strokes stay as they
+//! were.
 
 use kurbo::Point;
 

@@ -83,8 +83,8 @@ pub struct OpenWorld {
     pub surfaces: Surfaces,
 }
 
-/// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, by the name of a
-/// scene inside the program, or not at all.
+/// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, by the name of
+/// a scene inside the program, or not at all.
 ///
 /// # Errors
 /// When the scene file does not hold, or names what is beyond its `reach`.

@@ -1,8 +1,8 @@
 //! Chains of line segments: the GPU's are the twin's, to the bit, and they are what chains must be.
 //!
-//! 10,000 inputs: 9,400 small scenes (none to some 40 segments; 21 kinds) that lie 1024 px apart in planes of 470, and 600
-//! that have the GPU to themselves. Each scene of a plane is compared with the twin of that scene alone: chains stand in
-//! the order of their first segments, so a scene's chains are a stretch of the plane's.
+//! 10,000 inputs: 9,400 small scenes (none to some 40 segments; 21 kinds) that lie 1024 px apart in planes of 470, and
+//! 600 that have the GPU to themselves. Each scene of a plane is compared with the twin of that scene alone: chains
+//! stand in the order of their first segments, so a scene's chains are a stretch of the plane's.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 #[path = "../common/mod.rs"]

@@ -83,8 +83,8 @@ pub fn grows(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), St
     })
 }
 
-/// From a frame to the next of a slow flight, with an update between them or without: lines begin to grow in a place, or
-/// go on from where they were shown.
+/// From a frame to the next of a slow flight, with an update between them or without: lines begin to grow in a place,
+/// or go on from where they were shown.
 pub fn comes_from(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), String> {
     now.iter().enumerate().filter(|(_, own)| own.flags & Sample::FADING == 0).try_for_each(|(at, own)| {
         let goes_on = own.shown_px <= growth_px || own.shown_px <= reached_px(before, own) + growth_px + FRAME_PX;

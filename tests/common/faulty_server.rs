@@ -1,5 +1,5 @@
-//! A web server for tests that is as bad as a network: it drops connections, hesitates, cuts answers short, refuses, and
-//! changes bytes on the way. HTTP/1.1 on the loopback in plain `std`, one thread for each connection.
+//! A web server for tests that is as bad as a network: it drops connections, hesitates, cuts answers short, refuses,
+//! and changes bytes on the way. HTTP/1.1 on the loopback in plain `std`, one thread for each connection.
 //!
 //! It serves files from memory, whole or in ranges, with ETag, on GET and HEAD. An S3 bucket that is asked by path and
 //! without signatures looks the same.

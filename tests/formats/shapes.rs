@@ -42,7 +42,8 @@ fn a_last_strip_may_be_padded() {
         picture.blocks = strips(&dem, 4, 8000).iter().map(|strip| pack(strip)).collect();
         write(&path, std::slice::from_ref(&picture));
         check(&path, &dem, NOWHERE);
-        // One whose last row is not there is damaged all the same. (Of samples that are not packed any bytes may follow.)
+        // One whose last row is not there is damaged all the same. (Of samples that are not packed any bytes may
+        // follow.)
         if ![1, 50_000].contains(&code) {
             let mut short_of_a_row = picture.clone();
             short_of_a_row.blocks[3] = pack(&bytes(&dem.heights[12 * 50..13 * 50]));

@@ -1,8 +1,8 @@
 //! Mutated inputs of every kind that the program reads: none may end in a panic, take over 20 s or more than 1 GB, and
 //! every refusal is one line under 200 characters that names the file.
 //!
-//! A test runs some cases of each kind; `CONTRIBUTING.md` says how to run them for hours. A case depends on the seed, the
-//! kind and its number alone. The one that fails is named, and its files are kept.
+//! A test runs some cases of each kind; `CONTRIBUTING.md` says how to run them for hours. A case depends on the seed,
+//! the kind and its number alone. The one that fails is named, and its files are kept.
 //!
 //! - `HACHURE_FUZZ_CASES`: cases of each kind (100)
 //! - `HACHURE_FUZZ_FIRST`: number of the first case (0)

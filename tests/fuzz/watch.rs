@@ -1,4 +1,5 @@
-//! One case on a thread of its own, watched: for panics, also those that are caught on the way, for time and for memory.
+//! One case on a thread of its own, watched: for panics, also those that are caught on the way, for time and for
+//! memory.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};

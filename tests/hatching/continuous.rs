@@ -141,8 +141,8 @@ fn a_jump_of_half_an_octave_pops() {
 #[test]
 fn by_the_fractal_rule_no_mark_goes() {
     let Some(mut plane) = Plane::new(15.0) else { return };
-    // A mark that blends is gone after ten frames. By then the ends of a dash have come nearer on the ground by more than
-    // its neighbourhood: it is as long on the picture as before.
+    // A mark that blends is gone after ten frames. By then the ends of a dash have come nearer on the ground by more
+    // than its neighbourhood: it is as long on the picture as before.
     let marks = [("line", 0.2, 10), ("line", 0.6, 10), ("dash", 0.3, 1), ("stipple", 0.15, 10), ("stipple", 0.5, 10)];
     for (marks, darkness, step) in marks {
         let shots = frames(&mut plane, "add", &fixed(marks, 20.0), darkness, 150);

@@ -1,5 +1,5 @@
-//! Where the land has no slope, or all of them: plains, peaks, pits, saddles. Tone holds, nothing flickers, and on level
-//! land the layer's own direction is there.
+//! Where the land has no slope, or all of them: plains, peaks, pits, saddles. Tone holds, nothing flickers, and on
+//! level land the layer's own direction is there.
 
 use glam::{DVec2, DVec3};
 

@@ -47,7 +47,8 @@ impl Level {
         };
         let cell = |c: f64, count: usize| (c.floor() as isize).clamp(0, (count as isize - 2).max(0));
         let (cx, cy) = (cell(x, self.width), cell(y, self.height));
-        // Beyond the outermost samples the polynomial goes on, which the kernel by distance does not: use Hermite there.
+        // Beyond the outermost samples the polynomial goes on, which the kernel by distance does not: use Hermite
+        // there.
         let (fx, fy) = (x - cx as f64, y - cy as f64);
         if (0.0..=1.0).contains(&fx) && (0.0..=1.0).contains(&fy) {
             let mut sum = 0.0;

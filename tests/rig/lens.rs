@@ -21,8 +21,8 @@ fn places(world: &mut World, view: View) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     (places, read_as(&world.gpu, read(&MOTION), [0, 0], SIZE_PX).unwrap())
 }
 
-/// The part of pixels whose places are farther apart than a hundredth of a pixel is wide, `shift` pixels to the right in
-/// the second picture.
+/// The part of pixels whose places are farther apart than a hundredth of a pixel is wide, `shift` pixels to the right
+/// in the second picture.
 fn apart(a: &[[f32; 4]], b: &[[f32; 4]], shift: usize, focal_px: f64) -> f64 {
     let width = SIZE_PX[0] as usize;
     let mut differing = 0;

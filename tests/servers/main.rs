@@ -1,5 +1,5 @@
-//! More than eighty kinds of server, most of them faulty: a picture of a file behind one is right to the bit, or there is an error of one line
-//! that says what the server did, in bounded time.
+//! More than eighty kinds of server, most of them faulty: a picture of a file behind one is right to the bit, or there
+//! is an error of one line that says what the server did, in bounded time.
 //!
 //! `HACHURE_SERVERS=all` has the program itself render from every kind with its own patience, which takes minutes, and
 //! prints how long each takes; `HACHURE_SERVERS=silence` only those kinds with the word in their name.

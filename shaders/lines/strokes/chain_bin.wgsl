@@ -1,14 +1,15 @@
 // Sorts the ends of segments by cells whose side is the reach, so that partners lie in 3 x 3 cells (the uniform grid of
 // Green 2010, "Particle simulation using CUDA").
 //
-// Cells have no borders: cell (x, y) falls into bucket x + y * ROW of as many as there are ends, wrapped around. Ends
-// far outside of the picture are found like all others, and the work follows the number of segments, not the picture.
-// Three cells in a row are three buckets in a row. What shares a bucket by chance is sent away by its distance.
+// Cells have no borders: cell (x, y) falls into bucket x + y * CELL_ROW of as many as there are ends, wrapped around.
+// Ends far outside of the picture are found like all others, and the work follows the number of segments, not the
+// picture. Three cells in a row are three buckets in a row. What shares a bucket by chance is sent away by its
+// distance.
 //
 // Stage 0 counts the ends of each bucket; a prefix sum makes beginnings of the counts; stage 1 puts each end into its
 // place, after which `buckets` holds where each bucket ends. The order inside of a bucket is chance; nothing that
 // follows depends on it.
-#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, Segment, direction, end_position}
+#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, Segment, bucket_of, direction, end_position}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> rules: ChainRules;
@@ -17,9 +18,6 @@
 @group(0) @binding(4) var<storage, read_write> buckets: array<atomic<u32>>;
 // For each end: x, y, its number, its outward direction (each component + 128, in 8 bits).
 @group(0) @binding(5) var<storage, read_write> slots: array<vec4<i32>>;
-
-// As in chain_choose.wgsl.
-const ROW: u32 = 0x9e3779b1u;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -30,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let segment = segments[end / 2u];
     let position = end_position(segment, end);
     let cell = vec2<u32>(position + LIMIT_UNITS) / rules.reach_units;
-    let bucket = (cell.x + cell.y * ROW) & (plan.buckets - 1u);
+    let bucket = bucket_of(cell, plan.buckets);
     let at = atomicAdd(&buckets[bucket], 1u);
     if stage == 0u {
         return;

@@ -5,12 +5,13 @@
 // those that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
 // between the segment's outward direction and its partner's way on, the score is
 //   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a), the least wins, then the least (key, segment, end).
-// Overlap: neither end may lie behind the other by more than `overlap_units`. A segment without length has no direction:
-// its angle counts as the widest, and nothing lies behind it. A segment's two ends are never joined to each other.
+// Overlap: neither end may lie behind the other by more than `overlap_units`. A segment without length has no
+// direction: its angle counts as the widest, and nothing lies behind it. A segment's two ends are never joined to each
+// other.
 //
 // In later rounds candidates only become fewer. So an end keeps its choice while that is free, and one that found
 // nobody finds nobody.
-#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Segment, bit_count}
+#import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Segment, bit_count, bucket_of}
 
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> rules: ChainRules;
@@ -22,8 +23,6 @@
 @group(0) @binding(6) var<storage, read> links: array<u32>;
 @group(0) @binding(7) var<storage, read_write> choices: array<u32>;
 
-// As in chain_bin.wgsl.
-const ROW: u32 = 0x9e3779b1u;
 const UNFIT: u32 = 0xffffffffu;
 
 struct Best {
@@ -134,7 +133,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var best = Best(UNFIT, NONE, NONE);
     for (var row = 0u; row < 3u; row++) {
         // Three buckets, wrapped around.
-        let first = (cell.x - 1u + (cell.y + row - 1u) * ROW) & last;
+        let first = bucket_of(vec2<u32>(cell.x - 1u, cell.y + row - 1u), plan.buckets);
         for (var bucket = first; bucket < first + 3u; bucket++) {
             let wrapped = bucket & last;
             var at = 0u;

@@ -1,6 +1,7 @@
 // Each chain was ranked in both directions: takes the one whose first end is less by (key, segment, end), and marks the
 // segments that begin a chain. A cut loop begins at its least segment by the same rule.
 #import hachure::strokes::{ChainPlan, Segment, StrokeCounts}
+#import hachure::ranking::{FOUND, ROUNDS}
 
 @group(0) @binding(0) var<uniform> plan: ChainPlan;
 @group(0) @binding(1) var<storage, read> segments: array<Segment>;
@@ -8,12 +9,9 @@
 @group(0) @binding(3) var<storage, read> counts: StrokeCounts;
 // The state of each segment in the direction that is taken.
 @group(0) @binding(4) var<storage, read_write> states: array<u32>;
-// For each segment 1 if it begins a chain; then, for each segment again, how many segments the chain has that it begins.
+// For each segment 1 if it begins a chain; then, for each segment again, how many segments the chain has that it
+// begins.
 @group(0) @binding(5) var<storage, read_write> heads: array<u32>;
-
-// As in chain_rank.wgsl.
-const FOUND: u32 = 0x80000000u;
-const ROUNDS: u32 = 0x1ffbffu;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

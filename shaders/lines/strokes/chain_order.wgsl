@@ -1,6 +1,7 @@
-// Puts each segment into its place: chains one after the other, in the order of the segments that begin them, and the segments
-// of a chain as they run.
+// Puts each segment into its place: chains one after the other, in the order of the segments that begin them, and the
+// segments of a chain as they run.
 #import hachure::strokes::{Chain, ChainPlan, NONE, Segment, SegmentInOrder, StrokeCounts, end_position, length_units}
+#import hachure::ranking::{FOUND, ROUNDS}
 
 @group(0) @binding(0) var<uniform> plan: ChainPlan;
 @group(0) @binding(1) var<storage, read> segments: array<Segment>;
@@ -13,10 +14,6 @@
 @group(0) @binding(8) var<storage, read_write> places: array<SegmentInOrder>;
 @group(0) @binding(9) var<storage, read_write> chains: array<Chain>;
 @group(0) @binding(10) var<storage, read_write> counts: StrokeCounts;
-
-// As in chain_rank.wgsl.
-const FOUND: u32 = 0x80000000u;
-const ROUNDS: u32 = 0x1ffbffu;
 
 fn between_units(start: u32, end: u32) -> u32 {
     return length_units(end_position(segments[end / 2u], end) - end_position(segments[start / 2u], start));

@@ -4,6 +4,7 @@
 // which are cut where their least segment begins. Both directions of a loop are cut at the same joint, so that each is
 // the other, reversed.
 #import hachure::strokes::{ChainPlan, NONE, Segment, end_position, length_units}
+#import hachure::ranking::{FIRST_ROUNDS, FOUND, PROGRESS}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> plan: ChainPlan;
@@ -12,11 +13,6 @@
 @group(0) @binding(4) var<storage, read_write> ranks: array<vec4<u32>>;
 // StrokeCounts: the progress is the seventh number.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
-
-// As in chain_rank.wgsl.
-const PROGRESS: u32 = 6u;
-const FOUND: u32 = 0x80000000u;
-const FIRST_ROUNDS: u32 = 0x3ffu;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,9 +1,9 @@
 // Visible segments of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
 //
-// One thread for each pixel. A pixel begins a segment if its edge is not seen in the two steps before it; then the thread
-// follows the edge to the segment's end. So every segment is found once, and an edge that is seen in two places gives two.
-// The thesis collects the numbers of edges instead, and drops what comes twice. A gap of one step does not end a segment:
-// another line crosses there.
+// One thread for each pixel. A pixel begins a segment if its edge is not seen in the two steps before it; then the
+// thread follows the edge to the segment's end. So every segment is found once, and an edge that is seen in two places
+// gives two. The thesis collects the numbers of edges instead, and drops what comes twice. A gap of one step does not
+// end a segment: another line crosses there.
 //
 // A line has one pixel for each step along its longer axis; rasterisers may put it a pixel beside, so three are looked
 // at across. Segments end where the edge ends when its last pixel is seen, and else in the middle between pixels.
@@ -12,7 +12,7 @@
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture}
 #import hachure::stroke_style::Strokes
-#import hachure::strokes::Segment
+#import hachure::strokes::{Segment, UNITS_PER_PX}
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -23,8 +23,6 @@
 // StrokeCounts: segments are the second number.
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> order: Order;
-
-const UNITS: f32 = 16.0;
 
 // Whether the edge is seen in the three pixels across at a step.
 fn is_seen(step: i32, across: i32, is_steep: bool, id: u32) -> bool {
@@ -121,7 +119,7 @@ fn segment_from(pixel: vec2<i32>, id: u32) -> Segment {
     // Depth is linear in its inverse along a line of the picture.
     let inverse = 1.0 / vec2<f32>(way.line.a.depth_m, way.line.b.depth_m);
     let depths_m = 1.0 / mix(inverse.xx, inverse.yy, vec2<f32>(t_a, t_b));
-    let units = UNITS / strokes.resolution;
+    let units = UNITS_PER_PX / strokes.resolution;
     // Far outside ends are as good as at the border of what integers hold.
     let a = clamp((way.line.a.px + way.along * t_a) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
     let b = clamp((way.line.a.px + way.along * t_b) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));

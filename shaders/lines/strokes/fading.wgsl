@@ -1,7 +1,7 @@
 // Which strokes of the frame before are not drawn any more: their samples stay, and fade.
 //
-// A sample is gone if a new stroke runs where it is now (within COVERED_PX, the same way), if the surface hides it, if it
-// has left the picture or if nothing is left of it. Segments with a sample at an end that is not gone are kept.
+// A sample is gone if a new stroke runs where it is now (within COVERED_PX, the same way), if the surface hides it, if
+// it has left the picture or if nothing is left of it. Segments with a sample at an end that is not gone are kept.
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, nearest_on, LAST}
 

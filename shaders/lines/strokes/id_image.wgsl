@@ -2,13 +2,13 @@
 // plus 1, nearest in front.
 //
 // Which pixels of an edge are seen: those where the edge is not farther than the farthest surface at the four pixel
-// centres of the full picture around it. A contour edge lies where the surface ends: on one side there is what is behind
-// it, and of four points around a place on a line one is on either side. So nothing is shifted and nothing fights: an
-// edge that is seen has something at its own distance or farther beside it, and one that is hidden by more than a pixel
-// has nearer surface all around. Where there is only sky around it, the data have a hole.
+// centres of the full picture around it. A contour edge lies where the surface ends: on one side there is what is
+// behind it, and of four points around a place on a line one is on either side. So nothing is shifted and nothing
+// fights: an edge that is seen has something at its own distance or farther beside it, and one that is hidden by more
+// than a pixel has nearer surface all around. Where there is only sky around it, the data have a hole.
 //
-// A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two pixels
-// to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
+// A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two
+// pixels to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
 #import hachure::view::View
 #import hachure::edges::{Edge, KIND_CREASE}
 

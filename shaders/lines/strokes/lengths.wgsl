@@ -1,5 +1,5 @@
 // The lengths of strokes between their points, in 1/16 px.
-#import hachure::strokes::StrokeCounts
+#import hachure::strokes::{StrokeCounts, UNITS_PER_PX}
 #import hachure::stroke_style::Point
 
 @group(0) @binding(0) var<storage, read> points: array<Point>;
@@ -16,5 +16,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = points[i];
     let next = points[min(i + 1u, count - 1u)];
     let is_last = i + 1u == count || next.chain != own.chain;
-    lengths[i] = select(u32(round(distance(own.px, next.px) * 16.0)), 0u, is_last);
+    lengths[i] = select(u32(round(distance(own.px, next.px) * UNITS_PER_PX)), 0u, is_last);
 }

@@ -1,10 +1,10 @@
 // The points of strokes: where the segments of a chain meet, smoothed.
 //
-// A chain of n segments has n + 1 points. Where two segments meet the point is in the middle between their ends; the ends of
-// an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial weights
-// 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021, section
-// 4.2.4, smooths "the transitions between edges" without saying how).
-#import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts}
+// A chain of n segments has n + 1 points. Where two segments meet the point is in the middle between their ends; the
+// ends of an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial
+// weights 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021,
+// section 4.2.4, smooths "the transitions between edges" without saying how).
+#import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX}
 #import hachure::edges::Edge
 #import hachure::stroke_style::Point
 
@@ -15,7 +15,6 @@
 @group(0) @binding(5) var<storage, read> edges: array<Edge>;
 @group(0) @binding(6) var<storage, read_write> points: array<Point>;
 
-const UNITS: f32 = 16.0;
 const MOST_PX: f32 = 1.0;
 
 struct Ends {
@@ -28,8 +27,8 @@ struct Ends {
 fn ends_of(place: u32) -> Ends {
     let entry = places[place].state;
     let segment = segments[entry >> 1u];
-    let a = vec2<f32>(segment.a) / UNITS;
-    let b = vec2<f32>(segment.b) / UNITS;
+    let a = vec2<f32>(segment.a) / UNITS_PER_PX;
+    let b = vec2<f32>(segment.b) / UNITS_PER_PX;
     if (entry & 1u) == 1u {
         return Ends(b, a, segment.depths_m.y, segment.depths_m.x);
     }

@@ -8,7 +8,7 @@
 // are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
-#import hachure::strokes::Chain
+#import hachure::strokes::{Chain, UNITS_PER_PX}
 #import hachure::stroke_style::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
@@ -27,7 +27,6 @@
 @group(0) @binding(11) var ids: texture_2d<u32>;
 @group(0) @binding(12) var<storage, read_write> matches: array<Match>;
 
-const UNITS: f32 = 16.0;
 // Bends are measured over 8 px to either side.
 const RIGHT_RAD: f32 = 1.5707964;
 const BEND_UNITS: f32 = 128.0;
@@ -146,7 +145,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = chain.first + number;
     let last = first + chain.count;
     let length_units = f32(along_units[last] - along_units[first]);
-    let count = max(u32(ceil(length_units / (UNITS * SPACING_PX))), 1u);
+    let count = max(u32(ceil(length_units / (UNITS_PER_PX * SPACING_PX))), 1u);
     let i = id.x - starts[number];
     let step_units = length_units / f32(count);
     let at_units = step_units * f32(i);
@@ -160,9 +159,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         at.px += vec2<f32>(-way.y, way.x) * (strayed * strokes.wobble_px);
     }
 
-    let from_end_px = min(at_units, length_units - at_units) / UNITS;
+    let from_end_px = min(at_units, length_units - at_units) / UNITS_PER_PX;
     // A stroke that is shorter than its tapers tapers faster.
-    let taper_px = min(strokes.taper_px, 0.5 * length_units / UNITS);
+    let taper_px = min(strokes.taper_px, 0.5 * length_units / UNITS_PER_PX);
     let is_closed = chain.is_closed == 1u;
     let pressure = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
@@ -178,13 +177,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Until it is carried, the chain stands for the stroke.
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
-    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), vec2<f32>(0.0));
+    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS_PER_PX, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), vec2<f32>(0.0));
     if temporal.has_history == 1u {
-        let ahead_units = select(at_units + 2.0 * UNITS, at_units - 2.0 * UNITS, i == count);
+        let ahead_units = select(at_units + 2.0 * UNITS_PER_PX, at_units - 2.0 * UNITS_PER_PX, i == count);
         var ahead = on_stroke(first, last, clamp(ahead_units, 0.0, length_units));
         if i == count {
             ahead.px = 2.0 * at.px - ahead.px;
         }
-        matches[id.x] = look_back(at, ahead, at_units / UNITS);
+        matches[id.x] = look_back(at, ahead, at_units / UNITS_PER_PX);
     }
 }

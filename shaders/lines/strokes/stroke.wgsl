@@ -1,8 +1,8 @@
 // Strokes as ink: a strip along the samples of each (Pietrok 2021, section 4.2.4; Northrup and Markosian 2000).
 //
 // One instance for each pair of samples that follow each other, two triangles each. Sides are mitred, at most to twice
-// the width; ends are round. The strip is half a pixel wider on each side for the border's coverage. Where strokes cross
-// or a strip folds onto itself, the darker one stays (max blending), so nothing shows twice.
+// the width; ends are round. The strip is half a pixel wider on each side for the border's coverage. Where strokes
+// cross or a strip folds onto itself, the darker one stays (max blending), so nothing shows twice.
 //
 // Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
 #import hachure::view::View

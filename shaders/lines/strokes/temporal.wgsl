@@ -1,15 +1,16 @@
 // Strokes take over what was there: who they are, where on their texture they are, how hard the pen is pressed, and a
 // part of the place.
 //
-// - Identity and parameter: each sample keeps those of the old stroke that it found; one that found nothing runs on from
-//   the nearest that did. Chains fall apart and join again from frame to frame where lines are crowded; what belongs to
-//   samples is not touched by that. Where two old strokes meet in one chain the texture has a seam, which stays where it
-//   is. Perspective stretches parameters; toward even ones, by what the chain voted for (vote.wgsl), they go slowly.
+// - Identity and parameter: each sample keeps those of the old stroke that it found; one that found nothing runs on
+//   from the nearest that did. Chains fall apart and join again from frame to frame where lines are crowded; what
+//   belongs to samples is not touched by that. Where two old strokes meet in one chain the texture has a seam, which
+//   stays where it is. Perspective stretches parameters; toward even ones, by what the chain voted for (vote.wgsl),
+//   they go slowly.
 // - What is shown grows along the stroke, by `growth_px` in a frame, from what was shown before and from seeds SEEDS_PX
 //   apart; so no more of a line appears at once than an eye can follow.
 // - Pressure: from what it was, by a bounded step.
-// - SegmentInOrder: the line is held where it was, as far as the style says, and does not jump: what is farther off comes nearer
-//   by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
+// - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off
+//   comes nearer by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash, let_go}

@@ -1,10 +1,9 @@
-// Which old stroke most of a chain continues, and where on it, so that temporal.wgsl can even its texture out: its samples
-// vote (Kalnins et al. 2003 let the samples of the
-// frame before vote for the parameter along a stroke).
+// Which old stroke most of a chain continues, and where on it, so that temporal.wgsl can even its texture out: its
+// samples vote (Kalnins et al. 2003 let the samples of the frame before vote for the parameter along a stroke).
 //
-// At most 64 samples of a chain, evenly spread, are asked. The stroke with the majority wins (Boyer and Moore 1981; where
-// there is no majority, whoever is left over). The offset of the parameter is the mean of what they found, without those
-// that are far off.
+// At most 64 samples of a chain, evenly spread, are asked. The stroke with the majority wins (Boyer and Moore 1981;
+// where there is no majority, whoever is left over). The offset of the parameter is the mean of what they found,
+// without those that are far off.
 #import hachure::strokes::StrokeCounts
 #import hachure::stroke_samples::{Temporal, Heritage, Match, SampleCounts}
 

@@ -1,9 +1,9 @@
 // Contour edges: those between a triangle that faces the eye and one that does not, on the triangles as drawn.
 //
-// One workgroup for each patch, one thread for each of its quads. A quad has three edges of its own: its first column's,
-// its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them (`Patch.sides`);
-// the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, has a geometry shader
-// and one mesh).
+// One workgroup for each patch, one thread for each of its quads. A quad has three edges of its own: its first
+// column's, its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them
+// (`Patch.sides`); the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, has a
+// geometry shader and one mesh).
 //
 // A patch on its way to a coarser level has vertices that lie on each other, so some triangles have no area. They have
 // no side of their own: quads are looked at on the level that the patch has, and what has no area there follows the

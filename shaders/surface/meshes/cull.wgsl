@@ -2,13 +2,14 @@
 // pixel. What is drawn of them, and how many threads place their vertices and look for their edges, is counted here and
 // dispatched indirectly; the CPU knows neither.
 //
-// The list keeps the order of the scene, and what is not seen has no vertices and no triangles in it: a number is looked
-// up among all that begins before it. Three stages: 0, each workgroup counts what its 256 meshes have; 1, one workgroup
-// turns counts into beginnings (at most 256 of them) and writes the indirect arguments; 2, each workgroup writes its
-// part of the list.
+// The list keeps the order of the scene, and what is not seen has no vertices and no triangles in it: a number is
+// looked up among all that begins before it. Three stages: 0, each workgroup counts what its 256 meshes have; 1, one
+// workgroup turns counts into beginnings (at most 256 of them) and writes the indirect arguments; 2, each workgroup
+// writes its part of the list.
 //
-// A mesh's place in the world has more digits than f32. It comes in units of 64 m and of 2^-24 m, so that the difference
-// to the rig's origin is rounded once.
+// A mesh's place in the world has more digits than f32. It comes in units of 64 m and of 2^-24 m, so that the
+// difference to the rig's origin is rounded once.
+#import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::terrain
 #import hachure::earth::{bend, camera_z_m}
@@ -67,8 +68,7 @@ struct MeshDraws {
 @group(0) @binding(4) var<storage, read_write> mesh_counts: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read_write> mesh_draws: MeshDraws;
 
-// Workgroups in a row, and threads of a workgroup, in the passes that are dispatched.
-const ROW: u32 = 65535u;
+// Threads of a workgroup, in the passes that are dispatched.
 const WORKGROUP: u32 = 64u;
 
 var<workgroup> sums: array<vec3<u32>, 256>;
@@ -107,8 +107,8 @@ fn is_beside(at_m: vec3<f32>, radius_m: f32) -> bool {
     return beside;
 }
 
-// Whether the earth itself hides what lies at a place of the flat map: it rises to a place beyond the horizon of a camera
-// that stands on the lowest land.
+// Whether the earth itself hides what lies at a place of the flat map: it rises to a place beyond the horizon of a
+// camera that stands on the lowest land.
 fn is_beyond_horizon(flat_m: vec3<f32>, radius_m: f32) -> bool {
     let k = terrain.inverse_radius;
     let away = max(length(flat_m.xy) - radius_m, 0.0) * k;
@@ -139,8 +139,8 @@ fn counts_of(number: u32) -> vec3<u32> {
 
 fn groups_of(threads: u32) -> vec4<u32> {
     let groups = (threads + WORKGROUP - 1u) / WORKGROUP;
-    let row = min(groups, ROW);
-    let rows = (groups + ROW - 1u) / ROW;
+    let row = min(groups, GROUPS_IN_ROW);
+    let rows = (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW;
     return vec4<u32>(row, rows, 1u, row * rows);
 }
 

@@ -2,13 +2,15 @@
 // not), open borders, and creases where the style wants them. They join the edges of the land (land/edges.wgsl).
 //
 // One thread for each triangle, and edges in the order of triangles (ordered.wgsl): `stage` 0 counts them, 1 writes
-// them, 2 says how many there are now. An edge between two belongs to the one with the lesser number. Neighbours that wind the
-// other way round (is_turned) have their front where this one has its back, so their side counts the other way.
+// them, 2 says how many there are now. An edge between two belongs to the one with the lesser number. Neighbours that
+// wind the other way round (is_turned) have their front where this one has its back, so their side counts the other
+// way.
 //
 // Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::dispatch::thread_number
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> mesh_sides: array<vec4<f32>>;
@@ -18,8 +20,6 @@
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(4) var<storage, read_write> edge_draw: array<u32>;
 @group(0) @binding(5) var<storage, read_write> order: Order;
-
-const ROW: u32 = 65535u;
 
 // The three edges of a triangle, those that it has first.
 struct Found {
@@ -79,7 +79,7 @@ fn main(
     }
     clear_marks(thread);
     workgroupBarrier();
-    let found = edges_of(id.x + id.y * ROW * 64u);
+    let found = edges_of(thread_number(id));
     for (var i = 0u; i < found.count; i++) {
         mark(thread * 3u + i);
     }

@@ -1,8 +1,9 @@
-// Position and normal where a mesh is seen: the pixel's ray cut with the plane of the triangle that the rasteriser found
-// there, and the normals of its corners, mixed by the place in the triangle.
+// Position and normal where a mesh is seen: the pixel's ray cut with the plane of the triangle that the rasteriser
+// found there, and the normals of its corners, mixed by the place in the triangle.
 //
-// After surface/land/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what they are
-// without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth stays.
+// After surface/land/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what
+// they are without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth
+// stays.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from}
 #import hachure::surface_id::{kind_of, FIRST_MESH, MESH}

@@ -1,15 +1,15 @@
 // For each triangle of the meshes that are near enough: its unit normal, and whether it faces the eye (1) or not (-1).
 //
 // It is decided once for each triangle, so that both triangles at an edge agree on it: contours are then closed, also
-// where a triangle is seen from its edge and rounding decides. A triangle that is thinner than its vertices are exact has
-// no side; it takes that of its neighbour across its longest edge, and so does a row of such.
+// where a triangle is seen from its edge and rounding decides. A triangle that is thinner than its vertices are exact
+// has no side; it takes that of its neighbour across its longest edge, and so does a row of such.
+#import hachure::dispatch::thread_number
 #import hachure::view::{View, from_eye}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, MeshTriangle, AGAIN}
 
 @group(0) @binding(0) var<storage, read_write> mesh_sides: array<vec4<f32>>;
 @group(0) @binding(1) var<uniform> view: View;
 
-const ROW: u32 = 65535u;
 // How exact vertices are, as a part of their distance.
 const EXACT: f32 = 2.5e-7;
 // Rows of thin triangles that are longer take the side of the last.
@@ -17,7 +17,7 @@ const LONGEST_ROW: i32 = 6;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let number = id.x + id.y * ROW * 64u;
+    let number = thread_number(id);
     let standing = mesh_instances[instance_of(number, BY_NEAR)];
     if standing.is_near == 0u || number - standing.near_before >= standing.triangles {
         return;

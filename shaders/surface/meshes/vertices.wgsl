@@ -3,18 +3,16 @@
 // A pass of its own, since the rasteriser, the normals and the edges want the same bits, and since software rasterisers
 // shade vertices on one core. The matrices come from f64 and are relative to the camera; each vertex is bent by itself,
 // with the land around it.
+#import hachure::dispatch::thread_number
 #import hachure::meshes::{mesh_instances, instance_of, BY_VERTEX}
 #import hachure::earth::bend
 
 @group(0) @binding(0) var<storage, read> mesh_vertices: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> mesh_positions: array<vec4<f32>>;
 
-// Workgroups in a row: more come in further rows.
-const ROW: u32 = 65535u;
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let number = id.x + id.y * ROW * 64u;
+    let number = thread_number(id);
     let at = instance_of(number, BY_VERTEX);
     let standing = mesh_instances[at];
     let own = number - standing.vertices_before;

@@ -9,8 +9,8 @@
 //! | `chain_heads`, `scan`, `chain_order` | once each | chains and segments in their order |
 //!
 //! 42 dispatches. Nothing is read back: sizes are on the GPU. Rounds of ranking that have nothing to do return at once,
-//! so short chains take few. The work grows with the number of segments, and not with the picture. It also grows with the
-//! square of the ends in one neighbourhood: segments all in one place are slow.
+//! so short chains take few. The work grows with the number of segments, and not with the picture. It also grows with
+//! the square of the ends in one neighbourhood: segments all in one place are slow.
 
 use super::records::{Chain, ChainRules, ChainRulesUniform, SegmentInOrder};
 use crate::gpu::bind::Named;
@@ -42,7 +42,8 @@ const CHOICES: BufferKind = BufferKind::storage("chain choices");
 const LINKS: BufferKind = BufferKind::storage("chain links");
 const RANKS: BufferKind = BufferKind::storage("chain ranks");
 const HEADS: BufferKind = BufferKind::storage("chain heads");
-/// [`SegmentInOrder`]s. The segments of a chain follow each other; chains stand in the order of the segments that begin them.
+/// [`SegmentInOrder`]s. The segments of a chain follow each other; chains stand in the order of the segments that begin
+/// them.
 pub const PLACES: BufferKind = BufferKind::storage("places");
 /// The [`Chain`]s. How many there are stands in the counts.
 pub const CHAINS: BufferKind = BufferKind::storage("chains");

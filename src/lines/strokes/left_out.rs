@@ -50,8 +50,8 @@ impl LeftOut {
 }
 
 impl DrawnStrokes<'_> {
-    /// What found no room in the last frame: edges, segments of edges, and the strokes that the budget left out. Waits for
-    /// the GPU.
+    /// What found no room in the last frame: edges, segments of edges, and the strokes that the budget left out. Waits
+    /// for the GPU.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
@@ -72,8 +72,8 @@ pub struct StrokeNumbers {
     pub left_out: LeftOut,
 }
 
-/// The numbers of frames that are shown as they come: no frame waits for its own, a later one finds them. At first there
-/// are none.
+/// The numbers of frames that are shown as they come: no frame waits for its own, a later one finds them. At first
+/// there are none.
 pub struct NumbersLater {
     later: Later,
     last: Option<StrokeNumbers>,

@@ -1,11 +1,11 @@
-//! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its list on the
-//! CPU).
+//! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its list on
+//! the CPU).
 //!
-//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible segments
-//! ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take
-//! over from the frame before ([`temporal`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`].
-//! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
-//! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
+//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible segments ([`extract`]) →
+//! chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take over from the
+//! frame before ([`temporal`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`]. What a
+//! step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`] reads
+//! the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
 //!
 //! Why: `docs/decisions/stroke-pipeline.md`.
 
@@ -244,9 +244,9 @@ impl FrameStrokes {
         self.plan.is_update.then_some(self.edge_rules)
     }
 
-    /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible segments,
-    /// chains them and lets them take over from the frame before; else the strokes of the frame before move with the
-    /// world.
+    /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible
+    /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
+    /// with the world.
     pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
         let Inputs { view, depth, edges, targets, resolution } = inputs;
         let Self { plan, lists, work, .. } = self;

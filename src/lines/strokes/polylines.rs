@@ -2,8 +2,8 @@
 //!
 //! A stroke is a run of samples. Its kind is that of the edges that make up most of its length. What
 //! `shaders/lines/strokes/stroke.wgsl` computes for each pixel of a stroke, its width and its ink, `Pen` computes for
-//! each sample; stroke textures, and that the last bit of a stroke pales, are left out. What is not shown is no part of a line: what fades, and what has not grown
-//! yet.
+//! each sample; stroke textures, and that the last bit of a stroke pales, are left out. What is not shown is no part of
+//! a line: what fades, and what has not grown yet.
 
 use super::samples::Sample;
 use super::{DrawnStrokes, StrokesUniform};

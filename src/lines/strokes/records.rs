@@ -4,11 +4,8 @@ pub use crate::gpu::wgsl::shared::strokes::Chain;
 pub(crate) use crate::gpu::wgsl::shared::strokes::ChainRules as ChainRulesUniform;
 pub use crate::gpu::wgsl::shared::strokes::Segment;
 pub use crate::gpu::wgsl::shared::strokes::SegmentInOrder;
-pub use crate::gpu::wgsl::shared::strokes::StrokeCounts;
+pub use crate::gpu::wgsl::shared::strokes::{StrokeCounts, UNITS_PER_PX};
 use bytemuck::{Pod, Zeroable};
-
-/// Positions and lengths are whole numbers of 1/16 px: the GPU and its twin then agree to the bit.
-pub const UNITS_PER_PX: f32 = 16.0;
 
 /// A place in the order of segments.
 #[repr(C)]

@@ -2,9 +2,9 @@
 //!
 //! An update makes strokes anew, without knowing of the last ones: their ends, their numbers and their textures would
 //! jump. So each sample looks where it was in the frame before and what stroke was there (`samples`), and keeps its
-//! identity and texture parameter, its pressure and part of its place (`temporal`). The samples of a chain vote for where
-//! on its texture it is as a whole (`vote`): toward that, parameters that perspective has stretched are evened out. Of
-//! the old strokes, what no new one covers stays and shrinks (`fading`, `keep`).
+//! identity and texture parameter, its pressure and part of its place (`temporal`). The samples of a chain vote for
+//! where on its texture it is as a whole (`vote`): toward that, parameters that perspective has stretched are evened
+//! out. Of the old strokes, what no new one covers stays and shrinks (`fading`, `keep`).
 //!
 //! Active Strokes (Bénard et al. 2012) keep lines and bend them to follow the new contours; here the new ones are kept,
 //! and take over what shows. That needs no topology of its own: a line that splits is two chains that both find the old

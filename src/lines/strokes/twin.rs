@@ -2,8 +2,8 @@
 //!
 //! Pietrok (2021), section 4.2.3, joins an edge with a partner that is nearer than D, at less than the angle A, and not
 //! overlapping: the first one that passes, in the order of the list. Changed: each end takes its best partner, those
-//! that chose each other are joined, and this is done three times; so the order of segments decides ties alone, and each
-//! end is joined at most once. All numbers are whole.
+//! that chose each other are joined, and this is done three times; so the order of segments decides ties alone, and
+//! each end is joined at most once. All numbers are whole.
 
 use rustc_hash::FxHashMap;
 

@@ -1,9 +1,9 @@
 //! Where a pixel of one frame lies in another, and whether it is seen there.
 //!
-//! The world stands still: a surface's place comes from its position, and of the sky its direction. A line straddles the
-//! edge that it outlines, so half of its pixels lie over what is behind: a line moves with the *nearest* surface within
-//! [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's pixel tells the motion: on a
-//! plane seen at a grazing angle motion changes from row to row.
+//! The world stands still: a surface's place comes from its position, and of the sky its direction. A line straddles
+//! the edge that it outlines, so half of its pixels lie over what is behind: a line moves with the *nearest* surface
+//! within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's pixel tells the
+//! motion: on a plane seen at a grazing angle motion changes from row to row.
 //!
 //! Whether a place is seen in both frames is decided by the nearest distance around it: what is expected from one frame
 //! must be found in the other. Distances may change much from pixel to pixel on land seen at a grazing angle, and
@@ -13,8 +13,8 @@
 //! One edge is also where lines of what is *behind* end, with motion of their own: where a line is not found by the
 //! motion of what is in front, it may be by its own surface's ([`Follower::place_behind`]).
 //!
-//! What comes to light within [`OWNER_PX`] of an edge cannot be told from that edge's own line. Edges mostly have a line
-//! in both frames, which is then found.
+//! What comes to light within [`OWNER_PX`] of an edge cannot be told from that edge's own line. Edges mostly have a
+//! line in both frames, which is then found.
 //!
 //! The earth's curvature is that of either camera's own picture: between frames it moves a place by the camera's step
 //! over the earth's radius, some 1e-6 rad at 10 m.

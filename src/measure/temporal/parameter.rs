@@ -18,8 +18,8 @@ const STEEPEST: f64 = 2.0;
 /// Weight of the gradient's length, in squares of pixels: far below those of a few neighbours.
 const TOWARD_ZERO: f64 = 0.01;
 
-/// Of each line pixel of a stroke that was near a line pixel of a stroke before: |its parameter − that at its place|, in
-/// pixels.
+/// Of each line pixel of a stroke that was near a line pixel of a stroke before: |its parameter − that at its place|,
+/// in pixels.
 pub(super) fn slips_px(
     fates: &Fates,
     own: &StrokePictures,

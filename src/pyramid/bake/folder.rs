@@ -28,8 +28,8 @@ pub fn parts_path(out: &Path) -> PathBuf {
 }
 
 impl Folder {
-    /// Makes the folder, or goes on with the one that is there: where `keep`, with its parts, which then must be of this
-    /// bake; else without.
+    /// Makes the folder, or goes on with the one that is there: where `keep`, with its parts, which then must be of
+    /// this bake; else without.
     ///
     /// # Errors
     /// If the folder is none of hachure's, or holds the parts of another output or, where they shall be kept, of

@@ -1,11 +1,11 @@
 //! The mesh patches of stride 2 and more against the full-resolution heights.
 //!
 //! The first round compares the triangles of a stride with every height. A later one has the heights at every 2^base-th
-//! sample and the last, where the patches of stride 2^base have their vertices, and the errors of these patches. Between
-//! the vertices both meshes are linear, and the diagonals of the finer are on those of the coarser: their distance is
-//! largest at a vertex of the finer. That distance and the error of the finer patch together bound the error of the
-//! coarser one. Where the last column or row of quads is cut by the end of the grid, diagonals cross; near the coarser
-//! one, the planes of both its triangles are compared with both sides.
+//! sample and the last, where the patches of stride 2^base have their vertices, and the errors of these patches.
+//! Between the vertices both meshes are linear, and the diagonals of the finer are on those of the coarser: their
+//! distance is largest at a vertex of the finer. That distance and the error of the finer patch together bound the
+//! error of the coarser one. Where the last column or row of quads is cut by the end of the grid, diagonals cross; near
+//! the coarser one, the planes of both its triangles are compared with both sides.
 //!
 //! A vertex without data stands where its filling is, in the first round, if that is known. Else it stands at the mean
 //! of what is known around it, no farther than the sides of the round's largest quads; where nothing is, there is

@@ -1,5 +1,5 @@
-//! What ties a sidecar to its GeoTIFF: the length of that file and a hash of its two ends. A sidecar whose link does not
-//! fit is stale.
+//! What ties a sidecar to its GeoTIFF: the length of that file and a hash of its two ends. A sidecar whose link does
+//! not fit is stale.
 
 use std::fs;
 use std::io::{self, Read, Seek, SeekFrom};

@@ -156,8 +156,8 @@ where
     })
 }
 
-/// The same as a store of tiles, for heights that can be grown again: if the pyramid turns out to be damaged, it is made
-/// anew while it is read.
+/// The same as a store of tiles, for heights that can be grown again: if the pyramid turns out to be damaged, it is
+/// made anew while it is read.
 ///
 /// # Errors
 /// If the cache cannot be written.

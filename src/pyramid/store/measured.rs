@@ -24,8 +24,8 @@ impl Measured {
     /// Opens the sidecar `file` of the GeoTIFF `tif`, whose levels have these sizes.
     ///
     /// # Errors
-    /// [`PyramidError::StaleSidecar`] or [`PyramidError::CorruptSidecar`] if it does not fit or is damaged, or if either
-    /// file cannot be had.
+    /// [`PyramidError::StaleSidecar`] or [`PyramidError::CorruptSidecar`] if it does not fit or is damaged, or if
+    /// either file cannot be had.
     pub fn open(file: Arc<RemoteFile>, tif: &RemoteFile, sizes: &[LevelSize]) -> Result<Self, PyramidError> {
         let path = || PathBuf::from(file.name());
         let stale = |cause: &str| PyramidError::StaleSidecar { path: path(), cause: cause.into() };
@@ -58,8 +58,8 @@ impl Measured {
     /// What the sidecar says of a tile.
     ///
     /// # Errors
-    /// If there is no such tile or it cannot be had; [`PyramidError::CorruptSidecar`] if it came damaged: asked for again
-    /// it may come whole.
+    /// If there is no such tile or it cannot be had; [`PyramidError::CorruptSidecar`] if it came damaged: asked for
+    /// again it may come whole.
     pub fn record(&self, address: TileAddress, cancelled: Cancelled<'_>) -> Result<Record, PyramidError> {
         let path = || PathBuf::from(self.file.name());
         let range = self.sidecar.record_range(address);

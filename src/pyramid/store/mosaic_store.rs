@@ -1,11 +1,11 @@
 //! Several pyramids as one, without baking them again: tiles are composed when they are asked for.
 //!
 //! The grid is that of [`crate::source::mosaic`]. It is sparse: at levels finer than a member's own, tiles exist only
-//! where a finer member lies and next to it, and the coarser tile holds all that is known elsewhere. A tile is composed from the
-//! members' tiles of the matching level, the finer member over the coarser. Samples that lie on the lattice are taken
-//! bit for bit; others from the bicubic surface of the member's level, and its outermost polynomial half a sample
-//! beyond, which is where an abutting member begins. Toward its border a member fades into what lies under it, over one
-//! sample of its own level, or over two samples of a coarser member's: there is no step. A void fades at once.
+//! where a finer member lies and next to it, and the coarser tile holds all that is known elsewhere. A tile is composed
+//! from the members' tiles of the matching level, the finer member over the coarser. Samples that lie on the lattice
+//! are taken bit for bit; others from the bicubic surface of the member's level, and its outermost polynomial half a
+//! sample beyond, which is where an abutting member begins. Toward its border a member fades into what lies under it,
+//! over one sample of its own level, or over two samples of a coarser member's: there is no step. A void fades at once.
 //! Statistics are those of [`derive()`](super::derive()).
 //!
 //! Why: `docs/decisions/mosaics.md`.
@@ -103,8 +103,8 @@ impl MosaicStore {
     /// Whether a tile lies on a member that has something of its own at the tile's level, or near by.
     ///
     /// A tile is drawn in full detail only where the tiles around it exist and their parents are free as well
-    /// (`tiles::residency_floor`); without any beyond its border a member would be coarse along it. At its finest level a
-    /// member has one tile more on every side. Above it has the parents of those and one tile around them: 3/2 tiles,
+    /// (`tiles::residency_floor`); without any beyond its border a member would be coarse along it. At its finest level
+    /// a member has one tile more on every side. Above it has the parents of those and one tile around them: 3/2 tiles,
     /// then 7/4, always less than two.
     fn is_near(&self, placed: &Placed, address: TileAddress) -> bool {
         let finest = Self::first_level(placed);

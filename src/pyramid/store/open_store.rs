@@ -16,12 +16,13 @@ const DECODED_BYTES: usize = 48 << 20;
 /// The subfolder of the cache folder for blocks of files on other machines.
 const REMOTE_FOLDER: &str = "remote";
 
-/// Opens the COG at `url`: `http://`, `https://`, or `s3://bucket/key` with what the `AWS_*` variables say. Blocks of it
-/// are kept in the cache folder. If it is a baked pyramid with its sidecar beside it, its errors are the measured ones.
+/// Opens the COG at `url`: `http://`, `https://`, or `s3://bucket/key` with what the `AWS_*` variables say. Blocks of
+/// it are kept in the cache folder. If it is a baked pyramid with its sidecar beside it, its errors are the measured
+/// ones.
 ///
 /// # Errors
-/// [`PyramidError::Remote`] if it cannot be had, [`PyramidError::NoOverviews`] if it must be baked first, or why it is no
-/// height file.
+/// [`PyramidError::Remote`] if it cannot be had, [`PyramidError::NoOverviews`] if it must be baked first, or why it is
+/// no height file.
 pub fn open_remote(url: &str) -> Result<Arc<dyn TileStore>, PyramidError> {
     // Without a folder there is no cache on disk, and flying goes on.
     let cache = cache_folder(None).ok().map(|folder| folder.join(REMOTE_FOLDER));
@@ -42,8 +43,8 @@ pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> 
     CogStore::open(file, sidecar, decoded_bytes).map(Arc::new)
 }
 
-/// Opens the GeoTIFF at `path` to fly over it as it is, with estimated errors. None if it is not fit for that (no COG, no
-/// overviews, damaged, or no height file at all): whoever bakes it will say what is wrong. A baked pyramid is not
+/// Opens the GeoTIFF at `path` to fly over it as it is, with estimated errors. None if it is not fit for that (no COG,
+/// no overviews, damaged, or no height file at all): whoever bakes it will say what is wrong. A baked pyramid is not
 /// looked at as such; see [`Pyramid::open`](super::pyramid::Pyramid::open).
 ///
 /// # Errors

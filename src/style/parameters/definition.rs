@@ -143,9 +143,9 @@ fn unit_of(key: &str) -> Option<&'static str> {
     }
 }
 
-/// All parameters below a section, in the order of the definitions, but its own values before the sections within it, as
-/// a text has them; a section itself comes before what is in it. A list of sections has as many as `item`, which stands
-/// for the whole, has entries there; without entries it has one, `[]`.
+/// All parameters below a section, in the order of the definitions, but its own values before the sections within it,
+/// as a text has them; a section itself comes before what is in it. A list of sections has as many as `item`, which
+/// stands for the whole, has entries there; without entries it has one, `[]`.
 pub fn parameters_of(kind: &ValueKind, item: Option<&Item>) -> Vec<Parameter> {
     let mut all = Vec::new();
     if let ValueKind::Section(definitions) = kind {

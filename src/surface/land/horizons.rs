@@ -9,8 +9,9 @@ use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps, MAPS_AT_ONCE};
 /// The tiles to make.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 
-/// Makes the maps that `maps` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file may
-/// have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for long.
+/// Makes the maps that `maps` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file
+/// may have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for
+/// long.
 pub fn run(cx: &mut Cx<'_>, terrain: &[Named], maps: &HorizonMaps) {
     let uniform = HorizonsUniform { to_sun: maps.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 };
     // A rehearsal asks, for maps that will be planned.

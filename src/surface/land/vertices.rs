@@ -76,8 +76,8 @@ impl PatchMesh {
     }
 }
 
-/// Reads [`POSITIONS`] of a selection of so many patches back; none when it was drawn in several batches, since only the
-/// last of them is left.
+/// Reads [`POSITIONS`] of a selection of so many patches back; none when it was drawn in several batches, since only
+/// the last of them is left.
 ///
 /// # Errors
 /// As [`readback::read_buffer`].

@@ -1,8 +1,8 @@
 //! Which meshes an eye sees. See `shaders/surface/meshes/cull.wgsl`.
 //!
 //! A mesh is left out where its sphere is out of view, where the earth hides it, and where all of it is smaller than
-//! [`SMALLEST_PX`]. One whose mean edge is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked for:
-//! they would be noise. [`seen`] says the same in f64, and a test holds the GPU against it.
+//! [`SMALLEST_PX`]. One whose mean edge is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked
+//! for: they would be noise. [`seen`] says the same in f64, and a test holds the GPU against it.
 
 use bytemuck::Zeroable;
 use glam::DVec3;

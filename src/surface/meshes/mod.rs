@@ -1,8 +1,8 @@
 //! Meshes that stand on the land.
 //!
-//! The CPU hands over what stands where, once for a world. What an eye sees of it ([`cull`]) is found on the GPU in each
-//! frame: the passes after it are dispatched and drawn indirectly, so a frame costs the CPU the same for one hut and for
-//! a town.
+//! The CPU hands over what stands where, once for a world. What an eye sees of it ([`cull`]) is found on the GPU in
+//! each frame: the passes after it are dispatched and drawn indirectly, so a frame costs the CPU the same for one hut
+//! and for a town.
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 

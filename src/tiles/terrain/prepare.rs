@@ -65,7 +65,8 @@ pub struct Prepared {
 /// How fine a frame's mesh is, where its tiles are there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Detail {
-    /// The height error that the mesh was allowed, in pixels: [`TerrainOptions::lod_error_px`](super::TerrainOptions::lod_error_px), or more.
+    /// The height error that the mesh was allowed, in pixels:
+    /// [`TerrainOptions::lod_error_px`](super::TerrainOptions::lod_error_px), or more.
     pub error_px: f64,
     /// Whether it is more: the error that was asked for takes more patches than a frame has.
     pub is_over_budget: bool,
@@ -83,8 +84,8 @@ struct Fitted {
 }
 
 impl Terrain {
-    /// From the next frame on the mesh is allowed at least this error, in pixels, whatever the options say: all parts of
-    /// a picture have that of the part with the largest. 0 holds nothing.
+    /// From the next frame on the mesh is allowed at least this error, in pixels, whatever the options say: all parts
+    /// of a picture have that of the part with the largest. 0 holds nothing.
     pub fn hold_error_px(&mut self, error_px: f64) {
         // What was found with a factor must be found with it again, however the quotient is rounded.
         self.least_error_px = error_px * (1.0 + 1e-12);

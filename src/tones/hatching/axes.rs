@@ -14,7 +14,8 @@ const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
 /// The first level of the ladder of scales: a texel of it is 2^(first / 2) metres.
 pub const FIRST_LEVEL: i32 = -44;
 
-/// Levels: from 0.2 µm to 47 km for a texel. A lens of 1° sees the former from 0.1 m, one of 150° the latter from space.
+/// Levels: from 0.2 µm to 47 km for a texel. A lens of 1° sees the former from 0.1 m, one of 150° the latter from
+/// space.
 pub const LEVELS: usize = 76;
 
 /// Its multiples lie evenly between whole numbers.
@@ -48,8 +49,9 @@ pub fn axes(layers: &[Layer]) -> Vec<DVec3> {
     level.chain(falling).chain([DVec3::Z]).chain(fixed).chain(slow).collect()
 }
 
-/// Where the camera lies on each axis at each level, in texels, 0 to `side`, after which a tile repeats: the levels of the first axis,
-/// then those of the next. Each axis and level begins somewhere else, so that scales do not agree at the origin.
+/// Where the camera lies on each axis at each level, in texels, 0 to `side`, after which a tile repeats: the levels of
+/// the first axis, then those of the next. Each axis and level begins somewhere else, so that scales do not agree at
+/// the origin.
 pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
     let mut phases = Vec::with_capacity(axes.len() * LEVELS);
     for (number, axis) in axes.iter().enumerate() {
@@ -74,12 +76,12 @@ pub const FIRST_OCTAVE: i32 = -22;
 /// Its levels.
 pub const OCTAVES: usize = 40;
 
-/// The fractal rule's places of an axis begin within so many metres of the origin. It is the place of the coarsest mark of
-/// all: if all axes had theirs at the origin, there would be a star of marks.
+/// The fractal rule's places of an axis begin within so many metres of the origin. It is the place of the coarsest mark
+/// of all: if all axes had theirs at the origin, there would be a star of marks.
 const BEGINS_WITHIN_M: f64 = 131_072.0;
 
-/// Where the camera lies on each axis at each level of the fractal rule's ladder: the levels of the first axis, then those
-/// of the next.
+/// Where the camera lies on each axis at each level of the fractal rule's ladder: the levels of the first axis, then
+/// those of the next.
 pub fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
     let place = |along_m: f64, level: usize| {
         let at = along_m / f64::from(level as i32 + FIRST_OCTAVE).exp2();

@@ -8,9 +8,9 @@
 //! **Steepness.** How wide a pixel's border is in thresholds follows from how steeply they change. Between texels that
 //! jumps wherever a mark's flat middle meets its flank, and marks had steps along their sides; so it is found for each
 //! texel, as the mean of what its neighbours on both sides say, and looked up as thresholds are. A line that is just
-//! coming is then thin and pale. Dots must not be pale, nor shine through before they come: for them it is how thresholds
-//! *fall* from a texel, to the dot that it would belong to, which is nothing in a dot's middle and all of the flank
-//! beside it; for gaps in the darks it is how they rise.
+//! coming is then thin and pale. Dots must not be pale, nor shine through before they come: for them it is how
+//! thresholds *fall* from a texel, to the dot that it would belong to, which is nothing in a dot's middle and all of
+//! the flank beside it; for gaps in the darks it is how they rise.
 //!
 //! **Quads.** A texel holds the four thresholds around a place and their steepness, a byte each: a look-up is one load.
 
