@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced};
@@ -22,6 +22,7 @@ use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
 
 use crate::common::World;
+use crate::common::draw::{draw, north_west};
 
 const LIST: &str = include_str!("../src/frame_passes.md");
 const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/frame_passes.md");
@@ -90,13 +91,11 @@ impl Traces {
     }
 }
 
-fn draw(world: &mut World, frame: &mut Frame, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
+fn drawing(world: &mut World, frame: &mut Frame, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
     let [previous, pose] = poses;
     let view = View::whole(previous, pose, SIZE_PX);
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
     frame.set_traces(true);
-    frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();
-    world.gpu.check().unwrap();
+    draw(&world.gpu, &mut world.surfaces, frame, &view, style, &north_west());
     frame.trace().to_vec()
 }
 
@@ -113,21 +112,21 @@ fn traces() -> Option<Traces> {
     for name in traces.presets.clone() {
         let style = Style::load(name).unwrap();
         let mut frame = Frame::new(&world.gpu).unwrap();
-        let first = draw(&mut world, &mut frame, &style, [pose; 2]);
-        let then = draw(&mut world, &mut frame, &style, [pose, next]);
-        let last = draw(&mut world, &mut frame, &style, [next, turned]);
+        let first = drawing(&mut world, &mut frame, &style, [pose; 2]);
+        let then = drawing(&mut world, &mut frame, &style, [pose, next]);
+        let last = drawing(&mut world, &mut frame, &style, [next, turned]);
         [first, then, last].iter().for_each(|trace| traces.add(name, trace));
     }
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();
     frame.set_wants_motion(true);
-    let trace = draw(&mut world, &mut frame, &style, [pose; 2]);
+    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("channel `motion`", &trace);
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
     shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
     let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = draw(&mut world, &mut frame, &style, [pose; 2]);
+    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("scenes with meshes", &trace);
     traces.presets.sort_unstable();
     Some(traces)
@@ -185,7 +184,7 @@ fn every_picture_of_a_frame_can_be_shown() {
     for name in style::names() {
         let mut frame = Frame::new(&world.gpu).unwrap();
         frame.set_wants_motion(true);
-        trace = draw(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
         names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
         world.gpu.check().unwrap();
     }

@@ -6,18 +6,17 @@ mod common;
 
 use std::sync::Arc;
 
+use common::draw::{draw, floats, halves, places_m, still};
 use common::hill::Hill;
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
 use hachure::frame::{self, Frame, Light};
-use hachure::gpu::readback;
 use hachure::gpu::recorder::Submits;
-use hachure::gpu::target::Target;
 use hachure::gpu::trace::PassTrace;
 use hachure::scene::Sun;
 use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
-use hachure::surface::{NORMAL, POSITION};
+use hachure::surface::NORMAL;
 use hachure::tiles::Terrain;
 use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, MAPS_AT_ONCE};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
@@ -56,30 +55,20 @@ struct Drawn {
     toon_ms: f64,
 }
 
-fn floats(world: &World, target: &Target) -> Vec<[f32; 4]> {
-    let bytes = readback::read(&world.gpu, target, [0, 0], [target.texture.width(), target.texture.height()]).unwrap();
-    bytemuck::cast_slice(&bytes).to_vec()
-}
-
 fn whole_view(pose: Pose) -> View {
-    View::whole(pose, pose, SIZE_PX)
+    still(pose, SIZE_PX)
 }
 
-fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
+fn drawing(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
     let view = whole_view(pose);
-    let prepared = frame.render(&world.gpu, &mut world.surfaces, &view, style, light).unwrap();
-    world.gpu.wait();
-    let target = |kind| frame.target(kind).unwrap();
-    let bytes = readback::read(&world.gpu, target(&TONE), [0, 0], SIZE_PX).unwrap();
-    let tone = bytes.chunks_exact(8).map(|texel| half::f16::from_le_bytes([texel[6], texel[7]]).to_f64()).collect();
-    let at = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m);
-    let place_m = floats(world, target(&POSITION)).into_iter().map(at).collect();
-    let normal =
-        floats(world, target(&NORMAL)).into_iter().map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()));
-    let normal = normal.collect();
+    let gpu = &world.gpu;
+    let prepared = draw(gpu, &mut world.surfaces, frame, &view, style, light);
+    let tone = halves(gpu, frame.target(&TONE).unwrap()).into_iter().map(|texel| texel[3]).collect();
+    let direction = |[x, y, z, _]: [f32; 4]| DVec3::new(x.into(), y.into(), z.into());
+    let normal = floats(gpu, frame.target(&NORMAL).unwrap()).into_iter().map(direction).collect();
+    let place_m = places_m(gpu, frame, pose.position_m);
     let times = frame.take_times().unwrap_or_default();
     let toon_ms = times.iter().filter(|time| time.name == "tones/toon").map(|time| time.gpu_ms).sum();
-    world.gpu.check().unwrap();
     Drawn {
         tone,
         place_m,
@@ -94,7 +83,7 @@ fn draw(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose
 fn shot(world: &mut World, style: &Style, light: &Light, camera: &str) -> Drawn {
     let pose = world.pose(camera);
     let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(world, &mut frame, style, light, pose)
+    drawing(world, &mut frame, style, light, pose)
 }
 
 /// Of the pixels that lie clear of a shadow's border, the part that is in the sun as a ray toward the sun says, or the
@@ -248,7 +237,7 @@ fn there_are_no_seams_and_nothing_pops() {
     let (mut before, mut steps): (Option<Drawn>, Vec<f64>) = (None, Vec::new());
     for i in 0..120 {
         let pose = world.pose(&format!("100,-50,{},0,-90,40", 2400.0 * 1.006_f64.powi(i)));
-        let drawn = draw(&mut world, &mut frame, &style, &light, pose);
+        let drawn = drawing(&mut world, &mut frame, &style, &light, pose);
         if let Some(before) = &before {
             steps.push(mean_step(before, &drawn));
         }
@@ -281,16 +270,16 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     let style = style(0.3, 1.0, 1.0);
     let pose = world.pose(CAMERA);
     let mut frame = Frame::new(&world.gpu).unwrap();
-    let first = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
+    let first = drawing(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
     assert!(first.jobs > MAPS_AT_ONCE && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
     assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/land/horizons"));
-    let second = draw(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
+    let second = drawing(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
     assert_eq!((second.jobs, &second.tone), (0, &first.tone), "at rest");
     assert!(second.passes.iter().all(|pass| pass != "surface/land/horizons"));
     // Higher, and nothing has to be made; turned, and everything has.
-    let higher = draw(&mut world, &mut frame, &style, &sun(100.0, 35.0), pose);
+    let higher = drawing(&mut world, &mut frame, &style, &sun(100.0, 35.0), pose);
     assert!(higher.jobs == 0 && higher.tone != first.tone);
-    let turned = draw(&mut world, &mut frame, &style, &sun(220.0, 20.0), pose);
+    let turned = drawing(&mut world, &mut frame, &style, &sun(220.0, 20.0), pose);
     assert_eq!(turned.jobs, first.jobs);
     let fresh = shot(&mut rough().unwrap(), &style, &sun(220.0, 20.0), CAMERA);
     assert_eq!(turned.tone, fresh.tone, "the sun's azimuth is followed");
@@ -314,7 +303,7 @@ fn settle(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, lo
         if loses {
             frame::prepare(&world.gpu, &mut world.surfaces, &Rig::mono(whole_view(pose)), style, light);
         }
-        let drawn = draw(world, frame, style, light, pose);
+        let drawn = drawing(world, frame, style, light, pose);
         most = most.max(drawn.jobs);
         all += drawn.jobs;
         if !drawn.late {
@@ -337,14 +326,14 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
     assert!(all > 2 * MAPS_AT_ONCE);
     assert_eq!(settled.tone, expected.tone, "what has settled is what a file shows");
     let pose = world.pose(CAMERA);
-    let again = draw(&mut world, &mut frame, &style, &light, pose);
+    let again = drawing(&mut world, &mut frame, &style, &light, pose);
     assert_eq!((again.jobs, &again.tone), (0, &settled.tone), "at rest");
     // To another style and back: what is known stays, and no frame is late for it.
     let bare = self::style(0.3, 0.0, 0.0);
     for _ in 0..2 {
-        let other = draw(&mut world, &mut frame, &bare, &light, pose);
+        let other = drawing(&mut world, &mut frame, &bare, &light, pose);
         assert!(mean_step(&other, &expected) > 0.02);
-        let back = draw(&mut world, &mut frame, &style, &light, pose);
+        let back = drawing(&mut world, &mut frame, &style, &light, pose);
         assert_eq!((back.jobs, back.late, &back.tone), (0, false, &settled.tone), "back again");
     }
     // Planted: maps that count as made and are not.
@@ -367,7 +356,7 @@ fn a_file_makes_its_maps_in_bounded_submits() {
     let mut frame = Frame::new(&world.gpu).unwrap();
     frame.set_submits(Submits::Whole);
     frame.set_traces(true);
-    let whole = draw(&mut world, &mut frame, &style, &light, pose);
+    let whole = drawing(&mut world, &mut frame, &style, &light, pose);
     let trace = frame.trace().to_vec();
     let parts = whole.jobs.div_ceil(MAPS_AT_ONCE);
     assert!(parts > 3, "{} maps", whole.jobs);
@@ -382,7 +371,7 @@ fn a_file_makes_its_maps_in_bounded_submits() {
     let planted: Vec<PassTrace> = trace.into_iter().map(|pass| PassTrace { submit: 0, ..pass }).collect();
     assert_eq!(fullest_submit(&planted), (parts, parts));
     // At rest a frame is one submit.
-    draw(&mut world, &mut frame, &style, &light, pose);
+    drawing(&mut world, &mut frame, &style, &light, pose);
     assert!(frame.trace().iter().all(|pass| pass.submit == 0));
 }
 
@@ -392,7 +381,7 @@ fn only_who_asks_pays() {
     let (plain, lit, light) = (style(0.3, 0.0, 0.0), style(0.3, 0.5, 0.0), sun(100.0, 20.0));
     let pose = world.pose(CAMERA);
     let mut frame = Frame::new(&world.gpu).unwrap();
-    let first = draw(&mut world, &mut frame, &plain, &light, pose);
+    let first = drawing(&mut world, &mut frame, &plain, &light, pose);
     let (bytes, targets) = (world.surfaces.terrain.gpu_bytes(), frame.target_bytes());
     assert!(
         world.surfaces.terrain.horizon_maps().is_none()
@@ -401,7 +390,7 @@ fn only_who_asks_pays() {
 
     let (mut quickest, mut quickest_lit) = (first.toon_ms, f64::INFINITY);
     for _ in 0..3 {
-        quickest_lit = quickest_lit.min(draw(&mut world, &mut frame, &lit, &light, pose).toon_ms);
+        quickest_lit = quickest_lit.min(drawing(&mut world, &mut frame, &lit, &light, pose).toon_ms);
     }
     let more = world.surfaces.terrain.gpu_bytes() - bytes;
     let tiles = world.surfaces.terrain.horizon_maps().unwrap().bytes();
@@ -411,12 +400,12 @@ fn only_who_asks_pays() {
     assert_eq!(frame.target_bytes(), targets);
 
     for _ in 0..3 {
-        let again = draw(&mut world, &mut frame, &plain, &light, pose);
+        let again = drawing(&mut world, &mut frame, &plain, &light, pose);
         assert_eq!(again.tone, first.tone);
         quickest = quickest.min(again.toon_ms);
     }
     // What is known stays for a style that asks again: nothing is made anew.
-    let back = draw(&mut world, &mut frame, &lit, &light, pose);
+    let back = drawing(&mut world, &mut frame, &lit, &light, pose);
     assert_eq!(back.jobs, 0);
     println!("toon {quickest:.3} ms, with shadows {quickest_lit:.3} ms: {:.2} times", quickest_lit / quickest);
 }

@@ -6,11 +6,12 @@ mod common;
 #[allow(dead_code, reason = "this test needs one shape")]
 mod shapes;
 
+use common::draw::{NOON, draw, north_west, still};
 use std::sync::Arc;
 
 use glam::DVec3;
 use hachure::composite::PICTURE;
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
@@ -24,16 +25,14 @@ use hachure::world::Surfaces;
 const SIZE_PX: [u32; 2] = [96, 54];
 
 /// The picture after two frames, so that strokes take over from the first.
-fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8> {
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
+fn drawing(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8> {
     let mut frame = Frame::new(gpu).unwrap();
     let mut previous = pose;
     for i in 0..2 {
         let now = Pose { position_m: pose.position_m + pose.forward * f64::from(i), ..pose };
         let view = View::whole(previous, now, SIZE_PX);
         previous = now;
-        frame.render(gpu, surfaces, &view, style, &light).unwrap();
-        gpu.check().unwrap_or_else(|error| panic!("{}: {error}", style.name));
+        draw(gpu, surfaces, &mut frame, &view, style, &north_west());
     }
     read(gpu, frame.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
@@ -58,26 +57,24 @@ fn every_preset_draws_within_the_default_limits() {
     surfaces.set_meshes(placed.clone());
     let mut names = style::names();
     names.sort_unstable();
-    let mut drawn = Vec::new();
+    let mut pictures = Vec::new();
     for name in names {
         let style = Style::load(name).unwrap();
         let (within, beyond) =
-            (draw(&gpu, &mut surfaces, &style, pose), draw(&world.gpu, &mut world.surfaces, &style, pose));
+            (drawing(&gpu, &mut surfaces, &style, pose), drawing(&world.gpu, &mut world.surfaces, &style, pose));
         // What a device could do besides changes nothing.
         assert!(within == beyond, "{name}");
-        drawn.push(within);
+        pictures.push(within);
     }
     // Planted: another style.
-    assert!(drawn[0] != drawn[drawn.len() - 1]);
+    assert!(pictures[0] != pictures[pictures.len() - 1]);
     // Planted: a device that has less refuses, and says so.
     let less = wgpu::Limits { max_storage_buffers_per_shader_stage: 7, ..wgpu::Limits::default() };
     let gpu = Gpu::open_within(&AdapterWish::Best, less).unwrap();
     let store = Arc::clone(world.surfaces.terrain.store());
     let mut surfaces = Terrain::new(&gpu, store, TerrainOptions::default()).unwrap().into();
     let style = Style::load("pen").unwrap();
-    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
-    let view = View::whole(pose, pose, SIZE_PX);
-    let drawn = Frame::new(&gpu).unwrap().render(&gpu, &mut surfaces, &view, &style, &light);
-    let error = drawn.map(|_| ()).unwrap_err().to_string();
+    let refused = Frame::new(&gpu).unwrap().render(&gpu, &mut surfaces, &still(pose, SIZE_PX), &style, &NOON);
+    let error = refused.map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("storage") && !error.contains('\n'), "{error}");
 }

@@ -9,10 +9,10 @@ mod common;
 use std::collections::HashMap;
 
 use common::World;
+use common::draw::{NOON, draw, still, strokes_left};
 use common::hill::Hill;
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
-use hachure::gpu::readback::read_buffer;
+use hachure::frame::Frame;
 use hachure::lines::strokes::chain::CHAINS;
 use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
@@ -41,26 +41,21 @@ struct Drawn {
     points: Vec<Point>,
 }
 
-fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Drawn {
+fn drawing(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Drawn {
     let mut style = Style::load("strokes").unwrap();
     change(&mut style);
-    let pose = world.pose(camera);
-    let view = View::whole(pose, pose, SIZE_PX);
-    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
-    let prepared = frame.render(gpu, &mut world.surfaces, &view, &style, &light).unwrap();
-    gpu.wait();
-    let strokes = frame.strokes().unwrap();
-    let raw = |kind| strokes.buffer(kind).unwrap().raw;
-    let counts: StrokeCounts = read_buffer(gpu, &raw(&COUNTS), 1).unwrap()[0];
+    let prepared = draw(gpu, &mut world.surfaces, &mut frame, &view, &style, &NOON);
+    let counts: StrokeCounts = strokes_left(gpu, &frame, &COUNTS, 1)[0];
     Drawn {
         view,
         vertices: frame.drawn_vertices(gpu, &prepared).unwrap().unwrap(),
         counts,
-        segments: read_buffer(gpu, &raw(&SEGMENTS), counts.segments as usize).unwrap(),
-        chains: read_buffer(gpu, &raw(&CHAINS), counts.chains as usize).unwrap(),
-        points: read_buffer(gpu, &raw(&POINTS), counts.points as usize).unwrap(),
+        segments: strokes_left(gpu, &frame, &SEGMENTS, counts.segments as usize),
+        chains: strokes_left(gpu, &frame, &CHAINS, counts.chains as usize),
+        points: strokes_left(gpu, &frame, &POINTS, counts.points as usize),
     }
 }
 
@@ -257,7 +252,7 @@ fn contours_are_drawn_and_nothing_else() {
         let all: Vec<(f64, f64)> = views
             .into_iter()
             .map(|camera| {
-                let drawn = draw(&mut world, camera, |style| style.strokes.as_mut().unwrap().borders = false);
+                let drawn = drawing(&mut world, camera, |style| style.strokes.as_mut().unwrap().borders = false);
                 exactness(&format!("{name} {camera}"), &drawn)
             })
             .collect();
@@ -268,7 +263,7 @@ fn contours_are_drawn_and_nothing_else() {
 #[test]
 fn a_stroke_that_is_missing_or_astray_is_noticed() {
     let Some(mut world) = hill() else { return };
-    let mut drawn = draw(&mut world, HILL[0], |style| style.strokes.as_mut().unwrap().borders = false);
+    let mut drawn = drawing(&mut world, HILL[0], |style| style.strokes.as_mut().unwrap().borders = false);
     let truth = true_contours(&drawn);
     // Planted: all strokes five pixels lower; then a third of the chains gone.
     let points = drawn.points.clone();
@@ -285,7 +280,7 @@ fn strokes_are_long() {
     let Some(mut world) = rainier() else { return };
     let mut times = Vec::new();
     for camera in RAINIER {
-        let drawn = draw(&mut world, camera, |_| {});
+        let drawn = drawing(&mut world, camera, |_| {});
         let length = |segment: &Segment| {
             let [dx, dy] = [0, 1].map(|i| f64::from(segment.b[i] - segment.a[i]) / 16.0);
             dx.hypot(dy)

@@ -4,16 +4,14 @@
 
 mod common;
 
+use common::draw::{draw, halves, places_m, still};
 use common::hill::Hill;
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
 use hachure::frame::{Frame, Light};
-use hachure::gpu::readback;
-use hachure::gpu::target::Target;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
-use hachure::surface::POSITION;
 use hachure::tones::TONE;
 use hachure::tones::watercolor::WASHED;
 
@@ -34,29 +32,19 @@ struct Drawn {
     picture: Vec<[f64; 4]>,
 }
 
-fn halves(world: &World, target: &Target) -> Vec<[f64; 4]> {
-    let bytes = readback::read(&world.gpu, target, [0, 0], SIZE_PX).unwrap();
-    let half = |pair: &[u8]| half::f16::from_le_bytes([pair[0], pair[1]]).to_f64();
-    bytes.chunks_exact(8).map(|texel| std::array::from_fn(|i| half(&texel[2 * i..]))).collect()
-}
-
-fn draw(world: &mut World, style: &Style, pose: Pose) -> Drawn {
+fn drawing(world: &mut World, style: &Style, pose: Pose) -> Drawn {
     let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None };
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let view = View::whole(pose, pose, SIZE_PX);
-    frame.render(&world.gpu, &mut world.surfaces, &view, style, &light).unwrap();
-    world.gpu.wait();
-    world.gpu.check().unwrap();
-    let target = |kind| frame.target(kind).unwrap();
-    let bytes = readback::read(&world.gpu, target(&POSITION), [0, 0], SIZE_PX).unwrap();
-    let places: Vec<[f32; 4]> = bytemuck::cast_slice(&bytes).to_vec();
-    let place = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m);
+    let gpu = &world.gpu;
+    let mut frame = Frame::new(gpu).unwrap();
+    let view = still(pose, SIZE_PX);
+    draw(gpu, &mut world.surfaces, &mut frame, &view, style, &light);
+    let picture = |kind| frame.target(kind).map_or(Vec::new(), |target| halves(gpu, target));
     Drawn {
         view,
-        place_m: places.into_iter().map(place).collect(),
-        tone: halves(world, target(&TONE)),
-        washed: frame.target(&WASHED).map_or(Vec::new(), |washed| halves(world, washed)),
-        picture: halves(world, target(&PICTURE)),
+        place_m: places_m(gpu, &frame, pose.position_m),
+        tone: picture(&TONE),
+        washed: picture(&WASHED),
+        picture: picture(&PICTURE),
     }
 }
 
@@ -149,7 +137,7 @@ fn tints_are_those_of_their_stops() {
                 format!("[[tone.ramp.stops]]\nat = {:?}\ncolors = [{dark}, {light}]\n", at[i])
             });
             let ramp = format!("steps = 0\n[tone.ramp]\nby = \"{by}\"\n{}", stops.collect::<String>());
-            let drawn = draw(&mut world, &style(&ramp, ""), pose);
+            let drawn = drawing(&mut world, &style(&ramp, ""), pose);
             let off = off_the_ramp(&drawn, at, attribute);
             let shift = 0.04 * (at[2] - at[0]);
             let planted = off_the_ramp(&drawn, at, |place_m| attribute(place_m) + shift);
@@ -207,7 +195,7 @@ fn wet_edges_lie_where_washes_end() {
     for camera in [ACROSS, ABOVE] {
         let pose = world.pose(camera);
         for edge_px in [2.0, 5.0] {
-            let drawn = draw(&mut world, &style(TWO, &water(&[("edge", 1.5), ("edge_px", edge_px)])), pose);
+            let drawn = drawing(&mut world, &style(TWO, &water(&[("edge", 1.5), ("edge_px", edge_px)])), pose);
             // Between pixels a look-up has the next one too.
             let [far, near] = edges(&drawn, edge_px + 1.5);
             println!("{camera}, edge of {edge_px} px: {far:.4} far from borders, part {near:.3} of the tone at them");
@@ -215,7 +203,7 @@ fn wet_edges_lie_where_washes_end() {
             // Edges that reach twice as far as they should, and a wash without any.
             assert!(edges(&drawn, 0.5 * edge_px)[0] > 0.05);
         }
-        let dry = draw(&mut world, &style(TWO, &water(&[])), pose);
+        let dry = drawing(&mut world, &style(TWO, &water(&[])), pose);
         assert!(edges(&dry, 3.0)[1] < 1e-3);
     }
 }
@@ -239,7 +227,7 @@ fn granulation_keeps_the_mean() {
     let Some((_, mut world)) = hill() else { return };
     let pose = world.pose(ABOVE);
     for tone in [TWO, EVEN, "steps = 0"] {
-        let mut of = |water: &str| grain(&draw(&mut world, &style(tone, water), pose));
+        let mut of = |water: &str| grain(&drawing(&mut world, &style(tone, water), pose));
         let [most, mean] = of(&water(&[("granulation", 1.0)]));
         println!("{tone:?}: grain of {mean:.4}, means are off by {most:.4} at most");
         assert!(most < 0.004 && mean > 0.005, "{tone:?}: {most}, {mean}");
@@ -305,7 +293,7 @@ fn what_runs_does_so_with_the_land() {
         let mut moved = pose;
         moved.position_m += DVec3::from(by_m);
         let style = style(EVEN, &water(&[("flow", 1.0)]));
-        let (first, next) = (draw(&mut world, &style, pose), draw(&mut world, &style, moved));
+        let (first, next) = (drawing(&mut world, &style, pose), drawing(&mut world, &style, moved));
         let left = left_behind(&first, &next, ink);
         println!("{camera} by {by_m:?} m: {left:.3} of what runs is left behind");
         assert!(left < LEFT_BEHIND, "{camera} by {by_m:?} m: {left}");
@@ -350,7 +338,7 @@ fn washes_stray_with_the_land() {
         let mut moved = pose;
         moved.position_m += DVec3::from(by_m);
         let style = style("steps = 2\nsoftness = 0.3", &water(&[("warp_px", 10.0)]));
-        let (first, next) = (draw(&mut world, &style, pose), draw(&mut world, &style, moved));
+        let (first, next) = (drawing(&mut world, &style, pose), drawing(&mut world, &style, moved));
         let (right, planted) = (strays(&first, &next, own), strays(&first, &next, sheet));
         println!("{camera} by {by_m:?} m: washes differ by {right:.3} of how they stray, on the sheet by {planted:.3}");
         assert!(right < allowed && planted > allowed, "{camera} by {by_m:?} m: {right}, {planted}");
@@ -383,7 +371,7 @@ fn the_sky_stays_dry_and_numbers_finite() {
         "0,0,500,0,90,60",
     ] {
         let pose = world.pose(camera);
-        let [wet, dry] = [&most[..], &[]].map(|values| draw(&mut world, &style(TWO, &water(values)), pose));
+        let [wet, dry] = [&most[..], &[]].map(|values| drawing(&mut world, &style(TWO, &water(values)), pose));
         check(&wet, &dry).unwrap_or_else(|why| panic!("{camera}: {why}"));
         let mut planted = wet.clone();
         planted.washed[77][1] = f64::NAN;

@@ -12,9 +12,10 @@ mod growth;
 mod places;
 mod steady;
 
+use crate::common::draw::{NOON, draw};
 use common::World;
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::scene::view::{Pose, View};
 use hachure::source::{Silent, procedural};
@@ -34,10 +35,6 @@ fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
     let mut style = Style::load("strokes").unwrap();
     change(style.strokes.as_mut().unwrap());
     style
-}
-
-fn light() -> Light {
-    Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None }
 }
 
 /// The pose of a frame of the flight.
@@ -73,9 +70,7 @@ impl Flight {
         let previous = self.last.map_or(pose, |last| last.pose);
         let view = View::whole(previous, pose, SIZE_PX);
         self.last = Some(view);
-        self.frame.render(&world.gpu, &mut world.surfaces, &view, &self.style, &light()).unwrap();
-        world.gpu.wait();
-        world.gpu.check().unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut self.frame, &view, &self.style, &NOON);
         let (counts, samples) = self.frame.strokes().unwrap().samples().read(&world.gpu).unwrap();
         (view, counts, samples)
     }

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part of this")]
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+pub mod draw;
 pub mod equations;
 pub mod field;
 pub mod hill;

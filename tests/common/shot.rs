@@ -2,13 +2,14 @@
 
 use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::picture::aov;
 use hachure::picture::{self, PartRule, PictureReport, PictureRequest};
 use hachure::scene::view::{Pose, View};
 use hachure::style::{Style, preset_text};
 
 use super::World;
+use super::draw::north_west;
 
 /// The ink preset, with the ε of the paper or of the footprint.
 pub fn ink(epsilon: &str) -> Style {
@@ -51,8 +52,7 @@ pub fn shoot_style(
     parts: &PartRule,
 ) -> Shot {
     let planes = aov::planes("depth,position,normal,surface,motion,lsa,tone", style).unwrap();
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
-    let request = PictureRequest { pose, previous, size_px, style, light, planes: &planes };
+    let request = PictureRequest { pose, previous, size_px, style, light: north_west(), planes: &planes };
     let mut picture = Vec::new();
     let mut floats: Vec<Vec<f64>> = vec![Vec::new(); planes.len()];
     let mut id = Vec::new();

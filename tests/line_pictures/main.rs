@@ -10,10 +10,10 @@ mod detectors;
 mod present;
 mod smooth;
 
+use crate::common::draw;
 use glam::DVec3;
 use hachure::gpu::Gpu;
 use hachure::gpu::pools::Pools;
-use hachure::gpu::readback::read;
 use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::timer::Timer;
@@ -71,14 +71,11 @@ impl Bench {
     }
 
     fn halves(&self, target: &Target) -> Vec<[f64; 4]> {
-        let bytes = read(&self.gpu, target, [0, 0], target.size_px()).unwrap();
-        let half = |texel: &[u8], i: usize| half::f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f64();
-        bytes.chunks_exact(8).map(|texel| std::array::from_fn(|i| half(texel, i))).collect()
+        draw::halves(&self.gpu, target)
     }
 
     fn floats(&self, target: &Target) -> Vec<f64> {
-        let bytes = read(&self.gpu, target, [0, 0], target.size_px()).unwrap();
-        bytes.chunks_exact(4).map(|texel| f32::from_le_bytes(texel.try_into().unwrap()).into()).collect()
+        draw::floats(&self.gpu, target).into_iter().map(|[value]| value.into()).collect()
     }
 }
 

@@ -1,9 +1,10 @@
 //! Which meshes an eye sees: the GPU's list against the twin's.
 
+use crate::common::draw::{NOON, draw, still};
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::mesh::placed::Placed;
@@ -57,7 +58,6 @@ fn differing(a: &[VisibleInstance], b: &[VisibleInstance]) -> usize {
 fn the_gpu_sees_the_meshes_that_its_twin_sees() {
     let Some(gpu) = crate::common::gpu() else { return };
     let style = Style::load("pen").unwrap();
-    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
     let placed = town();
     let (_folder, store) = baked(&grid_of(65, 65, 1000.0, |x_m, _| 0.01 * x_m));
     let store: Arc<dyn TileStore> = Arc::new(store);
@@ -69,9 +69,8 @@ fn the_gpu_sees_the_meshes_that_its_twin_sees() {
         let (mut most, mut least) = (0, usize::MAX);
         for camera in ["0,0,60,0,-10,60", "-700,350,400,110,-35,40", "9000,-9000,900,315,0,20", "5,5,2500,0,-90,70"] {
             let pose = crate::common::pose_of(&camera.parse().unwrap());
-            let view = View::whole(pose, pose, SIZE_PX);
-            frame.render(&gpu, &mut surfaces, &view, &style, &light).unwrap();
-            gpu.check().unwrap();
+            let view = still(pose, SIZE_PX);
+            draw(&gpu, &mut surfaces, &mut frame, &view, &style, &NOON);
             let wanted = seen(&placed, &view, &surfaces.terrain.earth_curvature(pose.position_m.z));
             let found = listed(&gpu, &frame);
             let off = differing(&wanted, &found);

@@ -1,14 +1,13 @@
 //! The edges that the GPU finds are those of brute force on the triangles as drawn.
 
+use crate::common::draw::{NOON, draw, still, strokes_left};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use hachure::frame::{Frame, Light};
-use hachure::gpu::readback::read_buffer;
+use hachure::frame::Frame;
 use hachure::mesh::build::Soup;
 use hachure::mesh::{Across, Mesh};
-use hachure::scene::view::View;
 use hachure::style::Style;
 use hachure::surface::SURFACE_ID;
 use hachure::surface::edges::Edge;
@@ -59,15 +58,11 @@ impl Bench {
         let middle_m = pose.position_m + pose.forward * away_m;
         let mesh = Arc::new(mesh.clone());
         shapes::place(&mut self.world, &mesh, &shapes::stance(middle_m, 13.0, 1.0));
-        let view = View::whole(pose, pose, SIZE_PX);
-        let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+        let view = still(pose, SIZE_PX);
         let gpu = &self.world.gpu;
-        self.frame.render(gpu, &mut self.world.surfaces, &view, &self.style, &light).unwrap();
-        gpu.wait();
-        gpu.check().unwrap();
-        let strokes = self.frame.strokes().unwrap();
-        let draw: Vec<u32> = read_buffer(gpu, &strokes.buffer(&EDGE_DRAW).unwrap().raw, 4).unwrap();
-        let edges = read_buffer(gpu, &strokes.buffer(&EDGES).unwrap().raw, draw[0] as usize / 2).unwrap();
+        draw(gpu, &mut self.world.surfaces, &mut self.frame, &view, &self.style, &NOON);
+        let vertices: u32 = strokes_left(gpu, &self.frame, &EDGE_DRAW, 1)[0];
+        let edges = strokes_left(gpu, &self.frame, &EDGES, vertices as usize / 2);
         let drawn = self.frame.drawn_mesh_vertices(gpu, &self.world.surfaces).unwrap().unwrap();
         (edges, drawn.into_iter().map(|[x, y, z, _]| [x, y, z]).collect())
     }

@@ -2,12 +2,12 @@
 //!
 //! The truth is exact: the contour of a ball is a circle, and the hill that hides parts of it is known by a formula.
 
+use crate::common::draw::{NOON, draw, still, strokes_left};
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
-use hachure::gpu::readback::read_buffer;
+use hachure::frame::Frame;
 use hachure::lines::strokes::COUNTS;
 use hachure::lines::strokes::StrokeCounts;
 use hachure::lines::strokes::points::POINTS;
@@ -33,16 +33,12 @@ fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
 }
 
 fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Point>) {
-    let pose = world.pose(camera);
-    let view = View::whole(pose, pose, SIZE_PX);
-    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
-    frame.render(gpu, &mut world.surfaces, &view, style, &light).unwrap();
-    gpu.wait();
-    let strokes = frame.strokes().unwrap();
-    let counts: StrokeCounts = read_buffer(gpu, &strokes.buffer(&COUNTS).unwrap().raw, 1).unwrap()[0];
-    (view, read_buffer(gpu, &strokes.buffer(&POINTS).unwrap().raw, counts.points as usize).unwrap())
+    draw(gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
+    let counts: StrokeCounts = strokes_left(gpu, &frame, &COUNTS, 1)[0];
+    (view, strokes_left(gpu, &frame, &POINTS, counts.points as usize))
 }
 
 fn is_inside(px: &DVec2) -> bool {

@@ -1,5 +1,6 @@
 //! What is seen of a mesh is what an exact ray finds, and the land does not notice it.
 
+use crate::common::draw::{NOON, draw, still};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -190,12 +191,10 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         fov_rad: 0.05,
     };
     let style = Style::load("plain").unwrap();
-    let view = hachure::scene::view::View::whole(pose, pose, SIZE_PX);
+    let view = still(pose, SIZE_PX);
     let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
-    let light = hachure::frame::Light { to_sun: DVec3::Z, haze_m: 3e5, haze_srgb: None };
     let earth_curvature = surfaces.terrain.earth_curvature(pose.position_m.z);
-    frame.render(&gpu, &mut surfaces, &view, &style, &light).unwrap();
-    gpu.wait();
+    draw(&gpu, &mut surfaces, &mut frame, &view, &style, &NOON);
     let drawn = frame.drawn_mesh_vertices(&gpu, &surfaces).unwrap().unwrap();
     let mut sunk_m = 0.0_f64;
     for (i, [x, y, z, _]) in drawn.into_iter().enumerate() {

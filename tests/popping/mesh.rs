@@ -1,9 +1,10 @@
 //! The mesh of a frame, as it was drawn.
 
+use crate::common::draw::{draw, north_west};
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::gpu::Gpu;
 use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::scene::view::View;
@@ -72,8 +73,7 @@ pub fn parent(key: PatchKey) -> PatchKey {
 
 impl Mesh {
     pub fn read(gpu: &Gpu, frame: &mut Frame, world: &mut Surfaces, view: View, style: &Style) -> Self {
-        let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
-        let prepared = frame.render(gpu, world, &view, style, &light).unwrap();
+        let prepared = draw(gpu, world, frame, &view, style, &north_west());
         let vertices = frame.drawn_vertices(gpu, &prepared).unwrap().expect("one batch");
         let selection = &prepared.selection;
         let instances = selection.solid.iter().chain(&selection.with_holes);

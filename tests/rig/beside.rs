@@ -11,7 +11,7 @@ use hachure::scene::view::{Pose, Rig};
 use hachure::style::{self, Style};
 
 use crate::common::World;
-use crate::{START, bytes, draw, hill, light, view};
+use crate::{START, bytes, draw_rig, hill, light, view};
 
 const PATIENCE: Duration = Duration::from_secs(180);
 
@@ -53,7 +53,7 @@ impl Twins {
         };
         self.record_ms.push(self.beside.record_ms());
         self.of_before += usize::from(shown != asked);
-        draw(world, &mut self.waiting, shown, &Rig::mono(view));
+        draw_rig(world, &mut self.waiting, shown, &Rig::mono(view));
         let [beside, waiting] = [&self.beside, &self.waiting].map(|frame| bytes(world, frame, 0, &PICTURE));
         let differing = beside.iter().zip(&waiting).filter(|(a, b)| a != b).count();
         assert_eq!(differing, 0, "the picture while {} was asked for is not one of {}", asked.name, shown.name);
@@ -129,8 +129,8 @@ fn what_is_under_way_is_waited_for_where_frames_wait() {
     // As for a screenshot.
     twins.beside.set_builds(&world.gpu, Builds::AtOnce);
     let rig = Rig::mono(view(pose, pose));
-    draw(&mut world, &mut twins.beside, &style, &rig);
-    draw(&mut world, &mut twins.waiting, &style, &rig);
+    draw_rig(&mut world, &mut twins.beside, &style, &rig);
+    draw_rig(&mut world, &mut twins.waiting, &style, &rig);
     let [a, b] = [&twins.beside, &twins.waiting].map(|frame| bytes(&world, frame, 0, &PICTURE));
     assert!(a == b && twins.beside.built_at_once() > 0);
 }

@@ -5,7 +5,7 @@ use hachure::gpu::recorder::Submits;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
-use crate::{START, beside, differing, draw, hill, seen, view};
+use crate::{START, beside, differing, draw_rig, hill, seen, view};
 
 /// A short flight of two eyes, half a metre to either side of its path.
 fn rigs(world: &crate::World) -> Vec<Rig> {
@@ -32,12 +32,12 @@ fn two_eyes_at_once_are_the_two_alone() {
         both.set_submits(Submits::Whole);
         let mut alone = [0, 1].map(|_| Frame::new(&world.gpu).unwrap());
         for rig in &rigs {
-            draw(&mut world, &mut both, &style, rig);
+            draw_rig(&mut world, &mut both, &style, rig);
             let pair = [0, 1].map(|eye| seen(&world, &both, eye));
             for (eye, (frame, together)) in alone.iter_mut().zip(&pair).enumerate() {
                 // Its own rig has the same origin, and the same tiles.
                 let own = Rig { origin_m: rig.origin_m, eyes: vec![rig.eyes[eye]] };
-                draw(&mut world, frame, &style, &own);
+                draw_rig(&mut world, frame, &style, &own);
                 let differing = differing(together, &seen(&world, frame, 0));
                 assert_eq!(differing, 0, "{name}: eye {eye} sees something else in a pair");
             }
@@ -69,7 +69,7 @@ fn one_submit_draws_what_many_draw() {
             frame.set_submits(submits);
             let mut pictures = Vec::new();
             for rig in rigs(&world) {
-                draw(&mut world, &mut frame, &style, &rig);
+                draw_rig(&mut world, &mut frame, &style, &rig);
                 pictures.push([0, 1].map(|eye| seen(&world, &frame, eye)));
             }
             pictures
@@ -94,7 +94,7 @@ fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
             let mut shown_pose = pose;
             shown_pose.position_m = shown;
             let rig = Rig { origin_m, eyes: vec![view(shown_pose, shown_pose)] };
-            draw(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut frame, &style, &rig);
             crate::luma(&world, &frame)
         };
         let here = pose.position_m;

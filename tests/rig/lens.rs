@@ -8,14 +8,14 @@ use hachure::style::Style;
 use hachure::surface::POSITION;
 use hachure::surface::motion::MOTION;
 
-use crate::{SIZE_PX, START, World, draw, hill};
+use crate::{SIZE_PX, START, World, draw_rig, hill};
 
 /// The places that a view sees, and their motion; 0 is the sky.
 fn places(world: &mut World, view: View) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     let style = Style::load("plain").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();
     frame.set_wants_motion(true);
-    draw(world, &mut frame, &style, &Rig::mono(view));
+    draw_rig(world, &mut frame, &style, &Rig::mono(view));
     let read = |kind| frame.target(kind).unwrap();
     let places = read_as(&world.gpu, read(&POSITION), [0, 0], SIZE_PX).unwrap();
     (places, read_as(&world.gpu, read(&MOTION), [0, 0], SIZE_PX).unwrap())

@@ -12,7 +12,7 @@ use hachure::scene::view::Rig;
 use hachure::style::Style;
 
 use crate::common::World;
-use crate::{START, bytes, draw, hill, view};
+use crate::{START, bytes, draw_rig, hill, view};
 
 const COMPOSITE: &str = include_str!("../../shaders/composite/composite.wgsl");
 const VIEW: &str = include_str!("../../shaders/shared/view.wgsl");
@@ -47,7 +47,7 @@ impl Live {
     }
 
     fn picture(&mut self) -> Vec<u8> {
-        draw(&mut self.world, &mut self.frame, &self.style, &self.rig);
+        draw_rig(&mut self.world, &mut self.frame, &self.style, &self.rig);
         bytes(&self.world, &self.frame, 0, &PICTURE)
     }
 

@@ -22,6 +22,7 @@ use hachure::surface::SURFACE_ID;
 use hachure::surface::{NORMAL, POSITION};
 
 use crate::common::World;
+use crate::common::draw::halves;
 use crate::common::hill::Hill;
 
 const SIZE_PX: [u32; 2] = [128, 72];
@@ -45,7 +46,7 @@ fn beside(pose: Pose, right_m: f64) -> Pose {
 }
 
 /// Draws all eyes of a rig.
-fn draw(world: &mut World, frame: &mut Frame, style: &Style, rig: &Rig) {
+fn draw_rig(world: &mut World, frame: &mut Frame, style: &Style, rig: &Rig) {
     let light = light();
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &light);
     frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &light).unwrap();
@@ -68,11 +69,8 @@ fn differing(a: &[Vec<u8>; 4], b: &[Vec<u8>; 4]) -> usize {
 
 /// Brightness of the drawing, 0 to 1.
 fn luma(world: &World, frame: &Frame) -> Vec<f32> {
-    let halves = |texel: &[u8]| {
-        let half = |i: usize| half::f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f32();
-        0.2126 * half(0) + 0.7152 * half(1) + 0.0722 * half(2)
-    };
-    bytes(world, frame, 0, &PICTURE).chunks_exact(8).map(halves).collect()
+    let luma = |[red, green, blue, _]: [f64; 4]| 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    halves(&world.gpu, frame.target(&PICTURE).unwrap()).into_iter().map(|texel| luma(texel) as f32).collect()
 }
 
 /// The part of the pixels that are not as bright.

@@ -5,7 +5,7 @@ use hachure::gpu::recorder::Submits;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
-use crate::{START, draw, hill, view};
+use crate::{START, draw_rig, hill, view};
 
 #[test]
 fn a_steady_frame_makes_no_gpu_object() {
@@ -19,16 +19,16 @@ fn a_steady_frame_makes_no_gpu_object() {
         let updates = style.strokes.as_ref().map_or(1, |strokes| strokes.update_every);
         // Both kinds of a stroke style's frames, and both of its lists of samples.
         for _ in 0..4 * updates {
-            draw(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut frame, &style, &rig);
         }
         let before = world.gpu.objects_made();
         for _ in 0..4 * updates {
-            draw(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut frame, &style, &rig);
         }
         assert_eq!(world.gpu.objects_made() - before, 0, "{name}");
         // Planted: another frame makes its own.
         let mut other = Frame::new(&world.gpu).unwrap();
-        draw(&mut world, &mut other, &style, &rig);
+        draw_rig(&mut world, &mut other, &style, &rig);
         assert!(world.gpu.objects_made() - before > 20, "{name}");
     }
 }
@@ -46,7 +46,7 @@ fn recording_takes_milliseconds() {
         let rig = Rig::mono(view(pose, pose));
         let mut times_ms = Vec::new();
         for _ in 0..60 {
-            draw(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut frame, &style, &rig);
             world.gpu.wait();
             times_ms.push(frame.record_ms());
         }

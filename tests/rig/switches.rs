@@ -4,7 +4,7 @@ use hachure::frame::Frame;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
-use crate::{START, differing, draw, hill, seen, view};
+use crate::{START, differing, draw_rig, hill, seen, view};
 
 /// `HACHURE_SWITCHES=200` for the whole walk.
 #[test]
@@ -18,7 +18,7 @@ fn styles_in_turns_draw_as_if_alone() {
         .iter()
         .map(|style| {
             let mut frame = Frame::new(&world.gpu).unwrap();
-            draw(&mut world, &mut frame, style, &rig);
+            draw_rig(&mut world, &mut frame, style, &rig);
             seen(&world, &frame, 0)
         })
         .collect();
@@ -27,7 +27,7 @@ fn styles_in_turns_draw_as_if_alone() {
     for turn in 0..turns {
         // Every style follows on every other one in some turn.
         let next = (turn * (1 + turn / styles.len())) % styles.len();
-        draw(&mut world, &mut frame, &styles[next], &rig);
+        draw_rig(&mut world, &mut frame, &styles[next], &rig);
         let name = &styles[next].name;
         assert_eq!(differing(&alone[next], &seen(&world, &frame, 0)), 0, "turn {turn}: {name} is another picture");
         world.gpu.wait();

@@ -1,15 +1,14 @@
 //! Which strokes are drawn through a texture.
 
-use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::gpu::readback::read_as;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::lines::strokes::stroke::INK;
-use hachure::scene::view::View;
 use hachure::style::Style;
 use hachure::style::texture::Recipe;
 
 use crate::common::World;
+use crate::common::draw::{NOON, draw, still};
 use crate::common::hill::Hill;
 use crate::recipe;
 
@@ -18,11 +17,10 @@ const SIZE_PX: [u32; 2] = [480, 270];
 /// The ink of strokes, as 16-bit floats.
 fn ink(world: &mut World, frame: &mut Option<Frame>, style: &Style) -> Vec<u16> {
     let pose = world.pose("900,-900,+20,315,3,60");
-    let view = View::whole(pose, pose, SIZE_PX);
-    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let view = still(pose, SIZE_PX);
     let gpu = &world.gpu;
     let frame = Frame::or_new(frame, gpu).unwrap();
-    frame.render(gpu, &mut world.surfaces, &view, style, &light).unwrap();
+    draw(gpu, &mut world.surfaces, frame, &view, style, &NOON);
     read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 

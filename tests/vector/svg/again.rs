@@ -7,7 +7,7 @@ use hachure::vector::layers;
 use hachure::vector::sheet::Sheet;
 use kurbo::{ParamCurve, Point, Shape};
 
-use super::{HILL, RAINIER, Read, SIZE_PX, draw, drawing, hill, read, settings, written};
+use super::{HILL, RAINIER, Read, SIZE_PX, drawing, hill, read, settings, strokes_of, written};
 use crate::common::World;
 
 /// The paths drawn with the pen of the shader: coverage by the distance from the middle, the darker one stays.
@@ -70,7 +70,7 @@ fn a_file_shows_what_was_drawn() {
     for (name, world, camera) in [("hill", hill(), HILL), ("Rainier", real(), RAINIER)] {
         let Some(mut world) = world else { continue };
         // Ink that does not fade: SVG mixes it in another way.
-        let drawn = draw(&mut world, camera, |strokes| {
+        let drawn = strokes_of(&mut world, camera, |strokes| {
             strokes.faintest = 1.0;
             // The hill's strokes taper all along, so that their width is no constant.
             if name == "hill" {
@@ -126,7 +126,7 @@ fn librsvg_agrees() {
     if Command::new("rsvg-convert").arg("--version").output().is_err() {
         return println!("skipped: rsvg-convert is not installed");
     }
-    let drawn = draw(&mut world, HILL, |strokes| strokes.faintest = 1.0);
+    let drawn = strokes_of(&mut world, HILL, |strokes| strokes.faintest = 1.0);
     let folder = tempfile::tempdir().unwrap();
     let [svg, png] = ["a.svg", "a.png"].map(|name| folder.path().join(name));
     let settings = settings(Sheet::pixels(SIZE_PX));

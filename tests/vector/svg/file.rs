@@ -9,14 +9,14 @@ use hachure::vector::sheet::Sheet;
 use kurbo::{BezPath, Point, Shape};
 use roxmltree::Document;
 
-use super::{SIZE_PX, draw, drawing, hill, read, settings, written};
+use super::{SIZE_PX, drawing, hill, read, settings, strokes_of, written};
 use crate::polyline;
 
 #[test]
 fn layers_are_kinds() {
     let Some(mut world) = hill() else { return };
     let mut counts = |change: &dyn Fn(&mut hachure::style::Strokes)| {
-        let drawn = draw(&mut world, "0,-1450,+160,0,-6,50", change);
+        let drawn = strokes_of(&mut world, "0,-1450,+160,0,-6,50", change);
         let (text, report) = written(&drawn.polylines, &settings(Sheet::pixels(SIZE_PX)));
         let paths = read(&text);
         let of = |layer: &str| paths.iter().filter(|read| read.layer == layer).count();
@@ -110,7 +110,7 @@ fn faint_ink_looks_on_white_as_it_does_in_pictures() {
 #[test]
 fn nothing_to_draw_is_a_file_without_paths() {
     let Some(mut world) = hill() else { return };
-    let drawn = draw(&mut world, "0,0,+500,0,80,20", |_| {});
+    let drawn = strokes_of(&mut world, "0,0,+500,0,80,20", |_| {});
     let (text, report) = written(&drawn.polylines, &settings(Sheet::pixels(SIZE_PX)));
     assert!(read(&text).is_empty() && report == DrawingReport::default());
     let document = Document::parse(&text).unwrap();

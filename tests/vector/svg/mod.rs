@@ -4,13 +4,11 @@ mod again;
 mod file;
 mod strokes;
 
-use glam::DVec3;
 use hachure::file::svg::{Drawing, Layer, write_svg};
-use hachure::frame::{Frame, Light};
+use hachure::frame::Frame;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
-use hachure::scene::view::View;
 use hachure::style::{Color, Style};
 use hachure::vector::sheet::Sheet;
 use hachure::vector::{DrawingReport, Settings, layers};
@@ -18,6 +16,7 @@ use kurbo::BezPath;
 use roxmltree::{Document, Node};
 
 use crate::common::World;
+use crate::common::draw::{NOON, draw, still};
 use crate::common::hill::Hill;
 
 const SIZE_PX: [u32; 2] = [640, 360];
@@ -30,15 +29,13 @@ struct Drawn {
     ids: Vec<u32>,
 }
 
-fn draw(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style::Strokes)) -> Drawn {
+fn strokes_of(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style::Strokes)) -> Drawn {
     let mut style = Style::load("strokes").unwrap();
     change(style.strokes.as_mut().unwrap());
-    let pose = world.pose(camera);
-    let view = View::whole(pose, pose, SIZE_PX);
-    let light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+    let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
-    frame.render(gpu, &mut world.surfaces, &view, &style, &light).unwrap();
+    draw(gpu, &mut world.surfaces, &mut frame, &view, &style, &NOON);
     let (_, samples) = frame.strokes().unwrap().samples().read(gpu).unwrap();
     let segments: Vec<u32> = read_as(gpu, frame.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
     let stroke = |segment: u32| if segment == 0 { 0 } else { samples[segment as usize - 1].stroke };

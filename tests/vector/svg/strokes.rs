@@ -2,7 +2,7 @@
 
 use hachure::lines::strokes::polylines::Polyline;
 
-use super::{Drawn, HILL, SIZE_PX, draw, hill};
+use super::{Drawn, HILL, SIZE_PX, hill, strokes_of};
 
 /// The part of the pixels with ink whose stroke passes near by.
 fn owned(drawn: &Drawn, number: impl Fn(u32) -> u32) -> f64 {
@@ -29,7 +29,7 @@ fn owned(drawn: &Drawn, number: impl Fn(u32) -> u32) -> f64 {
 #[test]
 fn strokes_are_read_back_with_their_numbers() {
     let Some(mut world) = hill() else { return };
-    let drawn = draw(&mut world, HILL, |_| {});
+    let drawn = strokes_of(&mut world, HILL, |_| {});
     assert!(owned(&drawn, |number| number) > 0.999, "{}", owned(&drawn, |number| number));
     assert!(owned(&drawn, |number| number.wrapping_add(1)) < 0.9, "planted: the next one's");
     for line in &drawn.polylines {
@@ -44,14 +44,14 @@ fn strokes_are_read_back_with_their_numbers() {
         line.points.windows(2).map(step).sum::<f32>()
     };
     let least_px = |drawn: &Drawn| drawn.polylines.iter().map(length).fold(f32::INFINITY, f32::min);
-    let long = draw(&mut world, HILL, |strokes| strokes.shortest_px = 40.0);
+    let long = strokes_of(&mut world, HILL, |strokes| strokes.shortest_px = 40.0);
     assert!(least_px(&drawn) < 30.0 && least_px(&long) > 39.0, "{} {}", least_px(&drawn), least_px(&long));
 }
 
 #[test]
 fn ink_is_read_back_as_it_is_drawn() {
     let Some(mut world) = hill() else { return };
-    let drawn = draw(&mut world, HILL, |strokes| {
+    let drawn = strokes_of(&mut world, HILL, |strokes| {
         // So wide that a point's pixel is full, and hazy.
         (strokes.width_px, strokes.taper_px, strokes.depth_width, strokes.reach) = (8.0, 0.0, 0.0, 0.06);
     });
