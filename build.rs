@@ -1,6 +1,6 @@
-//! Writes the structs and constants of the shaders as Rust, so that each is defined once: in WGSL.
+//! Lists the shaders, and writes their structs and constants as Rust, so that each is defined once: in WGSL.
 //!
-//! `src/gpu/wgsl.rs` includes the result. A struct becomes a `repr(C)` one whose fields lie where WGSL has them
+//! `src/gpu/shader.rs` includes the list; `src/gpu/wgsl.rs` the structs and constants. A struct becomes a `repr(C)` one whose fields lie where WGSL has them
 //! (WGSL, "Memory layout"); a test holds every one against naga's layout. Only structs that buffers hold are written, and
 //! only constants that are numbers.
 
@@ -61,7 +61,66 @@ fn main() -> io::Result<()> {
     write_room(&root, &mut out);
     out += &format!("/// Every struct above.\npub fn structs() -> Vec<SharedStruct> {{\n    vec![\n{names}    ]\n}}\n");
     let folder = PathBuf::from(env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo names no folder"))?);
-    fs::write(folder.join("wgsl.rs"), out)
+    fs::write(folder.join("wgsl.rs"), out)?;
+    fs::write(folder.join("shaders.rs"), tables(&files, &sources)?)
+}
+
+/// The tables of shaders: what others import, in the order in which they import each other, and what is a pass.
+fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
+    let (shared, passes): (Vec<_>, Vec<_>) =
+        files.iter().zip(sources).partition(|(file, _)| file.starts_with("shaders/shared"));
+    let path_of =
+        |source: &str| Some(source.split_once("#define_import_path ")?.1.split_whitespace().next()?.to_owned());
+    let (mut waiting, mut modules, mut known) = (shared, Vec::new(), BTreeSet::new());
+    while !waiting.is_empty() {
+        let (ready, rest): (Vec<_>, Vec<_>) =
+            waiting.iter().partition(|(_, source)| imports(source).all(|path| known.contains(&path)));
+        if ready.is_empty() {
+            let names: Vec<_> = rest.iter().map(|(file, _)| file.display().to_string()).collect();
+            return Err(io::Error::other(format!(
+                "shaders import each other, or what is not there: {}",
+                names.join(", ")
+            )));
+        }
+        known.extend(ready.iter().filter_map(|(_, source)| path_of(source)));
+        modules.extend(ready.iter().map(|(file, _)| *file));
+        waiting = rest;
+    }
+    let passes = passes.into_iter().map(|(file, _)| file);
+    let mut out = String::new();
+    let tables: [(&str, &str, Vec<&PathBuf>); 2] = [
+        (
+            "pub(super) const MODULES",
+            "What other shaders import, in the order in which they import each other.",
+            modules,
+        ),
+        ("pub const SHADERS", "The shaders that become pipelines: one for each pass.", passes.collect()),
+    ];
+    for (table, help, files) in tables {
+        writeln!(out, "/// {help}\n{table}: &[(&str, &str)] = &[").map_err(io::Error::other)?;
+        for file in files {
+            let path = file.to_string_lossy().replace('\\', "/");
+            let name = path.trim_start_matches("shaders/").trim_end_matches(".wgsl");
+            writeln!(
+                out,
+                "    ({name:?}, include_str!(concat!(env!(\"CARGO_MANIFEST_DIR\"), {:?}))),",
+                format!("/{path}")
+            )
+            .map_err(io::Error::other)?;
+        }
+        out += "];\n";
+    }
+    Ok(out)
+}
+
+/// The import paths that a shader names.
+fn imports(source: &str) -> impl Iterator<Item = String> {
+    let module = |line: &str| {
+        let path = line.strip_prefix("#import ")?.trim();
+        // `hachure::view::View` or `hachure::view::{View, place_at}`.
+        Some(path.split("::").take(2).collect::<Vec<_>>().join("::"))
+    };
+    source.lines().filter_map(module).collect::<Vec<_>>().into_iter()
 }
 
 fn list(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {

@@ -24,16 +24,14 @@ use crate::lines::strokes::{self, FrameStrokes};
 use crate::lines::{detector, smooth, threshold};
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
+use crate::style::Style;
 use crate::style::hatching::Scale;
-use crate::style::{Style, Tone};
 use crate::surface::edges::EdgeList;
 use crate::surface::land::vertices::PatchMesh;
 use crate::surface::meshes::DrawnMeshes;
 use crate::surface::{self, land, mark_normal, meshes, motion};
 use crate::tiles::terrain::{Prepared, TerrainView};
-use crate::tones::light::LightUniform;
-use crate::tones::plain::PlainLight;
-use crate::tones::{TONE, balance, fractal_hatching, hatching, plain, toon, watercolor};
+use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
 use crate::world::Surfaces;
 
 /// What the terrain is asked for a view.
@@ -308,28 +306,19 @@ fn render_eye(cx: &mut Cx<'_>, seen: &FrameInputs<'_>, eye: usize, memory: &mut 
 
     // Tones.
     let tone = targets.whole(gpu, &TONE);
-    let (camera_z_m, range_m) = (rig.origin_m.z as f32, terrain.range_m());
-    match &style.tone {
-        Tone::Plain => {
-            let light = PlainLight { to_sun: light.to_sun.as_vec3().to_array(), camera_z_m, range_m };
-            let terrain = terrain.uniform();
-            plain::run(cx, &plain::Inputs { view, terrain, light, position, normal, tone: &tone });
-        }
-        Tone::Toon(steps) => {
-            let inputs = toon::Inputs {
-                view,
-                terrain: terrain.uniform(),
-                seen: horizon_tiles.and_then(|_| terrain.horizon_map_resources()),
-                toon: steps,
-                light: LightUniform::new(style, light),
-                land: toon::Land { camera_z_m, range_m },
-                position,
-                normal,
-                tone: &tone,
-            };
-            toon::run(cx, inputs);
-        }
-    }
+    let inputs = tones::Inputs {
+        view,
+        terrain: terrain.uniform(),
+        horizon_maps: horizon_tiles.and_then(|_| terrain.horizon_map_resources()),
+        style,
+        light,
+        camera_z_m: rig.origin_m.z as f32,
+        range_m: terrain.range_m(),
+        position,
+        normal,
+        tone: &tone,
+    };
+    tones::run(cx, &inputs);
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
         let origin_m = rig.origin_m;

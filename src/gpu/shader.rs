@@ -1,7 +1,8 @@
 //! Shaders: WGSL files with imports (naga_oil).
 //!
-//! Every shader is embedded, so that the program is one file. The table [`SHADERS`] is the only list of them; a test
-//! parses and validates each without a GPU.
+//! Every shader of the folder `shaders` is embedded, so that the program is one file. `build.rs` lists them: what lies in
+//! `shaders/shared` is imported by others, and what lies elsewhere is a pass. A test parses and validates each without a
+//! GPU.
 //!
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
@@ -14,97 +15,8 @@ use super::Gpu;
 use super::reflection::{Reflection, Variable};
 use super::texts::Texts;
 
-macro_rules! shader {
-    ($path:literal) => {
-        ($path, include_str!(concat!("../../shaders/", $path, ".wgsl")))
-    };
-}
-
-/// What other shaders import, in the order in which they import each other.
-pub(super) const MODULES: &[(&str, &str)] = &[
-    shader!("shared/dispatch"),
-    shader!("shared/view"),
-    shader!("shared/surface_id"),
-    shader!("shared/terrain"),
-    shader!("shared/surface"),
-    shader!("shared/earth"),
-    shader!("shared/patch"),
-    shader!("shared/pcg"),
-    shader!("shared/mark_normal"),
-    shader!("shared/hatch"),
-    shader!("shared/cover"),
-    shader!("shared/color"),
-    shader!("shared/light"),
-    shader!("shared/horizon_maps"),
-    shader!("shared/strokes"),
-    shader!("shared/ranking"),
-    shader!("shared/edges"),
-    shader!("shared/stroke_style"),
-    shader!("shared/ordered"),
-    shader!("shared/chain_lengths"),
-    shader!("shared/stroke_samples"),
-    shader!("shared/wobble"),
-    shader!("shared/brush"),
-    shader!("shared/meshes"),
-];
-
-/// The shaders that become pipelines: one for each pass.
-pub const SHADERS: &[(&str, &str)] = &[
-    shader!("surface/land/vertices"),
-    shader!("surface/land/raster"),
-    shader!("surface/meshes/cull"),
-    shader!("surface/meshes/vertices"),
-    shader!("surface/meshes/raster"),
-    shader!("surface/land/resolve"),
-    shader!("surface/mark_normal"),
-    shader!("surface/meshes/resolve"),
-    shader!("surface/motion"),
-    shader!("surface/land/horizons"),
-    shader!("lines/lsa"),
-    shader!("lines/sobel"),
-    shader!("lines/roystan"),
-    shader!("lines/threshold"),
-    shader!("lines/smooth"),
-    shader!("surface/land/edges"),
-    shader!("surface/meshes/sides"),
-    shader!("surface/meshes/edges"),
-    shader!("lines/strokes/id_image"),
-    shader!("lines/strokes/extract"),
-    shader!("gpu/scan_begin"),
-    shader!("gpu/scan"),
-    shader!("lines/strokes/chain_begin"),
-    shader!("lines/strokes/chain_clear"),
-    shader!("lines/strokes/chain_bin"),
-    shader!("lines/strokes/chain_choose"),
-    shader!("lines/strokes/chain_link"),
-    shader!("lines/strokes/chain_rank_begin"),
-    shader!("lines/strokes/chain_rank"),
-    shader!("lines/strokes/chain_heads"),
-    shader!("lines/strokes/chain_order"),
-    shader!("lines/strokes/arguments"),
-    shader!("lines/strokes/points"),
-    shader!("lines/strokes/lengths"),
-    shader!("lines/strokes/budget"),
-    shader!("lines/strokes/budget_choose"),
-    shader!("lines/strokes/sizes"),
-    shader!("lines/strokes/samples"),
-    shader!("lines/strokes/vote"),
-    shader!("lines/strokes/temporal"),
-    shader!("lines/strokes/stroke"),
-    shader!("lines/strokes/fading"),
-    shader!("lines/strokes/keep"),
-    shader!("lines/strokes/advance"),
-    shader!("tones/toon"),
-    shader!("tones/plain"),
-    shader!("tones/watercolor"),
-    shader!("tones/hatching"),
-    shader!("tones/fractal_hatching"),
-    shader!("tones/balance/ink_sums"),
-    shader!("tones/balance/ink_windows"),
-    shader!("tones/balance/balanced_ink"),
-    shader!("composite/composite"),
-    shader!("composite/present"),
-];
+// `MODULES` and `SHADERS`: every file of the folder `shaders`.
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Shaders with a variant that definitions turn on (`#ifdef`).
 pub const VARIANTS: &[(&str, &[&str])] =

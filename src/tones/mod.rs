@@ -10,9 +10,45 @@ pub mod tonal_art_map;
 pub mod toon;
 pub mod watercolor;
 
-use crate::gpu::target::TargetKind;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+use crate::scene::Light;
+use crate::style::{Style, Tone};
 
 /// rgb: linear colour; a: the tone asked for, 0 black to 1 white.
 pub const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Colour before lines and haze, and the tone that is asked for.
 pub const TONE: TargetKind = TargetKind::storage("tone", TONE_FORMAT);
+
+/// What kinds of tones read and write.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// `Terrain`, for the earth's curvature.
+    pub terrain: Named,
+    /// What the land sees of the sun and the sky, for a style that asks.
+    pub horizon_maps: Option<[Named; 5]>,
+    /// Whose tone it is, and how light falls.
+    pub style: &'a Style,
+    /// The scene's.
+    pub light: &'a Light,
+    /// The camera's height in the world.
+    pub camera_z_m: f32,
+    /// The lowest and the highest place of the land.
+    pub range_m: [f32; 2],
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface.
+    pub normal: &'a Target,
+    /// Out: colour, and the tone that is asked for.
+    pub tone: &'a Target,
+}
+
+/// Gives what the inputs show the style's tone.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    match &inputs.style.tone {
+        Tone::Plain => plain::run(cx, inputs),
+        Tone::Toon(toon) => toon::run(cx, toon, inputs),
+    }
+}

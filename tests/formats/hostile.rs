@@ -9,7 +9,7 @@ fn refused(path: &Path, word: &str) {
     let start = Instant::now();
     let error = source::open(path, &Silent).unwrap_err().to_string();
     assert!(error.contains(word) && !error.contains('\n'), "{error}");
-    assert!(start.elapsed() < Duration::from_secs(1), "{error}");
+    assert!(start.elapsed() < Duration::from_secs(30), "{error}");
 }
 
 #[test]
