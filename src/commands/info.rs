@@ -24,8 +24,8 @@ use crate::scene::embedded;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::source::{self, OpenOptions};
+use crate::style::Style;
 use crate::style::hatching::Scale;
-use crate::style::{Detector, Style, Tone};
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
@@ -81,7 +81,7 @@ struct StyleInfo {
     name: String,
     description: String,
     /// In the order in which they are drawn.
-    draws: Vec<&'static str>,
+    draws: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -221,23 +221,18 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
 }
 
 /// What a style draws with, in the order of drawing.
-fn draws(style: &Style) -> Vec<&'static str> {
-    let lines = style.lines.as_ref().map(|lines| match lines.detector {
-        Detector::Lsa => "LSA contours",
-        Detector::Sobel => "Sobel lines",
-        Detector::Roystan => "Roystan's outline",
-    });
+fn draws(style: &Style) -> Vec<String> {
+    let lines = style.lines.as_ref().map(|lines| format!("lines by {}", lines.detector.name()));
     let shadows = style.asks_for_horizons().then_some("cast shadows and sky visibility");
-    let tone = match style.tone {
-        Tone::Plain => "plain shading",
-        Tone::Toon(_) => "toon shading",
-    };
+    let tone = format!("{} shading", style.tone.name());
     let hatching = style.hatching.as_ref().map(|hatching| match hatching.scale {
         Scale::Blend => "hatching",
         Scale::Add => "fractal hatching",
     });
     let strokes = style.strokes.as_ref().map(|_| "strokes");
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
+    let [strokes, shadows, watercolor, hatching] =
+        [strokes, shadows, watercolor, hatching].map(|part| part.map(str::to_owned));
     [lines, strokes, shadows, Some(tone), watercolor, hatching].into_iter().flatten().collect()
 }
 

@@ -8,7 +8,7 @@ pub mod marks;
 pub mod parameters;
 mod strokes;
 pub mod texture;
-mod tone;
+pub mod tone;
 
 use std::path::{Path, PathBuf};
 

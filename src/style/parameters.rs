@@ -188,10 +188,16 @@ macro_rules! choices {
             }
 
             fn item(&self) -> Option<toml_edit::Item> {
-                let name = match self {
-                    $(Self::$variant => stringify!($variant),)+
-                };
-                Some(toml_edit::value(name.to_lowercase()))
+                Some(toml_edit::value(self.name()))
+            }
+        }
+
+        impl $name {
+            /// The name, as a style file has it.
+            $visibility fn name(self) -> String {
+                match self {
+                    $(Self::$variant => stringify!($variant).to_lowercase(),)+
+                }
             }
         }
     };

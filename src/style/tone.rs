@@ -124,12 +124,29 @@ fn rises(stops: &[Stop], key: &str) -> Result<(), Wrong> {
     Ok(())
 }
 
+impl Tone {
+    /// The name of its kind, as a style file has it.
+    pub fn name(&self) -> String {
+        self.kind_and_keys().0.name()
+    }
+
+    /// Its kind, and the keys of that kind.
+    fn kind_and_keys(&self) -> (ToneKind, Option<Item>) {
+        match self {
+            Self::Plain => (ToneKind::Plain, None),
+            Self::Toon(toon) => (ToneKind::Toon, toon.item()),
+        }
+    }
+}
+
 impl Setting for Tone {
     fn kind() -> ValueKind {
         let help = "How the tone of a place becomes its colour.";
         let mut all = vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None)];
-        if let ValueKind::Section(toon) = Toon::kind() {
-            all.extend(toon);
+        for keys in [Toon::kind()] {
+            if let ValueKind::Section(keys) = keys {
+                all.extend(keys);
+            }
         }
         ValueKind::Section(all)
     }
@@ -142,10 +159,7 @@ impl Setting for Tone {
     }
 
     fn item(&self) -> Option<Item> {
-        let (kind, rest) = match self {
-            Self::Plain => (ToneKind::Plain, None),
-            Self::Toon(toon) => (ToneKind::Toon, toon.item()),
-        };
+        let (kind, rest) = self.kind_and_keys();
         let mut table = Table::new();
         table.insert("kind", kind.item()?);
         table.extend(rest.and_then(|rest| rest.into_table().ok()).into_iter().flatten());

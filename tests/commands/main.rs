@@ -185,7 +185,7 @@ fn styles_are_listed_shown_and_checked() {
         let info = place.json(&["info", file.to_str().unwrap(), "--json"]);
         assert_eq!((&info["kind"], &info["name"]), (&"style".into(), &name.into()));
         let draws: Vec<_> = info["draws"].as_array().unwrap().iter().map(|part| part.as_str().unwrap()).collect();
-        assert_eq!(draws.contains(&"LSA contours"), shown.contains("detector = \"lsa\""), "{name}: {draws:?}");
+        assert_eq!(draws.contains(&"lines by lsa"), shown.contains("detector = \"lsa\""), "{name}: {draws:?}");
         assert!(draws.iter().any(|part| part.ends_with(" shading")), "{name}: {draws:?}");
     }
     // Those of measurements too.
