@@ -23,7 +23,7 @@ use crate::pyramid::{LevelSize, TileAddress};
 
 /// The horizon toward the sun and the visible sky, in 16 bits each. Storage of two channels that every backend has.
 pub const HORIZON_MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// Texels along the side of a map; `shaders/shared/seen.wgsl` has it too.
+/// Texels along the side of a map; `shaders/shared/horizon_maps.wgsl` has it too.
 pub const HORIZON_MAP_SIDE: u32 = 130;
 /// Bytes of a map.
 pub const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;

@@ -283,7 +283,7 @@ impl Terrain {
         self.buffers.resources(&self.residency.atlas)
     }
 
-    /// What `shaders/shared/seen.wgsl` needs beside the uniform; none if nobody has asked for horizon maps.
+    /// What `shaders/shared/horizon_maps.wgsl` needs beside the uniform; none if nobody has asked for horizon maps.
     pub fn horizon_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.horizon_maps.as_ref()?;
         let [_, levels, rows, tiles, _] = self.resources();
