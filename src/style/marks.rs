@@ -8,24 +8,28 @@ use std::path::{Path, PathBuf};
 
 use super::StyleError;
 use super::parameters::{self, Range, choices, parameters};
-use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use super::recipes::Recipes;
 use crate::file::toml_text::Wrong;
 
 pub use pictures::check as check_pictures;
 
 /// The recipes that come with the program, by name.
-const RECIPES: &[(&str, &str)] = &[
-    ("line", include_str!("../../textures/marks/line.toml")),
-    ("dash", include_str!("../../textures/marks/dash.toml")),
-    ("hachure", include_str!("../../textures/marks/hachure.toml")),
-    ("stipple", include_str!("../../textures/marks/stipple.toml")),
-    ("cross", include_str!("../../textures/marks/cross.toml")),
-    ("scribble", include_str!("../../textures/marks/scribble.toml")),
-    ("dab", include_str!("../../textures/marks/dab.toml")),
-    ("halftone", include_str!("../../textures/marks/halftone.toml")),
-    ("pencil", include_str!("../../textures/marks/pencil.toml")),
-    ("engraving", include_str!("../../textures/marks/engraving.toml")),
-];
+const RECIPES: Recipes = Recipes {
+    built_in: &[
+        ("line", include_str!("../../textures/marks/line.toml")),
+        ("dash", include_str!("../../textures/marks/dash.toml")),
+        ("hachure", include_str!("../../textures/marks/hachure.toml")),
+        ("stipple", include_str!("../../textures/marks/stipple.toml")),
+        ("cross", include_str!("../../textures/marks/cross.toml")),
+        ("scribble", include_str!("../../textures/marks/scribble.toml")),
+        ("dab", include_str!("../../textures/marks/dab.toml")),
+        ("halftone", include_str!("../../textures/marks/halftone.toml")),
+        ("pencil", include_str!("../../textures/marks/pencil.toml")),
+        ("engraving", include_str!("../../textures/marks/engraving.toml")),
+    ],
+    unknown: |name| StyleError::UnknownMarks { name },
+    unreadable: |path, source| StyleError::ReadMarks { path, source },
+};
 
 /// Sides that a tile may have: powers of two between these.
 pub const SIDES_PX: [u32; 2] = [64, 1024];
@@ -93,13 +97,12 @@ parameters! {
 
 /// The names of the recipes that come with the program.
 pub fn names() -> Vec<&'static str> {
-    RECIPES.iter().map(|(name, _)| *name).collect()
+    RECIPES.names()
 }
 
 /// The file that a name of marks means, from `folder` on; none for those that come with the program.
 pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
-    let is_built_in = RECIPES.iter().any(|(known, _)| *known == name);
-    (!is_built_in).then(|| folder.join(name))
+    RECIPES.file(name, folder)
 }
 
 impl Recipe {
@@ -108,19 +111,12 @@ impl Recipe {
     /// # Errors
     /// [`StyleError`] with the file's name.
     pub fn load(name: &str, folder: &Path) -> Result<Self, StyleError> {
-        if let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) {
-            return Self::parse(name, text);
-        }
-        if Path::new(name).extension().is_none_or(|extension| extension != "toml") {
-            return Err(StyleError::UnknownMarks { name: name.to_owned() });
-        }
-        let path = folder.join(name);
-        let shown = path.display().to_string();
-        let text = read_text(&path, LARGEST_STYLE_BYTES)
-            .map_err(|source| StyleError::ReadMarks { path: shown.clone(), source })?;
+        let (shown, text) = RECIPES.text(name, folder)?;
         let mut recipe = Self::parse(&shown, &text)?;
-        let beside = path.parent().unwrap_or(Path::new(""));
-        recipe.images.iter_mut().for_each(|image| *image = beside.join(&*image));
+        if let Some(path) = RECIPES.file(name, folder) {
+            let beside = path.parent().unwrap_or(Path::new(""));
+            recipe.images.iter_mut().for_each(|image| *image = beside.join(&*image));
+        }
         Ok(recipe)
     }
 

@@ -6,6 +6,7 @@ pub mod hatching;
 mod lines;
 pub mod marks;
 pub mod parameters;
+mod recipes;
 mod strokes;
 pub mod texture;
 pub mod tone;

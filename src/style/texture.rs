@@ -5,16 +5,20 @@ use std::path::{Path, PathBuf};
 
 use super::StyleError;
 use super::parameters::{self, Range, parameters};
-use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use super::recipes::Recipes;
 
 /// The recipes that come with the program, by name.
-const RECIPES: &[(&str, &str)] = &[
-    ("pen", include_str!("../../textures/strokes/pen.toml")),
-    ("brush", include_str!("../../textures/strokes/brush.toml")),
-    ("pencil", include_str!("../../textures/strokes/pencil.toml")),
-    ("charcoal", include_str!("../../textures/strokes/charcoal.toml")),
-    ("dry-ink", include_str!("../../textures/strokes/dry-ink.toml")),
-];
+const RECIPES: Recipes = Recipes {
+    built_in: &[
+        ("pen", include_str!("../../textures/strokes/pen.toml")),
+        ("brush", include_str!("../../textures/strokes/brush.toml")),
+        ("pencil", include_str!("../../textures/strokes/pencil.toml")),
+        ("charcoal", include_str!("../../textures/strokes/charcoal.toml")),
+        ("dry-ink", include_str!("../../textures/strokes/dry-ink.toml")),
+    ],
+    unknown: |name| StyleError::UnknownTexture { name },
+    unreadable: |path, source| StyleError::ReadTexture { path, source },
+};
 
 parameters! {
     /// How a stroke texture is made and used. Everything that has no unit is a part of something, 0 to 1.
@@ -100,13 +104,12 @@ parameters! {
 
 /// The names of the recipes that come with the program.
 pub fn names() -> Vec<&'static str> {
-    RECIPES.iter().map(|(name, _)| *name).collect()
+    RECIPES.names()
 }
 
 /// The file that a name of a stroke texture means, from `folder` on; none for those that come with the program.
 pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
-    let is_built_in = RECIPES.iter().any(|(known, _)| *known == name);
-    (!is_built_in).then(|| folder.join(name))
+    RECIPES.file(name, folder)
 }
 
 impl Recipe {
@@ -115,16 +118,7 @@ impl Recipe {
     /// # Errors
     /// [`StyleError`] with the file's name.
     pub fn load(name: &str, folder: &Path) -> Result<Self, StyleError> {
-        if let Some((_, text)) = RECIPES.iter().find(|(known, _)| *known == name) {
-            return Self::parse(name, text);
-        }
-        if Path::new(name).extension().is_none_or(|extension| extension != "toml") {
-            return Err(StyleError::UnknownTexture { name: name.to_owned() });
-        }
-        let path = folder.join(name);
-        let shown = path.display().to_string();
-        let text = read_text(&path, LARGEST_STYLE_BYTES)
-            .map_err(|source| StyleError::ReadTexture { path: shown.clone(), source })?;
+        let (shown, text) = RECIPES.text(name, folder)?;
         Self::parse(&shown, &text)
     }
 
