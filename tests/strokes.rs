@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use common::World;
 use common::draw::{NOON, draw, still, strokes_left};
 use common::hill::Hill;
+use common::stroke_lines::{along_strokes, covered};
 use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
 use hachure::lines::strokes::chain::CHAINS;
@@ -23,12 +24,8 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [640, 360];
 const SIDE: usize = 17;
-/// Shorter strokes are not drawn: the style's.
-const SHORTEST_PX: f64 = 4.0;
 /// Of the brute force.
 const FINER: usize = 4;
-/// A line covers a contour, and a contour bears a line, within this.
-const NEAR_PX: f64 = 2.0;
 
 /// What a frame left.
 struct Drawn {
@@ -176,47 +173,9 @@ fn true_contours(drawn: &Drawn) -> Vec<DVec2> {
     seen
 }
 
-fn px(point: &Point) -> DVec2 {
-    DVec2::new(point.px[0].into(), point.px[1].into())
-}
-
-/// Places along the strokes, a quarter of a pixel apart, within the picture.
-fn along_strokes(points: &[Point]) -> Vec<DVec2> {
-    let mut lengths_px: HashMap<u32, f64> = HashMap::new();
-    let pairs = || points.windows(2).filter(|pair| pair[0].chain == pair[1].chain);
-    for pair in pairs() {
-        *lengths_px.entry(pair[0].chain).or_default() += px(&pair[0]).distance(px(&pair[1]));
-    }
-    let mut along = Vec::new();
-    for pair in pairs().filter(|pair| lengths_px[&pair[0].chain] >= SHORTEST_PX) {
-        let (a, b) = (px(&pair[0]), px(&pair[1]));
-        let steps = ((b - a).length() * 4.0).ceil().max(1.0) as usize;
-        along.extend((0..=steps).map(|step| a.lerp(b, step as f64 / steps as f64)));
-    }
-    let size = DVec2::new(f64::from(SIZE_PX[0]), f64::from(SIZE_PX[1]));
-    along.retain(|px| px.cmpge(DVec2::ZERO).all() && px.cmplt(size).all());
-    along
-}
-
-/// The part of `places` that has one of `others` within [`NEAR_PX`].
-fn covered(places: &[DVec2], others: &[DVec2]) -> f64 {
-    let cell = |px: DVec2| ((px.x / NEAR_PX).floor() as i64, (px.y / NEAR_PX).floor() as i64);
-    let mut cells: HashMap<(i64, i64), Vec<DVec2>> = HashMap::new();
-    for other in others {
-        cells.entry(cell(*other)).or_default().push(*other);
-    }
-    let is_near = |px: &&DVec2| {
-        let (x, y) = cell(**px);
-        (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy))).any(|cell| {
-            cells.get(&cell).is_some_and(|others| others.iter().any(|other| other.distance(**px) <= NEAR_PX))
-        })
-    };
-    places.iter().filter(is_near).count() as f64 / places.len().max(1) as f64
-}
-
 /// Recall and precision.
 fn exactness(name: &str, drawn: &Drawn) -> (f64, f64) {
-    let (truth, strokes) = (true_contours(drawn), along_strokes(&drawn.points));
+    let (truth, strokes) = (true_contours(drawn), along_strokes(&drawn.points, SIZE_PX));
     let (recall, precision) = (covered(&truth, &strokes), covered(&strokes, &truth));
     println!(
         "{name}: recall {recall:.4}, precision {precision:.4}, {:.0} px of contour, {:.0} px of strokes",
@@ -268,11 +227,11 @@ fn a_stroke_that_is_missing_or_astray_is_noticed() {
     // Planted: all strokes five pixels lower; then a third of the chains gone.
     let points = drawn.points.clone();
     drawn.points.iter_mut().for_each(|point| point.px[1] += 5.0);
-    assert!(covered(&truth, &along_strokes(&drawn.points)) < 0.9);
-    assert!(covered(&along_strokes(&drawn.points), &truth) < 0.9);
+    assert!(covered(&truth, &along_strokes(&drawn.points, SIZE_PX)) < 0.9);
+    assert!(covered(&along_strokes(&drawn.points, SIZE_PX), &truth) < 0.9);
     let chains = drawn.counts.chains;
     let kept: Vec<Point> = points.into_iter().filter(|point| chains > 0 && point.chain % 3 != 0).collect();
-    assert!(covered(&truth, &along_strokes(&kept)) < 0.98);
+    assert!(covered(&truth, &along_strokes(&kept, SIZE_PX)) < 0.98);
 }
 
 #[test]

@@ -12,7 +12,6 @@ mod growth;
 mod places;
 mod steady;
 
-use crate::common::draw::{NOON, draw};
 use common::World;
 use glam::DVec3;
 use hachure::frame::Frame;
@@ -20,6 +19,8 @@ use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::scene::view::{Pose, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::{self, Style};
+
+use crate::common::draw::{NOON, draw};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 /// A slow flight: a metre and an eighth of a degree in a frame.

@@ -9,6 +9,7 @@ pub mod hill;
 pub mod shot;
 pub mod silhouette;
 pub mod stores;
+pub mod stroke_lines;
 pub mod tones;
 
 use std::path::PathBuf;

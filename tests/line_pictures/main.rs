@@ -10,7 +10,6 @@ mod detectors;
 mod present;
 mod smooth;
 
-use crate::common::draw;
 use glam::DVec3;
 use hachure::gpu::Gpu;
 use hachure::gpu::pools::Pools;
@@ -18,6 +17,8 @@ use hachure::gpu::recorder::{Cx, Submits};
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::timer::Timer;
 use hachure::scene::view::{Pose, View};
+
+use crate::common::draw;
 
 /// Not a multiple of a workgroup's side.
 const SIZE_PX: [u32; 2] = [61, 43];

@@ -1,6 +1,5 @@
 //! Which meshes an eye sees: the GPU's list against the twin's.
 
-use crate::common::draw::{NOON, draw, still};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -17,6 +16,7 @@ use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
 
+use crate::common::draw::{NOON, draw, still};
 use crate::common::{baked, grid_of, random};
 use crate::shapes::{cube, mesh, sheet, stance};
 

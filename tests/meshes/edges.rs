@@ -1,6 +1,5 @@
 //! The edges that the GPU finds are those of brute force on the triangles as drawn.
 
-use crate::common::draw::{NOON, draw, still, strokes_left};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -14,6 +13,7 @@ use hachure::surface::edges::Edge;
 use hachure::surface::edges::{EDGE_DRAW, EDGES};
 
 use crate::common::World;
+use crate::common::draw::{NOON, draw, still, strokes_left};
 use crate::shapes;
 
 const SIZE_PX: [u32; 2] = [640, 360];

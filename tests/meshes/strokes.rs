@@ -2,8 +2,6 @@
 //!
 //! The truth is exact: the contour of a ball is a circle, and the hill that hides parts of it is known by a formula.
 
-use crate::common::draw::{NOON, draw, still, strokes_left};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
@@ -16,14 +14,12 @@ use hachure::scene::view::View;
 use hachure::style::Style;
 
 use crate::common::World;
+use crate::common::draw::{NOON, draw, still, strokes_left};
 use crate::common::hill::Hill;
+use crate::common::stroke_lines::{along_strokes, covered};
 use crate::shapes;
 
 const SIZE_PX: [u32; 2] = [960, 540];
-/// A stroke covers the contour, and the contour bears a stroke, within this.
-const NEAR_PX: f64 = 2.0;
-/// Shorter strokes are not drawn: the style's.
-const SHORTEST_PX: f64 = 4.0;
 const HALF_M: DVec2 = DVec2::splat(1600.0);
 
 fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
@@ -43,24 +39,6 @@ fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Poin
 
 fn is_inside(px: &DVec2) -> bool {
     px.cmpge(DVec2::ZERO).all() && px.x < f64::from(SIZE_PX[0]) && px.y < f64::from(SIZE_PX[1])
-}
-
-/// Places along the strokes, a quarter of a pixel apart, in the picture.
-fn along(points: &[Point]) -> Vec<DVec2> {
-    let px = |point: &Point| DVec2::new(point.px[0].into(), point.px[1].into());
-    let pairs = || points.windows(2).filter(|pair| pair[0].chain == pair[1].chain);
-    let mut lengths_px: HashMap<u32, f64> = HashMap::new();
-    for pair in pairs() {
-        *lengths_px.entry(pair[0].chain).or_default() += px(&pair[0]).distance(px(&pair[1]));
-    }
-    let mut along = Vec::new();
-    for pair in pairs().filter(|pair| lengths_px[&pair[0].chain] >= SHORTEST_PX) {
-        let (a, b) = (px(&pair[0]), px(&pair[1]));
-        let steps = ((b - a).length() * 4.0).ceil().max(1.0) as usize;
-        along.extend((0..=steps).map(|step| a.lerp(b, step as f64 / steps as f64)));
-    }
-    along.retain(is_inside);
-    along
 }
 
 /// The visible contour of a ball: evenly in angle, some five to the pixel.
@@ -84,21 +62,6 @@ fn contour(hill: &Hill, view: &View, middle_m: DVec3, radius_m: f64) -> Vec<DVec
         .collect()
 }
 
-fn covered(places: &[DVec2], others: &[DVec2]) -> f64 {
-    let cell = |px: DVec2| ((px.x / NEAR_PX).floor() as i64, (px.y / NEAR_PX).floor() as i64);
-    let mut cells: HashMap<(i64, i64), Vec<DVec2>> = HashMap::new();
-    for other in others {
-        cells.entry(cell(*other)).or_default().push(*other);
-    }
-    let is_near = |px: &&DVec2| {
-        let (x, y) = cell(**px);
-        (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy))).any(|cell| {
-            cells.get(&cell).is_some_and(|others| others.iter().any(|other| other.distance(**px) <= NEAR_PX))
-        })
-    };
-    places.iter().filter(is_near).count() as f64 / places.len().max(1) as f64
-}
-
 /// A ball on the hill, a third of it in the ground, seen from above, from beside, from afar and from behind the hill.
 const EYES: [(&str, f64); 4] = [
     ("-500,-900,+150,28,-22,50", 40.0),
@@ -120,11 +83,11 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
     for (camera, radius_m) in EYES {
         let middle_m = ball(&hill, radius_m);
         world.surfaces.set_meshes(Default::default());
-        let land = along(&strokes(&mut world, camera).1);
+        let land = along_strokes(&strokes(&mut world, camera).1, SIZE_PX);
         shapes::place(&mut world, &mesh, &shapes::stance(middle_m, 0.0, radius_m));
         let (view, points) = strokes(&mut world, camera);
         let truth = contour(&hill, &view, middle_m, radius_m);
-        let drawn = along(&points);
+        let drawn = along_strokes(&points, SIZE_PX);
         // What the land draws by itself is no matter here.
         let own: Vec<DVec2> = drawn.iter().copied().filter(|px| covered(&[*px], &land) == 0.0).collect();
         let (recall, precision) = (covered(&truth, &drawn), covered(&own, &truth));
@@ -161,7 +124,7 @@ fn a_crease_in_a_corner_is_drawn_where_a_style_wants_it() {
         let (view, points) = strokes_of(world, "0,0,3000,20,40,40", &style);
         let ends = [0.0, 20.0].map(|z| view.place_px(foot_m + DVec3::Z * z - pose.position_m).unwrap());
         let truth: Vec<DVec2> = (0..=400).map(|i| ends[0].lerp(ends[1], f64::from(i) / 400.0)).collect();
-        covered(&truth, &along(&points))
+        covered(&truth, &along_strokes(&points, SIZE_PX))
     };
     let drawn = crease(&mut world, Some(60.0));
     println!("{drawn:.3} of the crease");

@@ -1,6 +1,5 @@
 //! What is seen of a mesh is what an exact ray finds, and the land does not notice it.
 
-use crate::common::draw::{NOON, draw, still};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -10,6 +9,7 @@ use hachure::mesh::placed::{Placed, Standing};
 use hachure::picture::PartRule;
 use hachure::style::Style;
 
+use crate::common::draw::{NOON, draw, still};
 use crate::common::hill::Hill;
 use crate::common::shot::{Shot, ink, shoot, shoot_style};
 use crate::shapes;

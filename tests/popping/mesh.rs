@@ -1,6 +1,5 @@
 //! The mesh of a frame, as it was drawn.
 
-use crate::common::draw::{draw, north_west};
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
@@ -13,6 +12,7 @@ use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::selection::{PatchInstance, PatchKey};
 use hachure::world::Surfaces;
 
+use crate::common::draw::{draw, north_west};
 use crate::{SIDE, SIZE_PX};
 
 /// A patch as it was drawn.
