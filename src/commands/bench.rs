@@ -6,52 +6,36 @@
 //!
 //! What strokes found no room is counted in every frame, after its times have been taken. Some frames are looked at
 //! more closely then: how far the terrain is from the data, how many strokes there are, and how steady the drawing is
-//! from that frame to the next ([`temporal`]).
+//! from that frame to the next ([`crate::measure::temporal`]).
 
 mod pairs;
 mod passes;
+mod style_run;
 
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
 
 use self::pairs::{Checks, PairPlan};
-use self::passes::TracedPasses;
+use self::style_run::StyleRun;
 use super::arguments;
 use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
-use crate::frame::Frame;
+use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
-use crate::gpu::timer::FRAME;
-use crate::gpu::{Gpu, GpuError};
-use crate::measure::report::{Memory, Report, Run, WorldSize};
+use crate::measure::report::{Report, WorldSize};
 use crate::measure::report_html::write_html;
-use crate::measure::statistics::{FrameRecord, RunFrames, write_frames_csv};
-use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
-use crate::measure::{lod_error, memory, report_text};
-use crate::scene::Scene;
-use crate::scene::camera::Camera;
+use crate::measure::report_text;
+use crate::measure::statistics::{RunFrames, write_frames_csv};
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
-use crate::scene::view::{Pose, View};
-use crate::source::{Progress, Silent};
-use crate::style::Style;
-use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
+use crate::source::Progress;
 use crate::world::{self, OpenWorld};
 
-/// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
-const WARM_UP_FRAMES: u32 = 3;
-/// After the last tiles came, strokes grow for no longer than this, if time runs quickly.
-const SETTLING_FRAMES: u32 = 5;
-/// From one frame of the warm-up to the next.
-const WARM_UP_STEP_S: f64 = 10.0;
-/// The longest wait for the tiles of the first frame.
-const WARM_UP: Duration = Duration::from_secs(10);
 /// Of a run's frames, so many at most are compared with the full-resolution heights.
 const CHECKED_FRAMES: usize = 32;
 /// Frames per second along the path where no number of frames is given.
@@ -227,185 +211,4 @@ fn fly_by_the_clock(
         }
     }
     Ok(())
-}
-
-/// A style on its way along the path.
-struct StyleRun {
-    style: Style,
-    world: OpenWorld,
-    /// What this style's world and frames have allocated on the GPU: styles take turns on one device.
-    gpu_bytes: i64,
-    frame: Frame,
-    /// Of the frames before those that count.
-    passes: TracedPasses,
-    previous: Option<Pose>,
-    before: TileCounts,
-    failed_tiles: u64,
-    /// When the first frame that counts began; none before.
-    begun: Option<Instant>,
-    /// What checks took since then.
-    checks: Duration,
-    records: Vec<FrameRecord>,
-    /// The frame before, where the next one is compared with it.
-    pair: Option<DrawnFrame>,
-    steadiness: TemporalTotals,
-}
-
-/// A frame that was drawn.
-struct Drawn {
-    frame_ms: f64,
-    /// [`FRAME`] is the whole; empty where the GPU has no timers.
-    gpu_ms: Vec<(String, f64)>,
-    prepared: Prepared,
-}
-
-impl StyleRun {
-    fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
-        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-        let options =
-            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let bytes_before = gpu.memory_bytes() as i64;
-        let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
-        Ok(Self {
-            world,
-            gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
-            frame: Frame::new(gpu)?,
-            passes: TracedPasses::default(),
-            style,
-            previous: None,
-            before: TileCounts::default(),
-            failed_tiles: 0,
-            begun: None,
-            checks: Duration::ZERO,
-            records: Vec::new(),
-            pair: None,
-            steadiness: TemporalTotals::default(),
-        })
-    }
-
-    /// Draws a frame and waits for the GPU.
-    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(View, Drawn), GpuError> {
-        let pose = self.world.pose(camera);
-        let previous = self.previous.replace(pose).unwrap_or(pose);
-        let view = View::whole(previous, pose, size_px);
-        let light = self.world.light();
-        let bytes_before = gpu.memory_bytes() as i64;
-        let start = Instant::now();
-        let prepared = self.frame.render(gpu, &mut self.world.surfaces, &view, &self.style, &light)?;
-        gpu.wait();
-        let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
-        gpu.check()?;
-        self.gpu_bytes += gpu.memory_bytes() as i64 - bytes_before;
-        let times = std::iter::from_fn(|| self.frame.take_times()).last().unwrap_or_default();
-        let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
-        Ok((view, Drawn { frame_ms, gpu_ms, prepared }))
-    }
-
-    /// Draws a few frames that do not count, until the tiles of the first are there.
-    fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(), GpuError> {
-        let start = Instant::now();
-        self.frame.set_step_s(WARM_UP_STEP_S);
-        self.frame.set_traces(true);
-        // Strokes may be older than the tiles, and take their time to come and go.
-        let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
-        for frame in 1.. {
-            let (_, drawn) = self.draw(gpu, size_px, camera)?;
-            self.passes.take(self.frame.trace());
-            let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
-            if frame >= WARM_UP_FRAMES && is_settled {
-                if updates == 0 {
-                    break;
-                }
-                updates -= 1;
-            }
-        }
-        self.frame.set_traces(false);
-        self.before = self.world.surfaces.terrain.tile_counts();
-        Ok(())
-    }
-
-    /// Seconds since the first frame that counts, without checks.
-    fn wall_s(&mut self) -> f64 {
-        (self.begun.get_or_insert_with(Instant::now).elapsed() - self.checks).as_secs_f64()
-    }
-
-    /// Draws a frame that counts.
-    fn fly(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64, checks: Checks) -> anyhow::Result<()> {
-        self.wall_s();
-        if let Some(last) = self.records.last() {
-            self.frame.set_step_s(t_s - last.t_s);
-        }
-        let (view, drawn) = self.draw(gpu, size_px, camera)?;
-        let wall_s = self.wall_s();
-        let mut record = self.record(t_s, wall_s, drawn);
-        let start = Instant::now();
-        let is_pair = checks.begins_pair || self.pair.is_some();
-        record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
-        if checks.lod_error {
-            let terrain = &self.world.surfaces.terrain;
-            record.lod_error_px = lod_error::largest_px(gpu, &self.frame, &view, terrain, record.frame as u32)?;
-        }
-        if checks.lod_error || is_pair {
-            record.strokes = temporal::count_strokes(gpu, &self.frame, &self.style)?;
-        }
-        if is_pair {
-            self.compare(gpu, &view, record.jumped == Some(true), checks.begins_pair)?;
-        }
-        self.checks += start.elapsed();
-        self.records.push(record);
-        Ok(())
-    }
-
-    /// Compares the frame with the one before, if that began a pair, and keeps it if it begins one itself.
-    fn compare(&mut self, gpu: &Gpu, view: &View, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
-        let drawn = temporal::read_drawn(gpu, &self.frame, view, &self.style)?;
-        // After a jump there is nothing that could be steady.
-        if let Some(before) = self.pair.take().filter(|_| !jumped) {
-            self.steadiness.add(temporal::compare(&before, &drawn)?);
-        }
-        self.pair = begins_pair.then_some(drawn);
-        Ok(())
-    }
-
-    fn record(&mut self, t_s: f64, wall_s: f64, drawn: Drawn) -> FrameRecord {
-        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped, detail } } = drawn;
-        self.failed_tiles = self.failed_tiles.max(tiles.failed);
-        let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
-        FrameRecord {
-            frame: self.records.len() as u64,
-            t_s,
-            frame_ms: Some(frame_ms),
-            gpu_ms: whole.first().map(|(_, gpu_ms)| *gpu_ms),
-            pass_gpu_ms: passes,
-            lod_error_px: None,
-            triangles: Some(selection.triangles()),
-            strokes: None,
-            strokes_left_out: None,
-            tiles_loaded: Some(tiles.loaded),
-            late: Some(tiles.late),
-            allowed_error_px: Some(detail.error_px),
-            over_budget: Some(detail.is_over_budget),
-            prepare_ms: Some(prepare_ms),
-            jumped: Some(jumped),
-            wall_s: Some(wall_s),
-        }
-    }
-
-    fn run(&self, eyes: &str) -> Run {
-        let mut run = Run::of_frames(&self.style.name, eyes, &self.records);
-        self.passes.fill(&mut run);
-        run.temporal = self.steadiness.metrics();
-        let counts = self.world.surfaces.terrain.tile_counts();
-        run.memory = Memory {
-            gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
-            tile_cache_bytes: Some(counts.gpu_bytes),
-            cpu_tile_bytes: Some(counts.cache_bytes),
-            rss_bytes: memory::rss_bytes(),
-        };
-        run.tiles.loaded = Some(self.records.iter().filter_map(|record| record.tiles_loaded).sum());
-        run.tiles.evicted = Some(counts.evicted - self.before.evicted);
-        run.tiles.cancelled = Some(counts.cancelled - self.before.cancelled);
-        run.tiles.failed = Some(self.failed_tiles);
-        run
-    }
 }

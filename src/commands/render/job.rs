@@ -1,0 +1,228 @@
+//! The pictures of `hachure render`: cameras, files, and the report of what was drawn.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{anyhow, bail};
+use serde::Serialize;
+
+use super::vector::SvgOptions;
+use super::{MOST_FRAMES, RenderArgs};
+use crate::file::FileError;
+use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::png::PngWriter;
+use crate::file::video::VideoWriter;
+use crate::frame::Frame;
+use crate::gpu::Gpu;
+use crate::picture::aov::Plane;
+use crate::picture::{self, Band, PictureReport, PictureRequest};
+use crate::scene::camera::Camera;
+use crate::scene::path::CameraPath;
+use crate::scene::view::Pose;
+use crate::style::Style;
+use crate::vector::DrawingReport;
+use crate::world::OpenWorld;
+
+#[derive(Serialize)]
+pub(super) struct Report {
+    adapter: String,
+    output: PathBuf,
+    style: String,
+    size: [u32; 2],
+    frames: u64,
+    wall_ms: f64,
+    passes: Vec<PassReport>,
+    triangles: u64,
+    patches: u64,
+    parts: u64,
+    tiles_loaded: u64,
+    tiles_missing: u64,
+    /// The height error that the mesh was allowed, in pixels: --lod-error, or more where that takes too many triangles.
+    allowed_error_px: f64,
+    over_budget_frames: u64,
+    gpu_bytes: u64,
+    camera: String,
+    /// Of an SVG.
+    svg: Option<DrawingReport>,
+    /// On paper.
+    mm_per_px: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct PassReport {
+    name: String,
+    gpu_ms: f64,
+}
+
+/// Pictures to draw, and what draws them.
+pub(super) struct Job<'a> {
+    pub(super) args: &'a RenderArgs,
+    /// The text of `--path`.
+    pub(super) flight: Option<String>,
+    pub(super) style: Style,
+    pub(super) planes: Vec<Plane>,
+    pub(super) gpu: Gpu,
+    pub(super) world: OpenWorld,
+    pub(super) frame: Option<Frame>,
+    pub(super) svg: Option<SvgOptions>,
+    pub(super) drawn: DrawingReport,
+}
+
+impl Job<'_> {
+    /// The cameras of the frames: at least one.
+    pub(super) fn cameras(&self) -> anyhow::Result<Vec<Camera>> {
+        let (Some(name), Some(flight)) = (&self.args.path, &self.flight) else {
+            return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
+        };
+        let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
+        let frames = path.frame_count(self.args.fps);
+        if frames > MOST_FRAMES {
+            bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);
+        }
+        Ok(path.frames(self.args.fps).collect())
+    }
+
+    /// Draws a thumbnail for nobody: drivers compile pipelines on their first use, which is no part of a pass's time.
+    pub(super) fn warm_up(&mut self, camera: &Camera) -> anyhow::Result<()> {
+        let eye = self.world.pose(camera);
+        let light = self.world.light();
+        let request =
+            PictureRequest { planes: &self.planes, ..PictureRequest::still(eye, [64, 36], &self.style, light) };
+        picture::render(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, |_| Ok::<_, FileError>(()))?;
+        Ok(())
+    }
+
+    pub(super) fn run(&mut self, kind: OutputKind, cameras: &[Camera]) -> anyhow::Result<PictureReport> {
+        let [width, height] = self.args.size;
+        let output = self.args.output.clone();
+        let mut film = match kind {
+            OutputKind::Mp4 => Some(VideoWriter::create(&output, width, height, self.args.fps)?),
+            _ => None,
+        };
+        let mut total = PictureReport::default();
+        let mut previous = None;
+        for (number, camera) in cameras.iter().enumerate() {
+            let pose = self.world.pose(camera);
+            let previous = previous.replace(pose).unwrap_or(pose);
+            let report = match (&kind, &mut film) {
+                (OutputKind::Picture(_), _) if self.args.show.is_some() => self.show(&output, pose)?,
+                (OutputKind::Picture(format), _) => self.picture(&output, *format, pose, previous)?,
+                (OutputKind::Frames(pattern, format), _) => {
+                    self.picture(&pattern.prepare(number as u64)?, *format, pose, previous)?
+                }
+                (OutputKind::Mp4, Some(film)) => {
+                    let mut rows = Vec::new();
+                    let report = self.render(pose, previous, |band| {
+                        rows.extend(picture::srgb8(&band.picture));
+                        Ok(())
+                    })?;
+                    film.write_frame(&rows)?;
+                    report
+                }
+                (OutputKind::Mp4, None) => unreachable!("the film was made above"),
+            };
+            total.append(report);
+        }
+        if let Some(film) = film {
+            film.finish()?;
+        }
+        Ok(total)
+    }
+
+    fn picture(
+        &mut self,
+        path: &Path,
+        format: PictureFormat,
+        pose: Pose,
+        previous: Pose,
+    ) -> anyhow::Result<PictureReport> {
+        let [width, height] = self.args.size;
+        match format {
+            PictureFormat::Png => {
+                let mut writer = PngWriter::create(path, width, height)?;
+                let report = self.render(pose, previous, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+                writer.finish()?;
+                Ok(report)
+            }
+            PictureFormat::Exr => {
+                let mut channels = ["R", "G", "B", "A"].map(|name| (name, SampleKind::F32)).to_vec();
+                channels.extend(self.planes.iter().map(|plane| (plane.name.as_str(), plane.source.kind())));
+                let attributes = [("camera".to_owned(), self.camera_text(pose))];
+                let mut writer = ExrWriter::create(path, width, height, &channels, &attributes)?;
+                let report = self.render(pose, previous, |band| {
+                    let colour: [Vec<f32>; 4] =
+                        [0, 1, 2, 3].map(|i| band.picture.iter().map(|texel| texel[i]).collect());
+                    let mut rows: Vec<_> = colour.iter().map(|samples| SamplesRef::F32(samples)).collect();
+                    rows.extend(band.planes.iter().map(|samples| samples.as_ref()));
+                    writer.write_rows(&rows)
+                })?;
+                writer.finish()?;
+                Ok(report)
+            }
+            PictureFormat::Svg => self.lines(path, pose),
+        }
+    }
+
+    pub(super) fn render(
+        &mut self,
+        pose: Pose,
+        previous: Pose,
+        take: impl FnMut(Band) -> Result<(), FileError>,
+    ) -> anyhow::Result<PictureReport> {
+        let request = PictureRequest {
+            pose,
+            previous,
+            size_px: self.args.size,
+            style: &self.style,
+            light: self.world.light(),
+            planes: &self.planes,
+        };
+        if let Some(frame) = &mut self.frame {
+            frame.set_step_s(1.0 / self.args.fps);
+        }
+        let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, take)?;
+        self.whole(report)
+    }
+
+    /// The report, if it is of all that was to be drawn.
+    pub(super) fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
+        self.world.ground_was_read()?;
+        // A drawing of something else than the data is no drawing.
+        match (report.tiles_failed, self.world.surfaces.terrain.failure()) {
+            (0, _) => Ok(report),
+            (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
+            (tiles, Some(failure)) => Err(anyhow!(failure).context(format!("{tiles} tiles could not be read"))),
+            (tiles, None) => bail!("{}: {tiles} tiles could not be read", self.world.surfaces.terrain.store().name()),
+        }
+    }
+
+    /// The eye in the world's frame: what turns camera-relative positions into places.
+    pub(super) fn camera_text(&self, pose: Pose) -> String {
+        let camera = self.world.camera(&pose);
+        camera.to_string()
+    }
+
+    pub(super) fn report(&self, cameras: &[Camera], report: PictureReport) -> Report {
+        let camera = self.world.camera(&self.world.pose(&cameras[0])).to_string();
+        Report {
+            adapter: self.gpu.description(),
+            output: self.args.output.clone(),
+            style: self.style.name.clone(),
+            size: self.args.size,
+            frames: cameras.len() as u64,
+            wall_ms: report.wall_ms,
+            passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),
+            triangles: report.triangles,
+            patches: report.patches,
+            parts: report.parts,
+            tiles_loaded: report.tiles_loaded,
+            tiles_missing: report.tiles_missing,
+            allowed_error_px: report.error_px,
+            over_budget_frames: report.over_budget,
+            gpu_bytes: self.gpu.memory_bytes(),
+            camera,
+            mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
+            svg: self.svg.is_some().then(|| self.drawn.clone()),
+        }
+    }
+}
