@@ -28,20 +28,20 @@ pub struct Inputs<'a> {
     pub surface_id: &'a Target,
     /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface: a mesh's own normal is its mark_normal.
+    /// Of the surface: a mesh's own normal is its mark normal.
     pub normal: &'a Target,
     /// Out.
     pub mark_normal: &'a Target,
 }
 
-/// Finds the mark_normal of what the inputs show.
+/// Finds the mark normal of what the inputs show.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
-        ("mark normal", inputs.mark_normal.into()),
+        ("mark_normal", inputs.mark_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
     cx.pixels("surface/mark_normal", inputs.mark_normal.size_px(), &resources);
