@@ -63,6 +63,8 @@ pub struct Asked {
 
 /// Sizes and colours, once.
 pub fn set_up(context: &egui::Context) {
+    // egui measures a click from frame to frame: where a frame takes a second, each would count as held and do nothing.
+    context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     context.all_styles_mut(|style| {
         for (kind, font) in &mut style.text_styles {
             font.size = if *kind == egui::TextStyle::Heading { 13.0 } else { 11.0 };
@@ -330,6 +332,30 @@ mod tests {
             _ => None,
         });
         texts.collect()
+    }
+
+    #[test]
+    fn a_click_counts_where_frames_are_slow() {
+        let click = |context: &egui::Context| {
+            let at = egui::pos2(20.0, 12.0);
+            let button = |pressed| egui::Event::PointerButton {
+                pos: at,
+                button: egui::PointerButton::Primary,
+                pressed,
+                modifiers: egui::Modifiers::NONE,
+            };
+            let frames = [vec![], vec![egui::Event::PointerMoved(at)], vec![button(true)], vec![button(false)]];
+            let mut is_clicked = false;
+            for (second, events) in frames.into_iter().enumerate() {
+                let input = egui::RawInput { time: Some(second as f64), events, ..Default::default() };
+                let _ = context.run_ui(input, |ui| is_clicked |= ui.button("a button that lies there").clicked());
+            }
+            is_clicked
+        };
+        let context = egui::Context::default();
+        set_up(&context);
+        assert!(click(&context));
+        assert!(!click(&egui::Context::default()), "planted: as egui has it");
     }
 
     #[test]
