@@ -51,6 +51,7 @@ const LONGEST_LINE: usize = 480;
 const LONGEST_LOG_LINE: usize = 4000;
 
 fn main() -> ExitCode {
+    hush_mesa();
     let cli = match parsed() {
         Ok(cli) => cli,
         Err(exit) => return exit,
@@ -89,6 +90,20 @@ fn main() -> ExitCode {
         Err(error) => {
             let status = if error.is::<Misuse>() { 2 } else { 1 };
             fail(&chain(error.as_ref()), status)
+        }
+    }
+}
+
+/// Gives `XDG_RUNTIME_DIR` a value where it has none. Mesa looks for Wayland whether or not a window is wanted, and
+/// libwayland writes two lines to standard error if it does not know where: in every run without a desktop. Nobody finds
+/// anything in the folder of this name, which is as without the variable.
+fn hush_mesa() {
+    const NAME: &str = "XDG_RUNTIME_DIR";
+    if cfg!(target_os = "linux") && std::env::var_os(NAME).is_none_or(|folder| folder.is_empty()) {
+        // SAFETY: nothing else runs yet, so no thread reads the environment meanwhile.
+        #[allow(unsafe_code, reason = "Mesa can be told in no other way")]
+        unsafe {
+            std::env::set_var(NAME, "/nonexistent");
         }
     }
 }

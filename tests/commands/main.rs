@@ -6,6 +6,7 @@ mod bench;
 mod dem;
 mod embedded;
 mod features;
+mod quiet;
 mod show;
 mod styles;
 mod svg;
@@ -45,8 +46,8 @@ impl Place {
             .args(arguments)
             .current_dir(self.0.path())
             .env("HACHURE_CACHE", self.path("cache"))
-            // Else Mesa speaks in between.
-            .env("XDG_RUNTIME_DIR", self.0.path())
+            // As without a desktop: Mesa has nothing to say of it.
+            .env_remove("XDG_RUNTIME_DIR")
             .env_remove("RUST_LOG")
             .output()
             .unwrap()
