@@ -21,7 +21,7 @@ use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::history::Step;
 use crate::lines::strokes::{self, FrameStrokes};
-use crate::lines::{detector, smooth, threshold};
+use crate::lines::{detector, lsa, smooth, threshold};
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
@@ -286,8 +286,10 @@ fn render_eye(cx: &mut Cx<'_>, seen: &FrameInputs<'_>, eye: usize, memory: &mut 
     let line = style.lines.as_ref().map_or(nothing.clone(), |lines| {
         let errors = &targets.whole(gpu, &detector::ERRORS);
         let line = targets.whole(gpu, &threshold::LINE);
-        detector::run(cx, lines, &detector::Inputs { view, position, normal, errors });
-        threshold::run(cx, lines, &threshold::Inputs { view, errors, line: &line });
+        let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
+        let directions = directions.as_ref();
+        detector::run(cx, lines, &detector::Inputs { view, position, normal, errors, directions });
+        threshold::run(cx, lines, &threshold::Inputs { view, errors, directions, line: &line });
         if !lines.antialias {
             return line;
         }

@@ -5,7 +5,7 @@
 mod common;
 
 use common::World;
-use common::equations::{self, Reading};
+use common::equations::{self, Far, Reading};
 use common::hill::Hill;
 use common::shot::{Shot, ink, shoot_style};
 use common::silhouette::Silhouette;
@@ -62,6 +62,56 @@ fn errors_follow_the_equations_on_the_hill() {
 fn errors_follow_the_equations_on_mount_rainier() {
     let views = ["-8000,-12000,+1500,30,-12,50", "3000,2000,+200,160,-5,60", "0,-45000,9000,0,-10,35"];
     equations_hold("Rainier", World::real("dem/geotiff/mt_rainier_90m.tif", 1.0), &views);
+}
+
+/// The part of the pixels away from sky and border whose E(p) agrees with `expected` to 4e-3, and how many there are
+/// with an error of either kind. (A ramp of a quarter makes differences of 1e-3 four times as large.)
+fn agreement_with(shot: &Shot, expected: impl Fn(usize) -> Option<f64> + Sync) -> (f64, usize) {
+    let differences: Vec<f64> = (0..shot.error.len())
+        .into_par_iter()
+        .filter_map(|pixel| {
+            let (expected, found) = (expected(pixel)?, shot.error[pixel]);
+            (expected.max(found) >= 0.1).then_some((found - expected).abs())
+        })
+        .collect();
+    let near = differences.iter().filter(|difference| **difference <= 4e-3).count();
+    (near as f64 / differences.len() as f64, differences.len())
+}
+
+fn equation_8_holds(name: &str, world: Option<World>, views: &[&str]) {
+    let Some(mut world) = world else { return };
+    let mut style = ink("paper");
+    let lines = style.lines.as_mut().unwrap();
+    lines.geometric_antialias = true;
+    let ramp = lines.ramp.map(f64::from);
+    let (mut frame, mut counted) = (None, 0);
+    let mut planted_agree = [true; 3];
+    for view in views {
+        let pose = world.pose(view);
+        let shot = shoot_style(&mut world, &mut frame, pose, pose, [320, 180], &style, &PartRule::default());
+        let of = |far| agreement_with(&shot, |pixel| equations::antialiased_error(&shot, pixel, 1e-5, ramp, far));
+        let (part, count) = of(Far::Least);
+        // Planted: without Eq. 8; the greater of the far errors; both far pixels at once.
+        let base = |pixel| {
+            let error = equations::error(&shot, pixel, 1e-5, Reading::Text)?;
+            Some(((error - ramp[0]) / (ramp[1] - ramp[0])).clamp(0.0, 1.0))
+        };
+        let planted = [agreement_with(&shot, base).0, of(Far::Greatest).0, of(Far::Both).0];
+        println!("{name}, {view}: {:.4} % of {count} agree; planted {planted:.3?}", 100.0 * part);
+        assert!(part >= 0.998 || count < 100, "{name}, {view}");
+        planted_agree = std::array::from_fn(|i| planted_agree[i] && (planted[i] >= 0.998 || count < 100));
+        counted += count;
+    }
+    assert!(counted > 300, "{name}: {counted} pixels with an error are too few to tell anything");
+    assert_eq!(planted_agree, [false; 3], "{name}: what is planted must fail");
+}
+
+#[test]
+fn errors_follow_equation_8_on_the_hill_and_on_mount_rainier() {
+    let views = ["0,-900,+300,0,-25,50", "-900,-900,+40,45,-2,30"];
+    equation_8_holds("hill", World::new(Hill::square(321, 10.0).1, 1.0), &views);
+    let views = ["-8000,-12000,+1500,30,-12,50", "0,-45000,9000,0,-10,35"];
+    equation_8_holds("Rainier", World::real("dem/geotiff/mt_rainier_90m.tif", 1.0), &views);
 }
 
 /// What was counted of a picture of the hill.

@@ -1,7 +1,11 @@
-// Local Surface Approximation contours, base method (Zaidi et al., Eqs. 1 to 7).
+// Local Surface Approximation contours (Zaidi et al., Eqs. 1 to 8).
 //
 // For each pair of opposite neighbours (q, its control c) of pixel p: a sphere through p and c, tangent to their
 // normals, predicts q; the error is how far q is from that prediction.
+//
+// ANTIALIASED: the same once more with pixels twice as far (Eq. 8). A detail smaller than a pixel errs only where it is
+// hit; where the surface around it goes on as before, its error is halved.
+// EIGHT: the errors of the eight directions are kept too, for a density filter that does not merge opposite ones.
 //
 // Readings and changes:
 // - Eq. 6 as printed has q above and below the line. Its sense is: above, the checked pixel; below, the control.
@@ -12,6 +16,8 @@
 // - A pixel whose neighbourhood holds both sky and surface is a silhouette.
 // - Nothing is thresholded here: that comes once, at the end (threshold.wgsl).
 // - The error is kept for each of the four axes, since the line-density filter works along axes.
+// - Eq. 8 compares ramped errors, so with ANTIALIASED what is stored is ramped, and threshold.wgsl does not do it again.
+// - Sky is an error of 1 in each of the terms of Eq. 8: a hole of one pixel in the land is halved, too.
 #import hachure::view::{View, distance_from_eye}
 
 struct Lsa {
@@ -20,6 +26,8 @@ struct Lsa {
     epsilon_footprint: f32,
     // The ramp k of Eq. 6.
     plane_ramp: vec2<f32>,
+    // From eta_min to eta_max, for Eq. 8.
+    ramp: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -28,6 +36,10 @@ struct Lsa {
 @group(0) @binding(3) var normal: texture_2d<f32>;
 // Errors of the axes (1,0), (0,1), (1,1), (1,-1); the greatest is E(p) of Eq. 1.
 @group(0) @binding(4) var errors: texture_storage_2d<rgba16float, write>;
+#ifdef EIGHT
+// Those of the eight directions, two to a word: along each axis, and against it.
+@group(0) @binding(5) var directions: texture_storage_2d<rgba32uint, write>;
+#endif
 
 struct Sample {
     p: vec3<f32>,
@@ -57,20 +69,37 @@ fn arc_range(a: vec3<f32>, b: vec3<f32>, d: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(least, most);
 }
 
-// e(q, S(p, q)), Eq. 7, with the sphere from the control pixel c.
-fn deviation(p: Sample, q: Sample, c: Sample, epsilon_m: f32) -> f32 {
+// S(p, c): what the control pixel c says of the surface around p.
+struct Fit {
+    // Signed, Eq. 3.
+    curvature: f32,
+    // The denominator of Eq. 6.
+    control_m: f32,
+    // Where one of them is sky and the other is not, nothing fits.
+    is_torn: bool,
+}
+
+fn fit(p: Sample, c: Sample, epsilon_m: f32) -> Fit {
     let to_c = c.p - p.p;
-    let to_q = q.p - p.p;
-    let turn_c = c.n - p.n;
-    // Eq. 3: curvature, signed.
+    let turn = c.n - p.n;
     let length_c = max(length(to_c), 1e-20);
-    let curvature = sign(dot(turn_c, to_c)) * length(turn_c) / length_c;
+    let curvature = sign(dot(turn, to_c)) * length(turn) / length_c;
+    return Fit(curvature, arc_range(p.n, c.n, to_c).y + epsilon_m, is_sky(p) != is_sky(c));
+}
+
+// e(q, S), Eq. 7.
+fn deviation(p: Sample, q: Sample, surface: Fit) -> f32 {
+    if surface.is_torn || is_sky(p) != is_sky(q) {
+        return 1.0;
+    }
+    if is_sky(p) {
+        return 0.0;
+    }
+    let to_q = q.p - p.p;
     // Eq. 5.
-    let curved = length(curvature * to_q - (q.n - p.n));
+    let curved = length(surface.curvature * to_q - (q.n - p.n));
     // Eq. 6.
-    let checked = arc_range(p.n, q.n, to_q).x;
-    let control = arc_range(p.n, c.n, to_c).y;
-    let ratio = checked / (control + epsilon_m);
+    let ratio = arc_range(p.n, q.n, to_q).x / surface.control_m;
     let plane = clamp((ratio - lsa.plane_ramp.x) / (lsa.plane_ramp.y - lsa.plane_ramp.x), 0.0, 1.0);
     // 4 is far above every threshold, and finite in 16 bits.
     return min(curved + plane, 4.0);
@@ -84,23 +113,48 @@ fn is_sky(s: Sample) -> bool {
     return all(s.n == vec3<f32>(0.0));
 }
 
-fn axis_error(p: Sample, pixel: vec2<i32>, step: vec2<i32>, epsilon_m: f32) -> f32 {
-    let forward = pixel + step;
-    let back = pixel - step;
-    let last = vec2<i32>(view.size_px) - 1;
+fn is_inside(a: vec2<i32>, b: vec2<i32>) -> bool {
+    return all(min(a, b) >= vec2<i32>(0)) && all(max(a, b) < vec2<i32>(view.size_px));
+}
+
+fn ramped(error: f32) -> f32 {
+    return clamp((error - lsa.ramp.x) / (lsa.ramp.y - lsa.ramp.x), 0.0, 1.0);
+}
+
+// Eq. 8 of ramped errors: `a` of the far pixel by the near one's surface, `b` of the near pixel by the far one's.
+fn antialiased(a: f32, b: f32, c: f32) -> f32 {
+    let far = min(ramped(a), ramped(b));
+    let near = ramped(c);
+    return select(near, 0.5 * (far + near), far < near);
+}
+
+// The errors of the two pixels that lie a step along an axis, and a step against it.
+fn axis_errors(p: Sample, pixel: vec2<i32>, step: vec2<i32>, epsilon_m: f32) -> vec2<f32> {
     // Beyond the border there is nothing to compare.
-    if any(min(forward, back) < vec2<i32>(0)) || any(max(forward, back) > last) {
-        return 0.0;
+    if !is_inside(pixel + step, pixel - step) {
+        return vec2<f32>(0.0);
     }
-    let a = load(forward);
-    let b = load(back);
-    if is_sky(p) != is_sky(a) || is_sky(p) != is_sky(b) {
-        return 1.0;
+    let a = load(pixel + step);
+    let b = load(pixel - step);
+    if is_sky(p) && is_sky(a) && is_sky(b) {
+        return vec2<f32>(0.0);
     }
-    if is_sky(p) {
-        return 0.0;
+    let by_a = fit(p, a, epsilon_m);
+    let by_b = fit(p, b, epsilon_m);
+    let near = vec2<f32>(deviation(p, a, by_b), deviation(p, b, by_a));
+#ifdef ANTIALIASED
+    if !is_inside(pixel + 2 * step, pixel - 2 * step) {
+        return vec2<f32>(ramped(near.x), ramped(near.y));
     }
-    return max(deviation(p, a, b, epsilon_m), deviation(p, b, a, epsilon_m));
+    let far_a = load(pixel + 2 * step);
+    let far_b = load(pixel - 2 * step);
+    return vec2<f32>(
+        antialiased(deviation(p, far_a, by_b), deviation(p, a, fit(p, far_b, epsilon_m)), near.x),
+        antialiased(deviation(p, far_b, by_a), deviation(p, b, fit(p, far_a, epsilon_m)), near.y),
+    );
+#else
+    return near;
+#endif
 }
 
 @compute @workgroup_size(8, 8)
@@ -111,10 +165,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let p = load(pixel);
     let epsilon_m = lsa.epsilon_paper_m + lsa.epsilon_footprint * distance_from_eye(view, p.p) / view.focal_px;
-    textureStore(errors, pixel, vec4<f32>(
-        axis_error(p, pixel, vec2<i32>(1, 0), epsilon_m),
-        axis_error(p, pixel, vec2<i32>(0, 1), epsilon_m),
-        axis_error(p, pixel, vec2<i32>(1, 1), epsilon_m),
-        axis_error(p, pixel, vec2<i32>(1, -1), epsilon_m),
-    ));
+    let x = axis_errors(p, pixel, vec2<i32>(1, 0), epsilon_m);
+    let y = axis_errors(p, pixel, vec2<i32>(0, 1), epsilon_m);
+    let down = axis_errors(p, pixel, vec2<i32>(1, 1), epsilon_m);
+    let up = axis_errors(p, pixel, vec2<i32>(1, -1), epsilon_m);
+    // e_max: opposite directions share the greater error.
+    let most = vec4<f32>(max(x.x, x.y), max(y.x, y.y), max(down.x, down.y), max(up.x, up.y));
+    textureStore(errors, pixel, most);
+#ifdef EIGHT
+    let words = vec4<u32>(pack2x16unorm(x), pack2x16unorm(y), pack2x16unorm(down), pack2x16unorm(up));
+    textureStore(directions, pixel, words);
+#endif
 }

@@ -19,8 +19,15 @@ use super::texts::Texts;
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Shaders with a variant that definitions turn on (`#ifdef`).
-pub const VARIANTS: &[(&str, &[&str])] =
-    &[("tones/toon", &["HORIZON_MAPS"]), ("tones/hatching", &["SWELLING"]), ("tones/fractal_hatching", &["ENDED"])];
+pub const VARIANTS: &[(&str, &[&str])] = &[
+    ("lines/lsa", &["ANTIALIASED"]),
+    ("lines/lsa", &["EIGHT"]),
+    ("lines/lsa", &["ANTIALIASED", "EIGHT"]),
+    ("lines/threshold", &["EIGHT"]),
+    ("tones/toon", &["HORIZON_MAPS"]),
+    ("tones/hatching", &["SWELLING"]),
+    ("tones/fractal_hatching", &["ENDED"]),
+];
 
 /// A mistake in a shader's text, with its place.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

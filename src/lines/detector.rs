@@ -20,6 +20,8 @@ pub struct Inputs<'a> {
     pub normal: &'a Target,
     /// Out.
     pub errors: &'a Target,
+    /// Out, for a style of LSA contours whose density filter has eight directions: [`lsa::DIRECTIONS`].
+    pub directions: Option<&'a Target>,
 }
 
 impl Inputs<'_> {
@@ -37,7 +39,7 @@ impl Inputs<'_> {
 /// Runs the style's detector.
 pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     match lines.detector {
-        Detector::Lsa => lsa::run(cx, lines.epsilon, inputs),
+        Detector::Lsa => lsa::run(cx, lines, inputs),
         Detector::Sobel => cx.pixels("lines/sobel", inputs.errors.size_px(), &inputs.resources()),
         Detector::Roystan => cx.pixels("lines/roystan", inputs.errors.size_px(), &inputs.resources()),
     }

@@ -3,9 +3,11 @@
 //! Why: `docs/decisions/lsa-contours.md`.
 
 use super::detector::Inputs;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
+use crate::gpu::target::TargetKind;
 pub(crate) use crate::gpu::wgsl::lines::lsa::Lsa as LsaUniform;
-use crate::style::Epsilon;
+use crate::style::{Epsilon, Lines};
 
 /// ε of Eq. 6 as the paper has it.
 pub const PAPER_EPSILON_M: f32 = 1e-5;
@@ -15,14 +17,26 @@ pub const FOOTPRINT_EPSILON: f32 = 2e-3;
 /// The ramp k of Eq. 6.
 pub const PLANE_RAMP: [f32; 2] = [50.0, 150.0];
 
-/// Finds how far each pixel's surroundings are from the plane of the pixel.
-pub fn run(cx: &mut Cx<'_>, epsilon: Epsilon, inputs: &Inputs<'_>) {
-    let (epsilon_paper_m, epsilon_footprint) = match epsilon {
+/// The errors of the eight directions, 0 to 1 in 16 bits each: words for the axes (1,0), (0,1), (1,1), (1,-1); in the low half
+/// along the axis, in the high one against it.
+pub const DIRECTIONS: TargetKind = TargetKind::storage("errors of directions", wgpu::TextureFormat::Rgba32Uint);
+
+/// Finds how far each pixel's surroundings are from the surface that its neighbours predict. `directions` is for a
+/// density filter that has eight of them.
+pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+    let (epsilon_paper_m, epsilon_footprint) = match lines.epsilon {
         Epsilon::Paper => (PAPER_EPSILON_M, 0.0),
         Epsilon::Footprint => (0.0, FOOTPRINT_EPSILON),
     };
-    let uniform = LsaUniform { epsilon_paper_m, epsilon_footprint, plane_ramp: PLANE_RAMP };
+    let uniform = LsaUniform { epsilon_paper_m, epsilon_footprint, plane_ramp: PLANE_RAMP, ramp: lines.ramp };
     let mut resources = inputs.resources().to_vec();
     resources.push(("lsa", cx.uniform("lsa", &uniform)));
-    cx.pixels("lines/lsa", inputs.errors.size_px(), &resources);
+    resources.extend(inputs.directions.map(|directions| ("directions", directions.into())));
+    let definitions: &[&str] = match (lines.geometric_antialias, inputs.directions.is_some()) {
+        (false, false) => &[],
+        (true, false) => &["ANTIALIASED"],
+        (false, true) => &["EIGHT"],
+        (true, true) => &["ANTIALIASED", "EIGHT"],
+    };
+    cx.pixels(Compute { name: "lines/lsa", definitions }, inputs.errors.size_px(), &resources);
 }

@@ -1,6 +1,7 @@
 //! Errors → lines: density filter and ramp. See `shaders/lines/threshold.wgsl`.
 
 use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform;
@@ -15,6 +16,8 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Of the style's detector.
     pub errors: &'a Target,
+    /// The errors of eight directions, for a style that does not halve them.
+    pub directions: Option<&'a Target>,
     /// Out.
     pub line: &'a Target,
 }
@@ -22,12 +25,17 @@ pub struct Inputs<'a> {
 /// Makes lines of errors.
 pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     let scalar = u32::from(lines.detector != Detector::Lsa);
-    let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };
-    let resources = [
+    // Eq. 8 is of errors that are ramped already.
+    let is_ramped = lines.detector == Detector::Lsa && lines.geometric_antialias;
+    let ramp = if is_ramped { [0.0, 1.0] } else { lines.ramp };
+    let uniform = ThresholdUniform { ramp, density: lines.density, scalar };
+    let mut resources = vec![
         ("view", inputs.view.clone()),
         ("threshold", cx.uniform("threshold", &uniform)),
         ("errors", inputs.errors.into()),
         ("line", inputs.line.into()),
     ];
-    cx.pixels("lines/threshold", inputs.line.size_px(), &resources);
+    resources.extend(inputs.directions.map(|directions| ("directions", directions.into())));
+    let definitions: &[&str] = if inputs.directions.is_some() { &["EIGHT"] } else { &[] };
+    cx.pixels(Compute { name: "lines/threshold", definitions }, inputs.line.size_px(), &resources);
 }

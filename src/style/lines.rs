@@ -10,6 +10,10 @@ parameters! {
         detector: Detector;
         /// The ε of the planarity term of LSA contours.
         epsilon: Epsilon = Epsilon::Footprint;
+        /// Whether LSA contours are held against pixels twice as far, which calms lines of details smaller than a pixel.
+        geometric_antialias: bool = false;
+        /// Whether opposite neighbours share the greater of their errors; else the density filter has eight directions.
+        halved: bool = true;
         /// Two answers of the detector: a line begins at the first, and is full from the second on.
         ramp: [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, and 2 is the paper's.
@@ -22,6 +26,13 @@ parameters! {
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How many times farther than tones lines reach into the haze.
         reach: f32 = 1.0 => Range::Above(0.0);
+    }
+}
+
+impl Lines {
+    /// Whether the density filter has each of the eight directions by itself.
+    pub fn has_eight_directions(&self) -> bool {
+        self.detector == Detector::Lsa && !self.halved && self.density > 0.0
     }
 }
 

@@ -156,7 +156,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     for (right, wrong) in [
         ("\"frame_ms\"", "\"frame_time\""),
         ("\"strokes\":null", "\"strokes\":0"),
-        ("\"strokes_left_out\":null", "\"strokes_left_out\":{\"edges\":0,\"pieces\":0,\"strokes\":0}"),
+        ("\"strokes_left_out\":null", "\"strokes_left_out\":{\"edges\":0,\"segments\":0,\"strokes\":0}"),
         ("\"slip_px_p50\":null", "\"slip_px_p50\":0"),
         ("\"pairs\":4.0", "\"pairs\":3.0"),
     ] {
@@ -213,9 +213,9 @@ fn strokes_that_found_no_room_are_told() {
     let report: Value = serde_json::from_slice(&std::fs::read(place.path("out/report.json")).unwrap()).unwrap();
     let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
     let left_out = |run: usize| report["runs"][run]["strokes_left_out"].clone();
-    assert_eq!(left_out(0), serde_json::json!({"edges": 0, "pieces": 0, "strokes": 0}));
+    assert_eq!(left_out(0), serde_json::json!({"edges": 0, "segments": 0, "strokes": 0}));
     assert!(left_out(1)["strokes"].as_u64().unwrap() > 0, "{}", left_out(1));
-    assert_eq!((left_out(1)["edges"].as_u64(), left_out(1)["pieces"].as_u64()), (Some(0), Some(0)));
+    assert_eq!((left_out(1)["edges"].as_u64(), left_out(1)["segments"].as_u64()), (Some(0), Some(0)));
     // One line, of the style that has too little.
     for told in [&text, &page] {
         assert_eq!(told.matches("found no room").count(), 1, "{told}");

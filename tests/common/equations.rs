@@ -1,4 +1,4 @@
-//! Zaidi et al., Eqs. 1 to 7, in f64 and on the exported positions and normals: what the shader is held against.
+//! Zaidi et al., Eqs. 1 to 8, in f64 and on the exported positions and normals: what the shader is held against.
 //!
 //! Eq. 6 is read as its text has it: above the line the checked pixel, below it the control pixel opposite. The least
 //! and the greatest value on the arc of normals come from the phase of the cosine that the arc is.
@@ -53,6 +53,40 @@ fn deviation(p: (DVec3, DVec3), q: (DVec3, DVec3), control: (DVec3, DVec3), epsi
     };
     let e_plane = ((above / (below + epsilon_m) - 50.0) / 100.0).clamp(0.0, 1.0);
     e_curv + e_plane
+}
+
+/// Where Eq. 8 takes the lesser of the far errors.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Far {
+    /// As it is printed.
+    Least,
+    /// A planted error: the greater one.
+    Greatest,
+    /// A planted error: both terms with the far pixel and its own far control.
+    Both,
+}
+
+/// E(p) of e_aa, Eq. 8, of errors that are ramped from `ramp`; none where the picture's border or the sky is near.
+pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2], far: Far) -> Option<f64> {
+    error(shot, pixel, epsilon_m, Reading::Text)?;
+    let sample = |pixel: usize| (shot.position_m[pixel], shot.normal[pixel]);
+    let mut worst = 0.0_f64;
+    for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {
+        let at = |steps: i64| Some(sample(shot.neighbour(pixel, [dx * steps, dy * steps])?));
+        let (near, near_control, beyond, beyond_control) = (at(1)?, at(-1)?, at(2)?, at(-2)?);
+        let ramped = |q, control| {
+            let e_sum = deviation(sample(pixel), q, control, epsilon_m, Reading::Text);
+            ((e_sum - ramp[0]) / (ramp[1] - ramp[0])).clamp(0.0, 1.0)
+        };
+        let (a, b, c) = (ramped(beyond, near_control), ramped(near, beyond_control), ramped(near, near_control));
+        let farther = match far {
+            Far::Least => a.min(b),
+            Far::Greatest => a.max(b),
+            Far::Both => ramped(beyond, beyond_control),
+        };
+        worst = worst.max(if farther < c { 0.5 * (farther + c) } else { c });
+    }
+    Some(worst)
 }
 
 /// E(p), Eq. 1, clamped to [0, 1]; none where the picture's border or the sky is within two pixels.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use hachure::lines::detector::{self, ERRORS};
+use hachure::lines::lsa::DIRECTIONS;
 use hachure::lines::threshold::{self, LINE};
 use hachure::style::{Detector, Lines, Style};
 use hachure::surface::{NORMAL, POSITION};
@@ -41,7 +42,9 @@ fn errors_of(bench: &mut Bench, detector: Detector) -> Vec<f64> {
     let lines = Lines { detector, ..Style::load("ink").unwrap().lines.unwrap() };
     bench.run(|cx| {
         let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
-        detector::run(cx, &lines, &detector::Inputs { view, position: &position, normal: &normal, errors: &errors });
+        let (position, normal, errors) = (&position, &normal, &errors);
+        let inputs = detector::Inputs { view, position, normal, errors, directions: None };
+        detector::run(cx, &lines, &inputs);
     });
     let found = bench.halves(&errors);
     assert!(found.iter().all(|[a, b, c, d]| a == b && b == c && c == d), "it knows no axes");
@@ -169,7 +172,8 @@ fn the_density_filter_is_its_twin() {
             let line = bench.out(&LINE);
             bench.run(|cx| {
                 let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
-                threshold::run(cx, &lines, &threshold::Inputs { view, errors: &picture, line: &line });
+                let inputs = threshold::Inputs { view, errors: &picture, directions: None, line: &line };
+                threshold::run(cx, &lines, &inputs);
             });
             let found = bench.floats(&line);
             assert_eq!(off(&found, &thresholded(&exact, &lines, 2), 1e-4), 0, "{detector:?}, density {density}");
@@ -183,4 +187,61 @@ fn the_density_filter_is_its_twin() {
             }
         }
     }
+}
+
+/// As [`thresholded`], with eight directions: two for each axis.
+fn thresholded_eight(errors: &[[f64; 8]], lines: &Lines) -> Vec<f64> {
+    let load = |x: i64, y: i64| errors[inside(x, y)].map(|error| error.clamp(0.0, 1.0));
+    let [low, high] = lines.ramp.map(f64::from);
+    let value = |(x, y): (i64, i64)| {
+        let here = load(x, y);
+        let mut least = here;
+        for i in -2..=2 {
+            let along = [load(x + i, y), load(x, y + i), load(x + i, y + i), load(x + i, y - i)];
+            least = std::array::from_fn(|direction| least[direction].min(along[direction / 2][direction]));
+        }
+        let left = (0..8).map(|direction| here[direction] - f64::from(lines.density) * least[direction]);
+        ((left.fold(f64::MIN, f64::max) - low) / (high - low)).clamp(0.0, 1.0)
+    };
+    places().map(value).collect()
+}
+
+#[test]
+fn the_density_filter_of_eight_directions_is_its_twin() {
+    let Some(mut bench) = Bench::new() else { return };
+    let errors: Vec<[half::f16; 8]> = places()
+        .map(|(x, y)| {
+            let line = if x % 13 == 5 || (x + y) % 17 == 3 { 0.8 } else { 0.0 };
+            let crowd = if x > 40 && y > 25 { 0.9 * chance(x, y, 20) } else { 0.0 };
+            std::array::from_fn(|i| {
+                // One side of an axis errs where the other does not.
+                let ground = 0.4 * chance(x, y, 10 + i as i64);
+                half::f16::from_f64(f64::max(ground, if i % 2 == 0 { line } else { crowd }))
+            })
+        })
+        .collect();
+    let exact: Vec<[f64; 8]> = errors.iter().map(|errors| errors.map(half::f16::to_f64)).collect();
+    let merged: Vec<[half::f16; 4]> =
+        errors.iter().map(|errors| std::array::from_fn(|axis| errors[2 * axis].max(errors[2 * axis + 1]))).collect();
+    let words: Vec<[u32; 4]> = errors
+        .iter()
+        .map(|errors| {
+            let bits = errors.map(|error| (error.to_f64().clamp(0.0, 1.0) * 65_535.0).round() as u32);
+            std::array::from_fn(|axis| bits[2 * axis] | bits[2 * axis + 1] << 16)
+        })
+        .collect();
+    let picture = bench.picture(&ERRORS, SIZE_PX, &bits(&merged));
+    let directions = bench.picture(&DIRECTIONS, SIZE_PX, &words);
+    let lines = Lines { density: 2.0, ramp: [0.0, 0.6], ..Style::load("ink").unwrap().lines.unwrap() };
+    let line = bench.out(&LINE);
+    bench.run(|cx| {
+        let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
+        let inputs = threshold::Inputs { view, errors: &picture, directions: Some(&directions), line: &line };
+        threshold::run(cx, &lines, &inputs);
+    });
+    let found = bench.floats(&line);
+    assert_eq!(off(&found, &thresholded_eight(&exact, &lines), 1e-4), 0);
+    // Planted: opposite directions share the greater error.
+    let halved: Vec<[f64; 4]> = merged.iter().map(|errors| errors.map(half::f16::to_f64)).collect();
+    assert!(off(&found, &thresholded(&halved, &lines, 2), 1e-4) > 50);
 }

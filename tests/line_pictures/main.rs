@@ -40,7 +40,9 @@ impl Bench {
     fn run(&mut self, record: impl FnOnce(&mut Cx<'_>)) {
         let mut cx = Cx::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
         record(&mut cx);
+        let is_complete = cx.is_complete();
         cx.submit();
+        assert!(is_complete, "{:?}", self.pools.pipelines.troubles());
         self.gpu.wait();
         self.gpu.check().unwrap();
     }
