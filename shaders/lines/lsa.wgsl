@@ -16,7 +16,8 @@
 // - A pixel whose neighbourhood holds both sky and surface is a silhouette.
 // - Nothing is thresholded here: that comes once, at the end (threshold.wgsl).
 // - The error is kept for each of the four axes, since the line-density filter works along axes.
-// - Eq. 8 compares ramped errors, so with ANTIALIASED what is stored is ramped, and threshold.wgsl does not do it again.
+// - Eq. 8 is of ramped errors. What it makes is stored as the error that the ramp takes there: so the ramp still comes
+//   once and last, the density filter means the same with and without it, and no line is drawn for its sake.
 // - Sky is an error of 1 in each of the terms of Eq. 8: a hole of one pixel in the land is halved, too.
 #import hachure::view::{View, distance_from_eye}
 
@@ -121,11 +122,11 @@ fn ramped(error: f32) -> f32 {
     return clamp((error - lsa.ramp.x) / (lsa.ramp.y - lsa.ramp.x), 0.0, 1.0);
 }
 
-// Eq. 8 of ramped errors: `a` of the far pixel by the near one's surface, `b` of the near pixel by the far one's.
+// Eq. 8: `a` of the far pixel by the near one's surface, `b` of the near pixel by the far one's, `c` of both near.
 fn antialiased(a: f32, b: f32, c: f32) -> f32 {
     let far = min(ramped(a), ramped(b));
     let near = ramped(c);
-    return select(near, 0.5 * (far + near), far < near);
+    return select(c, mix(lsa.ramp.x, lsa.ramp.y, 0.5 * (far + near)), far < near);
 }
 
 // The errors of the two pixels that lie a step along an axis, and a step against it.
@@ -144,7 +145,7 @@ fn axis_errors(p: Sample, pixel: vec2<i32>, step: vec2<i32>, epsilon_m: f32) -> 
     let near = vec2<f32>(deviation(p, a, by_b), deviation(p, b, by_a));
 #ifdef ANTIALIASED
     if !is_inside(pixel + 2 * step, pixel - 2 * step) {
-        return vec2<f32>(ramped(near.x), ramped(near.y));
+        return near;
     }
     let far_a = load(pixel + 2 * step);
     let far_b = load(pixel - 2 * step);

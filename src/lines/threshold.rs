@@ -25,10 +25,7 @@ pub struct Inputs<'a> {
 /// Makes lines of errors.
 pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     let scalar = u32::from(lines.detector != Detector::Lsa);
-    // Eq. 8 is of errors that are ramped already.
-    let is_ramped = lines.detector == Detector::Lsa && lines.geometric_antialias;
-    let ramp = if is_ramped { [0.0, 1.0] } else { lines.ramp };
-    let uniform = ThresholdUniform { ramp, density: lines.density, scalar };
+    let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("threshold", cx.uniform("threshold", &uniform)),

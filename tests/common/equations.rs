@@ -66,7 +66,8 @@ pub enum Far {
     Both,
 }
 
-/// E(p) of e_aa, Eq. 8, of errors that are ramped from `ramp`; none where the picture's border or the sky is near.
+/// E(p) of e_aa, Eq. 8 with `ramp`, as the error that the ramp takes to it; clamped to [0, 1]. None where the picture's
+/// border or the sky is near.
 pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2], far: Far) -> Option<f64> {
     error(shot, pixel, epsilon_m, Reading::Text)?;
     let sample = |pixel: usize| (shot.position_m[pixel], shot.normal[pixel]);
@@ -74,19 +75,18 @@ pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 
     for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {
         let at = |steps: i64| Some(sample(shot.neighbour(pixel, [dx * steps, dy * steps])?));
         let (near, near_control, beyond, beyond_control) = (at(1)?, at(-1)?, at(2)?, at(-2)?);
-        let ramped = |q, control| {
-            let e_sum = deviation(sample(pixel), q, control, epsilon_m, Reading::Text);
-            ((e_sum - ramp[0]) / (ramp[1] - ramp[0])).clamp(0.0, 1.0)
-        };
+        let e_sum = |q, control| deviation(sample(pixel), q, control, epsilon_m, Reading::Text);
+        let ramped = |q, control| ((e_sum(q, control) - ramp[0]) / (ramp[1] - ramp[0])).clamp(0.0, 1.0);
         let (a, b, c) = (ramped(beyond, near_control), ramped(near, beyond_control), ramped(near, near_control));
         let farther = match far {
             Far::Least => a.min(b),
             Far::Greatest => a.max(b),
             Far::Both => ramped(beyond, beyond_control),
         };
-        worst = worst.max(if farther < c { 0.5 * (farther + c) } else { c });
+        let merged = ramp[0] + (ramp[1] - ramp[0]) * 0.5 * (farther + c);
+        worst = worst.max(if farther < c { merged } else { e_sum(near, near_control) });
     }
-    Some(worst)
+    Some(worst.min(1.0))
 }
 
 /// E(p), Eq. 1, clamped to [0, 1]; none where the picture's border or the sky is within two pixels.
