@@ -33,6 +33,7 @@ use crate::measure::report_text;
 use crate::measure::statistics::{RunFrames, write_frames_csv};
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
+use crate::scene::stereo::Eyes;
 use crate::source::Progress;
 use crate::world::{self, OpenWorld};
 
@@ -68,8 +69,8 @@ pub struct BenchArgs {
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
     /// How many eyes: mono
-    #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
-    pub eyes: String,
+    #[arg(long, default_value = "mono", value_parser = super::parse_one_eye)]
+    pub eyes: Eyes,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
@@ -118,11 +119,11 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         adapter: gpu.description(),
         size: args.size,
         world: world_size(&runs[0].world),
-        runs: runs.iter().map(|run| run.run(&args.eyes)).collect(),
+        runs: runs.iter().map(|run| run.run(args.eyes)).collect(),
     };
     let frames: Vec<RunFrames> = runs
         .into_iter()
-        .map(|run| RunFrames { style: run.style.name, eyes: args.eyes.clone(), frames: run.records })
+        .map(|run| RunFrames { style: run.style.name, eyes: args.eyes.to_string(), frames: run.records })
         .collect();
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
     write_frames_csv(&frames_csv, &frames)?;

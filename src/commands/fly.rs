@@ -9,6 +9,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::render::parse_size;
 use crate::scene::camera::Camera;
+use crate::scene::stereo::Eyes;
 
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
@@ -31,8 +32,8 @@ pub struct FlyArgs {
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
     /// How many eyes: mono
-    #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
-    pub eyes: String,
+    #[arg(long, default_value = "mono", value_parser = super::parse_one_eye)]
+    pub eyes: Eyes,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,

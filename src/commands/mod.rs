@@ -17,22 +17,22 @@ use serde::Serialize;
 
 use crate::file::message::harmless;
 use crate::file::standard;
+use crate::scene::stereo::Eyes;
 
 /// What a command answers, with control characters escaped; see [`standard::print`].
 fn print(text: &str) -> anyhow::Result<()> {
     Ok(standard::print(&harmless(text))?)
 }
 
-/// [`tell`] for programs.
+/// [`print`] for programs.
 fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&serde_json::to_string_pretty(value)?)
 }
 
-/// `--eyes`: for now there is one.
-fn parse_eyes(text: &str) -> Result<String, String> {
-    match text {
-        "mono" => Ok(text.to_owned()),
-        "side-by-side" | "anaglyph" => Err("this version draws mono only".to_owned()),
-        _ => Err("it must be mono".to_owned()),
+/// `--eyes` of what draws one eye for now.
+fn parse_one_eye(text: &str) -> Result<Eyes, String> {
+    match text.parse()? {
+        Eyes::Mono => Ok(Eyes::Mono),
+        _ => Err("this version draws two eyes into files only (hachure render)".to_owned()),
     }
 }

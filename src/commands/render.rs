@@ -26,6 +26,7 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
+use crate::scene::stereo::Eyes;
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
@@ -60,9 +61,15 @@ pub struct RenderArgs {
     /// Frames per second along the path
     #[arg(long, default_value_t = 30.0, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
     pub fps: f64,
-    /// How many eyes: mono
-    #[arg(long, default_value = "mono", value_parser = super::parse_eyes)]
-    pub eyes: String,
+    /// Which eyes: mono, left or right (of a pair), side-by-side (each of --size), anaglyph (red and cyan)
+    #[arg(long, default_value = "mono")]
+    pub eyes: Eyes,
+    /// Of two eyes: how far apart they are, in metres [default: 0.065]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1e6))]
+    pub ipd: Option<f64>,
+    /// Of two eyes: how far away the picture's plane is, where both see the same [default: infinitely far]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::above_0)]
+    pub convergence: Option<f64>,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
@@ -114,6 +121,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     check_path(args, &kind)?;
     show::check(args, &kind)?;
+    check_eyes(args, &kind)?;
     let style = arguments::style(&args.style)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
@@ -186,6 +194,27 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
         ))),
         _ => Ok(()),
     }
+}
+
+/// Two eyes are drawn into pictures that have room for what is asked of both.
+fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
+    let (eyes, output) = (args.eyes, named(&args.output));
+    if eyes == Eyes::Mono {
+        let stray = args.ipd.map(|_| "--ipd").or(args.convergence.map(|_| "--convergence"));
+        return stray.map_or(Ok(()), |name| Err(Misuse(format!("{name}: it is for two eyes, and --eyes is mono"))));
+    }
+    if matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
+        return Err(Misuse(format!("--eyes {eyes}: an .svg is drawn for one eye, and the output is {output}")));
+    }
+    if args.show.is_some() {
+        return Err(Misuse(format!("--eyes {eyes}: --show is of one eye's frame")));
+    }
+    if eyes == Eyes::Anaglyph && !args.aov.is_empty() {
+        return Err(Misuse(
+            "--aov: an anaglyph is both eyes in one picture; side-by-side has the channels of each".into(),
+        ));
+    }
+    Ok(())
 }
 
 /// What a picture, or some of a film's, is drawn with instead of `--lod-error`.

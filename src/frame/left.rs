@@ -82,7 +82,12 @@ impl Frame {
 
     /// The strokes of the first eye, if the style has any, with what the last frame left.
     pub fn strokes(&self) -> Option<DrawnStrokes<'_>> {
-        let memory = self.eyes.first()?.drawn_strokes()?;
+        self.eye_strokes(0)
+    }
+
+    /// The strokes of an eye, as [`Frame::strokes`].
+    pub fn eye_strokes(&self, eye: usize) -> Option<DrawnStrokes<'_>> {
+        let memory = self.eyes.get(eye)?.drawn_strokes()?;
         Some(DrawnStrokes::new(memory, &self.pools))
     }
 

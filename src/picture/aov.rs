@@ -138,7 +138,7 @@ pub(super) fn read_planes(
             Samples::U32(ids) => {
                 if plane.source != PlaneSource::Strokes {
                     scatter(gpu, frame, window, &SURFACE_ID, |i, id: u32| ids[i] = id)?;
-                } else if let Some(strokes) = frame.strokes() {
+                } else if let Some(strokes) = frame.eye_strokes(window.eye) {
                     // The picture holds samples.
                     let (_, list) = strokes.samples().read(gpu)?;
                     let stroke = |sample: u32| list.get(sample.wrapping_sub(1) as usize).map_or(0, |own| own.stroke);
@@ -159,7 +159,7 @@ fn scatter<T: bytemuck::Pod>(
     kind: &TargetKind,
     put: impl FnMut(usize, T),
 ) -> Result<(), GpuError> {
-    frame.target(kind).map_or(Ok(()), |target| window.scatter(gpu, target, put))
+    frame.eye_target(window.eye, kind).map_or(Ok(()), |target| window.scatter(gpu, target, put))
 }
 
 fn read_floats(

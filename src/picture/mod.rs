@@ -6,6 +6,7 @@
 //! Why: `docs/decisions/large-pictures.md`.
 
 pub mod aov;
+pub mod eyes;
 pub mod show;
 pub mod strokes;
 
@@ -19,12 +20,13 @@ use crate::composite::PICTURE;
 use crate::file::FileError;
 use crate::file::exr::Samples;
 use crate::file::png::PngWriter;
-use crate::frame::{Frame, Light, terrain_view};
+use crate::frame::{self, Frame, Light, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
-use crate::scene::view::{Part, Pose, View};
+use crate::scene::stereo::Pair;
+use crate::scene::view::{Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
 use crate::tiles::terrain::{Loading, Prepared};
@@ -167,13 +169,46 @@ pub fn render_in_parts<E>(
     parts: &PartRule,
     mut take: impl FnMut(Band) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
+    let one = |bands: Vec<Band>| bands.into_iter().try_for_each(&mut take);
+    render_eyes(gpu, frame, world, request, None, parts, one)
+}
+
+/// The pictures of a pair of eyes, of one choice of tiles and patches: the left one first in what `take` is handed.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn render_pair<E>(
+    gpu: &Gpu,
+    frame: &mut Option<Frame>,
+    world: &mut Surfaces,
+    request: &PictureRequest<'_>,
+    pair: &Pair,
+    take: impl FnMut(Vec<Band>) -> Result<(), E>,
+) -> Result<PictureReport, PictureError<E>> {
+    render_eyes(gpu, frame, world, request, Some(pair), &PartRule::default(), take)
+}
+
+fn render_eyes<E>(
+    gpu: &Gpu,
+    frame: &mut Option<Frame>,
+    world: &mut Surfaces,
+    request: &PictureRequest<'_>,
+    pair: Option<&Pair>,
+    parts: &PartRule,
+    mut take: impl FnMut(Vec<Band>) -> Result<(), E>,
+) -> Result<PictureReport, PictureError<E>> {
+    let rig_of = |part| {
+        let camera = View::of_part(request.previous, request.pose, request.size_px, part);
+        pair.map_or_else(|| Rig::mono(camera), |pair| pair.rig(&camera))
+    };
+    let eyes = if pair.is_some() { 2 } else { 1 };
     let start = std::time::Instant::now();
     let [width, height] = request.size_px;
     let mut report = PictureReport::default();
 
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
     let single = parts.is_whole(request.size_px) && width.max(height) <= limit_px;
-    let bytes_per_row = u64::from(width) * (16 + 4 * request.planes.len() as u64);
+    let bytes_per_row = eyes * u64::from(width) * (16 + 4 * request.planes.len() as u64);
     let part_px = parts.part_px.max(1);
     let most_rows = u64::from(part_px);
     let band_rows =
@@ -193,20 +228,20 @@ pub fn render_in_parts<E>(
         {
             let size = [part_columns.min(width - first_column), band_rows.min(height - first_row)];
             let (part, _) = part_with_margin([first_column, first_row], size, request.size_px, margin_px);
-            let view = View::of_part(request.previous, request.pose, request.size_px, part);
-            error_px = error_px.max(world.terrain.detail_of(gpu, &terrain_view(&view)).error_px);
+            error_px = error_px.max(world.terrain.detail_of(gpu, &terrain_view_of(&rig_of(part))).error_px);
         }
         world.terrain.hold_error_px(error_px);
     }
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);
         let pixels = rows as usize * width as usize;
-        let mut band = Band {
+        let band = |_| Band {
             first_row,
             rows,
             picture: vec![[0.0; 4]; pixels],
             planes: request.planes.iter().map(|plane| plane.source.samples(pixels)).collect(),
         };
+        let mut bands: Vec<Band> = (0..eyes).map(band).collect();
         for first_column in (0..width).step_by(part_columns as usize) {
             if report.tiles_failed > 0 && world.terrain.options().loading == Loading::Wait {
                 // The picture is of no use; the rest of it must not wait for tiles that cannot be read either.
@@ -217,17 +252,20 @@ pub fn render_in_parts<E>(
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             let frame = Frame::or_new(frame, gpu)?;
             frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
-            let view = View::of_part(request.previous, request.pose, request.size_px, part);
-            let prepared = frame.render(gpu, world, &view, request.style, &request.light)?;
-            let window = Window { inset, size_px: [columns, rows], first_column, width };
-            read_part(gpu, frame, &window, request, &mut band)?;
+            let rig = rig_of(part);
+            let prepared = frame::prepare(gpu, world, &rig, request.style, &request.light);
+            frame.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
+            for (eye, band) in bands.iter_mut().enumerate() {
+                let window = Window { eye, inset, size_px: [columns, rows], first_column, width };
+                read_part(gpu, frame, &window, request, band)?;
+            }
             if let Some(strokes) = frame.strokes() {
                 strokes.left_out(gpu)?.warn();
             }
             gpu.check()?;
             report.add(&prepared, frame);
         }
-        take(band).map_err(PictureError::Sink)?;
+        take(bands).map_err(PictureError::Sink)?;
     }
     world.terrain.hold_error_px(0.0);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
@@ -307,8 +345,9 @@ fn part_with_margin(origin: [u32; 2], size: [u32; 2], picture: [u32; 2], margin_
     (Part { origin_px, size_px }, inset)
 }
 
-/// Where a part's pixels lie in its targets and in the band.
+/// Where a part's pixels lie in the targets of an eye and in the band.
 struct Window {
+    eye: usize,
     inset: [u32; 2],
     size_px: [u32; 2],
     first_column: u32,
@@ -342,7 +381,7 @@ fn read_part(
     band: &mut Band,
 ) -> Result<(), GpuError> {
     let picture = &mut band.picture;
-    let drawn = frame.target(&PICTURE);
+    let drawn = frame.eye_target(window.eye, &PICTURE);
     drawn.map_or(Ok(()), |drawn| {
         window.scatter(gpu, drawn, |i, texel: [u16; 4]| picture[i] = texel.map(aov::f32_from_f16))
     })?;

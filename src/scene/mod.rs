@@ -7,6 +7,7 @@ pub mod frustum;
 pub mod path;
 pub mod reach;
 pub mod scene_file;
+pub mod stereo;
 pub mod view;
 
 use std::path::PathBuf;

@@ -5,6 +5,7 @@
 mod bench;
 mod dem;
 mod embedded;
+mod eyes;
 mod features;
 mod quiet;
 mod show;

@@ -14,6 +14,7 @@ use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
 use crate::measure::{lod_error, memory};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
+use crate::scene::stereo::Eyes;
 use crate::scene::view::{Pose, View};
 use crate::source::Silent;
 use crate::style::Style;
@@ -198,8 +199,8 @@ impl StyleRun {
         }
     }
 
-    pub(super) fn run(&self, eyes: &str) -> Run {
-        let mut run = Run::of_frames(&self.style.name, eyes, &self.records);
+    pub(super) fn run(&self, eyes: Eyes) -> Run {
+        let mut run = Run::of_frames(&self.style.name, &eyes.to_string(), &self.records);
         self.passes.fill(&mut run);
         run.temporal = self.steadiness.metrics();
         let counts = self.world.surfaces.terrain.tile_counts();

@@ -15,9 +15,10 @@ use crate::file::video::VideoWriter;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::picture::aov::Plane;
-use crate::picture::{self, Band, PictureReport, PictureRequest};
+use crate::picture::{self, Band, PictureReport, PictureRequest, eyes};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
+use crate::scene::stereo::{self, Eyes, Pair};
 use crate::scene::view::Pose;
 use crate::style::Style;
 use crate::vector::DrawingReport;
@@ -28,6 +29,7 @@ pub(super) struct Report {
     adapter: String,
     output: PathBuf,
     style: String,
+    eyes: String,
     size: [u32; 2],
     frames: u64,
     wall_ms: f64,
@@ -93,7 +95,7 @@ impl Job<'_> {
     }
 
     pub(super) fn run(&mut self, kind: OutputKind, cameras: &[Camera]) -> anyhow::Result<PictureReport> {
-        let [width, height] = self.args.size;
+        let [width, height] = self.size_px();
         let output = self.args.output.clone();
         let mut film = match kind {
             OutputKind::Mp4 => Some(VideoWriter::create(&output, width, height, self.args.fps)?),
@@ -112,8 +114,9 @@ impl Job<'_> {
                 }
                 (OutputKind::Mp4, Some(film)) => {
                     let mut rows = Vec::new();
-                    let report = self.render(pose, previous, |band| {
-                        rows.extend(picture::srgb8(&band.picture));
+                    let shown = self.args.eyes;
+                    let report = self.render(pose, previous, |bands| {
+                        rows.extend(picture::srgb8(&joined(shown, width, bands)));
                         Ok(())
                     })?;
                     film.write_frame(&rows)?;
@@ -136,24 +139,43 @@ impl Job<'_> {
         pose: Pose,
         previous: Pose,
     ) -> anyhow::Result<PictureReport> {
-        let [width, height] = self.args.size;
+        let ([width, height], shown) = (self.size_px(), self.args.eyes);
         match format {
             PictureFormat::Png => {
                 let mut writer = PngWriter::create(path, width, height)?;
-                let report = self.render(pose, previous, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+                let take = |bands| writer.write_rows(&picture::srgb8(&joined(shown, width, bands)));
+                let report = self.render(pose, previous, take)?;
                 writer.finish()?;
                 Ok(report)
             }
             PictureFormat::Exr => {
-                let mut channels = ["R", "G", "B", "A"].map(|name| (name, SampleKind::F32)).to_vec();
-                channels.extend(self.planes.iter().map(|plane| (plane.name.as_str(), plane.source.kind())));
+                // Both eyes of a pair are layers of one file; each has the size of one.
+                let layers: &[&str] = if shown == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
+                let of_layer = |layer: &&str| {
+                    let colour = ["R", "G", "B", "A"].map(|name| (format!("{layer}{name}"), SampleKind::F32));
+                    let planes = self.planes.iter();
+                    let planes = planes.map(|plane| (format!("{layer}{}", plane.name), plane.source.kind()));
+                    colour.into_iter().chain(planes).collect::<Vec<_>>()
+                };
+                let channels: Vec<_> = layers.iter().flat_map(of_layer).collect();
+                let channels: Vec<_> = channels.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
                 let attributes = [("camera".to_owned(), self.camera_text(pose))];
+                let [width, height] = self.args.size;
                 let mut writer = ExrWriter::create(path, width, height, &channels, &attributes)?;
-                let report = self.render(pose, previous, |band| {
-                    let colour: [Vec<f32>; 4] =
-                        [0, 1, 2, 3].map(|i| band.picture.iter().map(|texel| texel[i]).collect());
-                    let mut rows: Vec<_> = colour.iter().map(|samples| SamplesRef::F32(samples)).collect();
-                    rows.extend(band.planes.iter().map(|samples| samples.as_ref()));
+                let report = self.render(pose, previous, |mut bands| {
+                    if let (Eyes::Anaglyph, [left, right]) = (shown, bands.as_mut_slice()) {
+                        left.picture = eyes::anaglyph(&left.picture, &right.picture);
+                        bands.truncate(1);
+                    }
+                    let colour = |band: &Band| {
+                        [0, 1, 2, 3].map(|i| band.picture.iter().map(|texel| texel[i]).collect::<Vec<f32>>())
+                    };
+                    let colours: Vec<_> = bands.iter().map(colour).collect();
+                    let mut rows = Vec::new();
+                    for (band, colour) in bands.iter().zip(&colours) {
+                        rows.extend(colour.iter().map(|samples| SamplesRef::F32(samples)));
+                        rows.extend(band.planes.iter().map(|samples| samples.as_ref()));
+                    }
                     writer.write_rows(&rows)
                 })?;
                 writer.finish()?;
@@ -167,7 +189,7 @@ impl Job<'_> {
         &mut self,
         pose: Pose,
         previous: Pose,
-        take: impl FnMut(Band) -> Result<(), FileError>,
+        mut take: impl FnMut(Vec<Band>) -> Result<(), FileError>,
     ) -> anyhow::Result<PictureReport> {
         let request = PictureRequest {
             pose,
@@ -180,8 +202,25 @@ impl Job<'_> {
         if let Some(frame) = &mut self.frame {
             frame.set_step_s(1.0 / self.args.fps);
         }
-        let report = picture::render(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, take)?;
+        let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
+        let report = match self.args.eyes.of_pair() {
+            [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
+            read => {
+                let ipd_m = self.args.ipd.unwrap_or(stereo::IPD_M);
+                let pair = Pair { ipd_m, convergence_m: self.args.convergence };
+                picture::render_pair(gpu, frame, surfaces, &request, &pair, |bands| {
+                    let asked = bands.into_iter().enumerate().filter(|(eye, _)| read.contains(eye));
+                    take(asked.map(|(_, band)| band).collect())
+                })?
+            }
+        };
         self.whole(report)
+    }
+
+    /// Of the files: a side-by-side picture is twice as wide.
+    fn size_px(&self) -> [u32; 2] {
+        let [width, height] = self.args.size;
+        [if self.args.eyes == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
     /// The report, if it is of all that was to be drawn.
@@ -208,7 +247,8 @@ impl Job<'_> {
             adapter: self.gpu.description(),
             output: self.args.output.clone(),
             style: self.style.name.clone(),
-            size: self.args.size,
+            eyes: self.args.eyes.to_string(),
+            size: self.size_px(),
             frames: cameras.len() as u64,
             wall_ms: report.wall_ms,
             passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),
@@ -224,5 +264,15 @@ impl Job<'_> {
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
             svg: self.svg.is_some().then(|| self.drawn.clone()),
         }
+    }
+}
+
+/// The rows of the eyes that are shown, as those of one picture of `width` pixels.
+fn joined(shown: Eyes, width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
+    match (shown, bands.as_mut_slice()) {
+        (Eyes::SideBySide, [left, right]) => eyes::side_by_side(&left.picture, &right.picture, width / 2),
+        (Eyes::Anaglyph, [left, right]) => eyes::anaglyph(&left.picture, &right.picture),
+        (_, [band, ..]) => std::mem::take(&mut band.picture),
+        (_, []) => Vec::new(),
     }
 }

@@ -1,0 +1,103 @@
+//! `render --eyes`: two eyes in files.
+
+use hachure::file::exr::read_exr;
+use hachure::file::png::read_rgba8;
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+
+use crate::Place;
+use crate::dem::dem;
+
+const SIZE: [usize; 2] = [96, 54];
+const RENDER: [&str; 5] = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "96x54"];
+
+fn has_no_gpu() -> bool {
+    let none = std::env::var_os("HACHURE_REQUIRE_GPU").is_none() && Gpu::open(&AdapterWish::Best).is_err();
+    if none {
+        println!("skipped: no GPU");
+    }
+    none
+}
+
+/// The bytes of a drawing, rows of `4 * width`.
+fn drawn(place: &Place, file: &str, more: &[&str]) -> Vec<u8> {
+    place.text(&[&RENDER[..], &["-o", file], more].concat());
+    let picture = read_rgba8(&place.path(file)).unwrap();
+    let eyes = if more.contains(&"side-by-side") { 2 } else { 1 };
+    assert_eq!([picture.width as usize, picture.height as usize], [SIZE[0] * eyes, SIZE[1]]);
+    picture.rgba
+}
+
+#[test]
+fn a_pair_is_its_eyes_and_eyes_at_one_place_are_mono() {
+    if has_no_gpu() {
+        return;
+    }
+    let place = Place::empty();
+    dem(&place);
+    for style in ["ink", "strokes", "crosshatch"] {
+        let of =
+            |eyes: &str, more: &[&str]| drawn(&place, "out.png", &[&["--style", style, "--eyes", eyes], more].concat());
+        let wide = ["--ipd", "40", "--convergence", "900"];
+        let both = of("side-by-side", &wide);
+        let half = |number: usize| -> Vec<u8> {
+            both.chunks_exact(8 * SIZE[0])
+                .flat_map(|row| &row[4 * SIZE[0] * number..][..4 * SIZE[0]])
+                .copied()
+                .collect()
+        };
+        let [left, right] = [of("left", &wide), of("right", &wide)];
+        assert!(left == half(0) && right == half(1), "{style}");
+        assert!(left != half(1), "{style}: planted, eyes exchanged");
+        let mono = drawn(&place, "out.png", &["--style", style]);
+        assert!(left != mono && right != mono, "{style}");
+        let none = ["--ipd", "0"];
+        assert!(of("left", &none) == mono && of("right", &none) == mono, "{style}: eyes at one place");
+    }
+}
+
+#[test]
+fn the_layers_of_a_pair_are_its_eyes() {
+    if has_no_gpu() {
+        return;
+    }
+    let place = Place::empty();
+    dem(&place);
+    let of = |file: &str, eyes: &str| {
+        let more = ["-o", file, "--aov", "depth,position", "--eyes", eyes, "--ipd", "40"];
+        place.text(&[&RENDER[..], &more].concat());
+        read_exr(&place.path(file)).unwrap()
+    };
+    let both = of("both.exr", "side-by-side");
+    assert_eq!([both.width as usize, both.height as usize], SIZE);
+    for eyes in ["left", "right"] {
+        let one = of("one.exr", eyes);
+        for channel in ["R", "G", "B", "A", "depth.V", "position.X", "position.Z"] {
+            let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            let layer = both.f32(&format!("{eyes}.{channel}")).unwrap();
+            assert_eq!(bits(layer), bits(one.f32(channel).unwrap()), "{eyes} {channel}");
+        }
+    }
+    // What both eyes see has one place from the camera: the plane of the picture's middle row is crossed by both.
+    let [left, right] = ["left", "right"].map(|eye| both.f32(&format!("{eye}.depth.V")).unwrap());
+    assert_ne!(left, right);
+}
+
+#[test]
+fn what_has_no_room_for_two_eyes_is_told() {
+    let place = Place::empty();
+    dem(&place);
+    for (more, words) in [
+        (&["-o", "a.png", "--ipd", "0.1"][..], "--ipd: it is for two eyes"),
+        (&["-o", "a.png", "--convergence", "5"], "--convergence: it is for two eyes"),
+        (&["-o", "a.svg", "--style", "strokes", "--eyes", "left"], "an .svg is drawn for one eye"),
+        (&["-o", "a.png", "--show", "tone", "--eyes", "left"], "--show is of one eye"),
+        (&["-o", "a.exr", "--aov", "depth", "--eyes", "anaglyph"], "an anaglyph is both eyes in one picture"),
+        (&["-o", "a.png", "--eyes", "both"], "side-by-side"),
+        (&["-o", "a.png", "--eyes", "left", "--convergence", "0"], "--convergence"),
+    ] {
+        let error = place.misuse(&[&RENDER[..], more].concat());
+        assert!(error.contains(words), "{error}");
+        assert!(!place.path("a.png").exists());
+    }
+}
