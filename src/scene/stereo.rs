@@ -1,4 +1,6 @@
 //! Two eyes beside a camera, and which of them a picture shows.
+//!
+//! Why: `docs/decisions/stereo.md`.
 
 use std::fmt;
 use std::str::FromStr;
