@@ -7,6 +7,7 @@
 
 pub mod aov;
 pub mod eyes;
+mod report;
 pub mod show;
 pub mod strokes;
 
@@ -15,6 +16,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use aov::{Plane, PlaneSource};
+pub use report::PictureReport;
 
 use crate::composite::PICTURE;
 use crate::file::FileError;
@@ -23,13 +25,12 @@ use crate::file::png::PngWriter;
 use crate::frame::{self, Frame, Light, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
-use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
-use crate::tiles::terrain::{Loading, Prepared};
+use crate::tiles::terrain::Loading;
 use crate::tones::balance;
 use crate::world::Surfaces;
 
@@ -97,39 +98,6 @@ pub struct Band {
     pub picture: Vec<[f32; 4]>,
     /// In the order of the request, rows × width each.
     pub planes: Vec<Samples>,
-}
-
-/// What rendering a picture did, over all its parts.
-#[derive(Clone, Debug, Default)]
-pub struct PictureReport {
-    /// GPU time by pass; `frame` is the sum.
-    pub passes: Vec<PassTime>,
-    /// From the start of the first part to the end of the last readback.
-    pub wall_ms: f64,
-    /// Triangles drawn.
-    pub triangles: u64,
-    /// Patches drawn.
-    pub patches: u64,
-    /// Parts rendered.
-    pub parts: u64,
-    /// Tiles read for it.
-    pub tiles_loaded: u64,
-    /// Tiles that a coarser one stood in for, since there was no room.
-    pub tiles_missing: u64,
-    /// Tiles that could not be read.
-    pub tiles_failed: u64,
-    /// Tiles that are on their way.
-    pub tiles_pending: u64,
-    /// Whether some of the terrain is coarser than its error allows.
-    pub late: bool,
-    /// The largest height error that the mesh was allowed, in pixels.
-    pub error_px: f64,
-    /// Pictures whose mesh was allowed more than was asked for, for want of patches.
-    pub over_budget: u64,
-    /// What the frame thread spent on tiles and patches.
-    pub prepare_ms: f64,
-    /// Bytes of targets on the GPU.
-    pub target_bytes: u64,
 }
 
 /// Why a picture was not rendered, or not taken.
@@ -287,53 +255,6 @@ pub fn write_png(
     let report = render(gpu, &mut None, world, request, |band| png.write_rows(&srgb8(&band.picture)))?;
     png.finish().map_err(PictureError::Sink)?;
     Ok(report)
-}
-
-impl PictureReport {
-    /// Adds another picture's: times and counts are sums.
-    pub fn append(&mut self, other: Self) {
-        for time in other.passes {
-            self.add_time(time);
-        }
-        self.wall_ms += other.wall_ms;
-        self.triangles += other.triangles;
-        self.patches += other.patches;
-        self.parts += other.parts;
-        self.tiles_loaded += other.tiles_loaded;
-        self.tiles_missing += other.tiles_missing;
-        self.tiles_failed += other.tiles_failed;
-        self.tiles_pending += other.tiles_pending;
-        self.late |= other.late;
-        self.error_px = self.error_px.max(other.error_px);
-        self.over_budget += other.over_budget;
-        self.prepare_ms += other.prepare_ms;
-        self.target_bytes = self.target_bytes.max(other.target_bytes);
-    }
-
-    fn add_time(&mut self, time: PassTime) {
-        match self.passes.iter_mut().find(|known| known.name == time.name) {
-            Some(known) => known.gpu_ms += time.gpu_ms,
-            None => self.passes.push(time),
-        }
-    }
-
-    fn add(&mut self, prepared: &Prepared, frame: &mut Frame) {
-        while let Some(times) = frame.take_times() {
-            times.into_iter().for_each(|time| self.add_time(time));
-        }
-        self.parts += 1;
-        self.triangles += prepared.selection.triangles();
-        self.patches += prepared.selection.leaves.len() as u64;
-        self.tiles_loaded += prepared.tiles.loaded;
-        self.tiles_missing += prepared.tiles.without_room;
-        self.tiles_failed += prepared.tiles.failed;
-        self.tiles_pending += prepared.tiles.pending;
-        self.late |= prepared.tiles.late;
-        self.error_px = self.error_px.max(prepared.detail.error_px);
-        self.over_budget = self.over_budget.max(u64::from(prepared.detail.is_over_budget));
-        self.prepare_ms += prepared.prepare_ms;
-        self.target_bytes = self.target_bytes.max(frame.target_bytes());
-    }
 }
 
 /// A part of the picture, its margin cut at the picture's border, and how far the wanted pixels lie inside.

@@ -21,7 +21,7 @@ use super::panel::{self, Facts};
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
-use super::toasts::Toasts;
+use super::toasts::{self, Toasts};
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::composite::PICTURE;
 use crate::file::{FileError, standard};
@@ -272,7 +272,7 @@ impl Flight {
             if self.panel_shown {
                 asked = panel::show(context, &facts, &self.styles, &mut self.settings, &mut self.camera);
             }
-            panel::show_toasts(context, &self.toasts, asked.rect);
+            toasts::show(context, &self.toasts, asked.rect);
         });
         // A higher clearance lifts the camera, a lower one does not sink it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));

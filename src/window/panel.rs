@@ -6,15 +6,10 @@ use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, LEAST_CLEARANCE_M, SPEED_RANGE
 use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
-use super::toasts::{self, Toasts};
 use crate::lines::strokes::StrokeNumbers;
 
 /// The panel's width in points.
 const WIDTH: f32 = 228.0;
-/// A message is broken into lines of this width in points.
-const TOAST_WIDTH: f32 = 420.0;
-/// Between a message and its frame, and the frame's line.
-const TOAST_PADDING: f32 = 8.0;
 /// The height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
 /// What is missing from the picture is said in this colour.
@@ -106,26 +101,6 @@ pub fn show(
     });
     asked.rect = shown.map(|shown| shown.response.rect);
     asked
-}
-
-/// The messages, beside the panel; they show without it too.
-pub fn show_toasts(context: &egui::Context, toasts: &Toasts, panel: Option<egui::Rect>) {
-    if toasts.is_empty() {
-        return;
-    }
-    let place = toasts::place(context.content_rect(), panel);
-    let area = egui::Area::new(egui::Id::unique("toasts")).order(egui::Order::Foreground).interactable(false);
-    // From the bottom up, so that none has to know how large the others were in the frame before.
-    area.fixed_pos(place.min).constrain(false).show(context, |ui| {
-        ui.allocate_ui_with_layout(place.size(), Layout::bottom_up(Align::Max), |ui| {
-            for text in toasts.texts().rev() {
-                egui::Frame::window(ui.style()).show(ui, |ui| {
-                    ui.set_max_width((place.width() - 2.0 * TOAST_PADDING).clamp(60.0, TOAST_WIDTH));
-                    ui.add(egui::Label::new(text).wrap().halign(Align::Min));
-                });
-            }
-        });
-    });
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
@@ -356,40 +331,6 @@ mod tests {
         set_up(&context);
         assert!(click(&context));
         assert!(!click(&egui::Context::default()), "planted: as egui has it");
-    }
-
-    #[test]
-    fn messages_lie_in_the_window_and_beside_the_panel() {
-        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(640.0, 420.0));
-        let panel = egui::Rect::from_min_max(egui::pos2(8.0, 8.0), egui::pos2(250.0, 380.0));
-        let context = egui::Context::default();
-        let mut toasts = Toasts::default();
-        let long = "composite/composite.wgsl:85:24: no such thing; ".repeat(4);
-        for (number, about) in [toasts::About::File, toasts::About::Style, toasts::About::File].into_iter().enumerate()
-        {
-            toasts.say(about, format!("{number} {long}"), toasts::until(std::time::Duration::from_secs(9)));
-            // The first frame only measures; in the next one all that there is then has to be there.
-            let mut texts = Vec::new();
-            for _ in 0..2 {
-                let input = egui::RawInput { screen_rect: Some(window), ..Default::default() };
-                let output = context.run_ui(input, |ui| show_toasts(ui.ctx(), &toasts, Some(panel)));
-                texts = output.shapes.into_iter().filter_map(|clipped| text_rect(&clipped.shape)).collect();
-            }
-            assert_eq!(texts.len(), number + 1);
-            for rect in &texts {
-                assert!(window.contains_rect(*rect) && !rect.intersects(panel), "{rect:?}");
-            }
-            let overlap = |(i, a): (usize, &egui::Rect)| texts[i + 1..].iter().any(|b| a.intersects(*b));
-            assert!(!texts.iter().enumerate().any(overlap), "{texts:?}");
-        }
-    }
-
-    fn text_rect(shape: &egui::Shape) -> Option<egui::Rect> {
-        match shape {
-            egui::Shape::Text(text) => Some(text.visual_bounding_rect()),
-            egui::Shape::Vec(shapes) => shapes.iter().find_map(text_rect),
-            _ => None,
-        }
     }
 
     #[test]

@@ -2,12 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use egui::{Pos2, Rect};
+use egui::{Align, Layout, Pos2, Rect};
 
 /// More at once are not read; the oldest goes.
 const MOST: usize = 4;
 /// In points, from the border of the window and from the panel.
 const MARGIN: f32 = 10.0;
+/// A message is broken into lines of this width in points.
+const WIDTH: f32 = 420.0;
+/// Between a message and its frame, and the frame's line.
+const PADDING: f32 = 8.0;
 /// A narrower place is not read.
 const NARROWEST: f32 = 120.0;
 
@@ -96,6 +100,26 @@ pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
     beside.into_iter().reduce(better).unwrap_or(window)
 }
 
+/// The messages, beside the panel; they show without it too.
+pub fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>) {
+    if toasts.is_empty() {
+        return;
+    }
+    let place = place(context.content_rect(), panel);
+    let area = egui::Area::new(egui::Id::unique("toasts")).order(egui::Order::Foreground).interactable(false);
+    // From the bottom up, so that none has to know how large the others were in the frame before.
+    area.fixed_pos(place.min).constrain(false).show(context, |ui| {
+        ui.allocate_ui_with_layout(place.size(), Layout::bottom_up(Align::Max), |ui| {
+            for text in toasts.texts().rev() {
+                egui::Frame::window(ui.style()).show(ui, |ui| {
+                    ui.set_max_width((place.width() - 2.0 * PADDING).clamp(60.0, WIDTH));
+                    ui.add(egui::Label::new(text).wrap().halign(Align::Min));
+                });
+            }
+        });
+    });
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,5 +181,38 @@ mod tests {
         let narrow = rect(0.0, 0.0, 260.0, 300.0);
         let below = place(narrow, Some(rect(8.0, 8.0, 248.0, 30.0)));
         assert!(below.top() > 30.0 && below.width() > 200.0, "{below:?}");
+    }
+
+    #[test]
+    fn messages_lie_in_the_window_and_beside_the_panel() {
+        let window = Rect::from_min_size(Pos2::ZERO, egui::vec2(640.0, 420.0));
+        let panel = Rect::from_min_max(egui::pos2(8.0, 8.0), egui::pos2(250.0, 380.0));
+        let context = egui::Context::default();
+        let mut toasts = Toasts::default();
+        let long = "composite/composite.wgsl:85:24: no such thing; ".repeat(4);
+        for (number, about) in [About::File, About::Style, About::File].into_iter().enumerate() {
+            toasts.say(about, format!("{number} {long}"), until(Duration::from_secs(9)));
+            // The first frame only measures; in the next one all that there is then has to be there.
+            let mut texts = Vec::new();
+            for _ in 0..2 {
+                let input = egui::RawInput { screen_rect: Some(window), ..Default::default() };
+                let output = context.run_ui(input, |ui| show(ui.ctx(), &toasts, Some(panel)));
+                texts = output.shapes.into_iter().filter_map(|clipped| text_rect(&clipped.shape)).collect();
+            }
+            assert_eq!(texts.len(), number + 1);
+            for rect in &texts {
+                assert!(window.contains_rect(*rect) && !rect.intersects(panel), "{rect:?}");
+            }
+            let overlap = |(i, a): (usize, &Rect)| texts[i + 1..].iter().any(|b| a.intersects(*b));
+            assert!(!texts.iter().enumerate().any(overlap), "{texts:?}");
+        }
+    }
+
+    fn text_rect(shape: &egui::Shape) -> Option<Rect> {
+        match shape {
+            egui::Shape::Text(text) => Some(text.visual_bounding_rect()),
+            egui::Shape::Vec(shapes) => shapes.iter().find_map(text_rect),
+            _ => None,
+        }
     }
 }
