@@ -231,9 +231,9 @@ fn draws(style: &Style) -> Vec<String> {
     });
     let strokes = style.strokes.as_ref().map(|_| "strokes");
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
-    let [strokes, shadows, watercolor, hatching] =
-        [strokes, shadows, watercolor, hatching].map(|part| part.map(str::to_owned));
-    [lines, strokes, shadows, Some(tone), watercolor, hatching].into_iter().flatten().collect()
+    let named = |part: Option<&str>| part.map(str::to_owned);
+    let parts = [lines, named(strokes), named(shadows), Some(tone), named(watercolor), named(hatching)];
+    parts.into_iter().flatten().collect()
 }
 
 impl Answer {

@@ -17,8 +17,8 @@ pub const FOOTPRINT_EPSILON: f32 = 2e-3;
 /// The ramp k of Eq. 6.
 pub const PLANE_RAMP: [f32; 2] = [50.0, 150.0];
 
-/// The errors of the eight directions, 0 to 1 in 16 bits each: words for the axes (1,0), (0,1), (1,1), (1,-1); in the low half
-/// along the axis, in the high one against it.
+/// The errors of the eight directions, 0 to 1 in 16 bits each: words for the axes (1,0), (0,1), (1,1), (1,-1); in the
+/// low half along the axis, in the high one against it.
 pub const DIRECTIONS: TargetKind = TargetKind::storage("errors of directions", wgpu::TextureFormat::Rgba32Uint);
 
 /// Finds how far each pixel's surroundings are from the surface that its neighbours predict. `directions` is for a

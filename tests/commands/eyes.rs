@@ -1,5 +1,6 @@
 //! `render --eyes`: two eyes in files.
 
+use glam::DVec3;
 use hachure::file::exr::read_exr;
 use hachure::file::png::read_rgba8;
 use hachure::gpu::Gpu;
@@ -78,9 +79,29 @@ fn the_layers_of_a_pair_are_its_eyes() {
             assert_eq!(bits(layer), bits(one.f32(channel).unwrap()), "{eyes} {channel}");
         }
     }
-    // What both eyes see has one place from the camera: the plane of the picture's middle row is crossed by both.
-    let [left, right] = ["left", "right"].map(|eye| both.f32(&format!("{eye}.depth.V")).unwrap());
-    assert_ne!(left, right);
+    // Positions count from the camera, 20 m beside each eye; the rays are those of yaw 40, pitch -12, 60 degrees.
+    let (yaw, pitch) = (40_f64.to_radians(), -12_f64.to_radians());
+    let forward = DVec3::new(yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin());
+    let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
+    let up = right.cross(forward);
+    let farthest_off_m = |eye: &str, aside_m: f64| {
+        let channel = |name: &str| both.f32(&format!("{eye}.{name}")).unwrap();
+        let (depth, [x, y, z]) = (channel("depth.V"), ["position.X", "position.Y", "position.Z"].map(channel));
+        let focal_px = 0.5 * SIZE[1] as f64 / 30_f64.to_radians().tan();
+        let off_m = (0..depth.len()).filter(|i| depth[*i].is_finite()).map(|i| {
+            let px = [i % SIZE[0], i / SIZE[0]].map(|at| at as f64 + 0.5);
+            let across = [px[0] - 0.5 * SIZE[0] as f64, 0.5 * SIZE[1] as f64 - px[1]].map(|px| px / focal_px);
+            let ray = forward + right * across[0] + up * across[1];
+            let expected = right * aside_m + ray * f64::from(depth[i]);
+            expected.distance(DVec3::new(x[i].into(), y[i].into(), z[i].into()))
+        });
+        off_m.fold(0.0, f64::max)
+    };
+    for (eye, aside_m) in [("left", -20.0), ("right", 20.0)] {
+        assert!(farthest_off_m(eye, aside_m) < 0.05, "{eye}: {} m", farthest_off_m(eye, aside_m));
+        // Planted: eyes exchanged.
+        assert!(farthest_off_m(eye, -aside_m) > 39.0);
+    }
 }
 
 #[test]

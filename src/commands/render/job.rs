@@ -30,6 +30,7 @@ pub(super) struct Report {
     output: PathBuf,
     style: String,
     eyes: String,
+    /// Of an eye's picture.
     size: [u32; 2],
     frames: u64,
     wall_ms: f64,
@@ -114,9 +115,8 @@ impl Job<'_> {
                 }
                 (OutputKind::Mp4, Some(film)) => {
                     let mut rows = Vec::new();
-                    let shown = self.args.eyes;
                     let report = self.render(pose, previous, |bands| {
-                        rows.extend(picture::srgb8(&joined(shown, width, bands)));
+                        rows.extend(picture::srgb8(&joined(width, bands)));
                         Ok(())
                     })?;
                     film.write_frame(&rows)?;
@@ -139,18 +139,18 @@ impl Job<'_> {
         pose: Pose,
         previous: Pose,
     ) -> anyhow::Result<PictureReport> {
-        let ([width, height], shown) = (self.size_px(), self.args.eyes);
+        let [width, height] = self.size_px();
         match format {
             PictureFormat::Png => {
                 let mut writer = PngWriter::create(path, width, height)?;
-                let take = |bands| writer.write_rows(&picture::srgb8(&joined(shown, width, bands)));
+                let take = |bands| writer.write_rows(&picture::srgb8(&joined(width, bands)));
                 let report = self.render(pose, previous, take)?;
                 writer.finish()?;
                 Ok(report)
             }
             PictureFormat::Exr => {
                 // Both eyes of a pair are layers of one file; each has the size of one.
-                let layers: &[&str] = if shown == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
+                let layers: &[&str] = if self.args.eyes == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
                 let of_layer = |layer: &&str| {
                     let colour = ["R", "G", "B", "A"].map(|name| (format!("{layer}{name}"), SampleKind::F32));
                     let planes = self.planes.iter();
@@ -162,11 +162,7 @@ impl Job<'_> {
                 let attributes = [("camera".to_owned(), self.camera_text(pose))];
                 let [width, height] = self.args.size;
                 let mut writer = ExrWriter::create(path, width, height, &channels, &attributes)?;
-                let report = self.render(pose, previous, |mut bands| {
-                    if let (Eyes::Anaglyph, [left, right]) = (shown, bands.as_mut_slice()) {
-                        left.picture = eyes::anaglyph(&left.picture, &right.picture);
-                        bands.truncate(1);
-                    }
+                let report = self.render(pose, previous, |bands| {
                     let colour = |band: &Band| {
                         [0, 1, 2, 3].map(|i| band.picture.iter().map(|texel| texel[i]).collect::<Vec<f32>>())
                     };
@@ -185,6 +181,7 @@ impl Job<'_> {
         }
     }
 
+    /// Draws, and hands over the bands of each eye that is shown; those of an anaglyph are one.
     pub(super) fn render(
         &mut self,
         pose: Pose,
@@ -203,21 +200,27 @@ impl Job<'_> {
             frame.set_step_s(1.0 / self.args.fps);
         }
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
-        let report = match self.args.eyes.of_pair() {
+        let shown = self.args.eyes;
+        let report = match shown.of_pair() {
             [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
             read => {
                 let ipd_m = self.args.ipd.unwrap_or(stereo::IPD_M);
                 let pair = Pair { ipd_m, convergence_m: self.args.convergence };
                 picture::render_pair(gpu, frame, surfaces, &request, &pair, |bands| {
                     let asked = bands.into_iter().enumerate().filter(|(eye, _)| read.contains(eye));
-                    take(asked.map(|(_, band)| band).collect())
+                    let mut asked: Vec<_> = asked.map(|(_, band)| band).collect();
+                    if let (Eyes::Anaglyph, [left, right]) = (shown, asked.as_mut_slice()) {
+                        left.picture = eyes::anaglyph(&left.picture, &right.picture);
+                        asked.truncate(1);
+                    }
+                    take(asked)
                 })?
             }
         };
         self.whole(report)
     }
 
-    /// Of the files: a side-by-side picture is twice as wide.
+    /// Of a PNG or a film: side by side it is twice as wide.
     fn size_px(&self) -> [u32; 2] {
         let [width, height] = self.args.size;
         [if self.args.eyes == Eyes::SideBySide { 2 * width } else { width }, height]
@@ -248,7 +251,7 @@ impl Job<'_> {
             output: self.args.output.clone(),
             style: self.style.name.clone(),
             eyes: self.args.eyes.to_string(),
-            size: self.size_px(),
+            size: self.args.size,
             frames: cameras.len() as u64,
             wall_ms: report.wall_ms,
             passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),
@@ -267,12 +270,11 @@ impl Job<'_> {
     }
 }
 
-/// The rows of the eyes that are shown, as those of one picture of `width` pixels.
-fn joined(shown: Eyes, width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
-    match (shown, bands.as_mut_slice()) {
-        (Eyes::SideBySide, [left, right]) => eyes::side_by_side(&left.picture, &right.picture, width / 2),
-        (Eyes::Anaglyph, [left, right]) => eyes::anaglyph(&left.picture, &right.picture),
-        (_, [band, ..]) => std::mem::take(&mut band.picture),
-        (_, []) => Vec::new(),
+/// The rows of one eye, or of two side by side, as those of one picture of `width` pixels.
+fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
+    match bands.as_mut_slice() {
+        [left, right] => eyes::side_by_side(&left.picture, &right.picture, width / 2),
+        [band, ..] => std::mem::take(&mut band.picture),
+        [] => Vec::new(),
     }
 }
