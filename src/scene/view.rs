@@ -86,6 +86,11 @@ impl Rig {
     pub fn mono(view: View) -> Self {
         Self { origin_m: view.pose.position_m, eyes: vec![view] }
     }
+
+    /// Whether it is of two eyes that stand apart. Two at one place see the same, and have nothing to agree on.
+    pub fn is_pair(&self) -> bool {
+        matches!(self.eyes.as_slice(), [left, right] if left.pose.position_m != right.pose.position_m)
+    }
 }
 
 impl Pose {

@@ -31,31 +31,43 @@ pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Optio
     passes.left_out(gpu).map(Some)
 }
 
-/// Which strokes lie where in the last frame; none where the style has none. The parameter is that of the nearest place
+/// Which strokes lie where in an eye's last frame; none where the style has none. The parameter is that of the nearest place
 /// on the segment that was drawn at a pixel.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn read_stroke_pictures(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<StrokePictures>, GpuError> {
-    let (Some(_), Some(passes), Some(ids)) = (&style.strokes, frame.strokes(), frame.target(&STROKE_IDS)) else {
+pub fn read_stroke_pictures(
+    gpu: &Gpu,
+    frame: &Frame,
+    eye: usize,
+    style: &Style,
+) -> Result<Option<StrokePictures>, GpuError> {
+    let drawn = frame.eye_strokes(eye).zip(frame.eye_target(eye, &STROKE_IDS));
+    let Some((passes, ids)) = drawn.filter(|_| style.strokes.is_some()) else {
         return Ok(None);
     };
     let size_px = ids.size_px();
     let numbers: Vec<u32> = readback::read_as(gpu, ids, [0, 0], size_px)?;
     let (_, samples) = passes.samples().read(gpu)?;
     let width = size_px[0] as usize;
-    let (id, along_px) = numbers
+    let places: Vec<(u32, f32, f32)> = numbers
         .into_par_iter()
         .enumerate()
         .map(|(pixel, number)| {
             // A segment runs from the sample with its number to the next one.
             let segment = (number as usize).checked_sub(1).and_then(|first| samples.get(first..first + 2));
-            let Some([a, b]) = segment else { return (0, f32::NAN) };
+            let Some([a, b]) = segment else { return (0, f32::NAN, f32::NAN) };
             let at = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
             let (begin, way) = (Vec2::from(a.px), Vec2::from(b.px) - Vec2::from(a.px));
             let part = ((at - begin).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
-            (a.stroke, a.along_px + part * (b.along_px - a.along_px))
+            let along_px = a.along_px + part * (b.along_px - a.along_px);
+            (a.stroke, along_px, a.half_width_px + part * (b.half_width_px - a.half_width_px))
         })
-        .unzip();
-    Ok(Some(StrokePictures { id, along_px, identities_last: true }))
+        .collect();
+    Ok(Some(StrokePictures {
+        id: places.iter().map(|(id, ..)| *id).collect(),
+        along_px: places.iter().map(|(_, along_px, _)| *along_px).collect(),
+        half_width_px: places.iter().map(|(.., half_width_px)| *half_width_px).collect(),
+        identities_last: true,
+    }))
 }
