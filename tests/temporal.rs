@@ -94,8 +94,10 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
             id: vec![0; pixels],
             along_px: vec![f32::NAN; pixels],
             half_width_px: vec![f32::NAN; pixels],
+            depth_m: vec![f32::NAN; pixels],
             identities_last: true,
         }),
+        centres: None,
         marks: None,
         luma: vec![0.0; pixels],
     };

@@ -11,6 +11,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::history::Step;
+use crate::lines::strokes::partner::Partner;
 use crate::lines::strokes::{self, FrameStrokes};
 use crate::lines::{detector, lsa, smooth, threshold};
 use crate::style::hatching::Scale;
@@ -30,7 +31,15 @@ struct Seen {
     /// Of a style with lines.
     line: Option<Target>,
     /// Of a style with strokes.
-    ink: Option<Target>,
+    strokes: Option<SeenStrokes>,
+}
+
+/// The strokes of an eye.
+struct SeenStrokes {
+    frame: FrameStrokes,
+    ink: Target,
+    /// As the other eye of a pair looks at them, if they were made anew.
+    drawn: Option<Partner>,
 }
 
 /// The tones of an eye.
@@ -42,7 +51,22 @@ struct Shaded {
 
 /// All passes of all eyes.
 pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) {
-    let mut seen: Vec<Seen> = (0..eyes.len()).map(|eye| see(cx, inputs, eye, &mut eyes[eye])).collect();
+    // Strokes are those of the eye that stands farther left, whichever is the first: eyes that are exchanged exchange
+    // their pictures.
+    let mut order: Vec<usize> = (0..eyes.len()).collect();
+    order.sort_by(|a, b| inputs.rig.aside_m(*a).total_cmp(&inputs.rig.aside_m(*b)));
+    let mut seen: Vec<Option<Seen>> = (0..eyes.len()).map(|_| None).collect();
+    for (turn, &eye) in order.iter().enumerate() {
+        let leader = seen[order[0]].as_ref().filter(|_| inputs.rig.is_pair());
+        seen[eye] = Some(see(cx, inputs, eye, turn == 0, leader, &mut eyes[eye]));
+    }
+    let mut seen: Vec<Seen> = seen.into_iter().flatten().collect();
+    if let (true, [leader, follower]) = (inputs.rig.is_pair(), order.as_slice()) {
+        let follower = seen[*follower].strokes.as_ref().and_then(|strokes| strokes.drawn.as_ref());
+        if let Some((strokes, follower)) = seen[*leader].strokes.as_ref().zip(follower) {
+            strokes.frame.draw_agreed(cx, &seen[*leader].view, &mut eyes[*leader].targets, follower);
+        }
+    }
     if let Some(lines) = &inputs.style.lines {
         finish_lines(cx, inputs, lines, &mut seen, eyes);
     }
@@ -52,8 +76,16 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
     }
 }
 
-/// Surface, lines and strokes of an eye.
-fn see(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: usize, memory: &mut EyeMemory) -> Seen {
+/// Surface, lines and strokes of an eye; the first one also makes what all eyes share. The second one of a pair takes
+/// the strokes of its leader over.
+fn see(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    eye: usize,
+    is_first: bool,
+    leader: Option<&Seen>,
+    memory: &mut EyeMemory,
+) -> Seen {
     let &FrameInputs { world, mesh, rig, style, light, .. } = inputs;
     let terrain = &world.terrain;
     let gpu = cx.gpu();
@@ -65,7 +97,8 @@ fn see(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: usize, memory: &mut EyeMe
     let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
         let nearest_m = world.nearest_m(rig.origin_m);
         let step = Step { step_s: inputs.step_s, nearest_m, origin_m: rig.origin_m, land_changes: inputs.land_changes };
-        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step)
+        let leader = leader.and_then(|leader| Some(&leader.strokes.as_ref()?.frame));
+        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step, leader)
     });
     let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(cx, rules));
     let edges = edges.as_ref();
@@ -73,7 +106,7 @@ fn see(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: usize, memory: &mut EyeMe
     // Surface: place the vertices, rasterise depth and id, compute the rest.
     let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
     for &batch in &mesh.batches {
-        if eye == 0 || mesh.batches.len() > 1 {
+        if is_first || mesh.batches.len() > 1 {
             mesh.place(cx, batch, heights);
         }
         land::raster::run(cx, &land::raster::Inputs { view: &view, terrain: heights, mesh, batch, depth, surface_id });
@@ -106,7 +139,7 @@ fn see(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: usize, memory: &mut EyeMe
     }
     // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
     let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
-    if let (0, Some(tiles)) = (eye, horizon_tiles) {
+    if let (true, Some(tiles)) = (is_first, horizon_tiles) {
         land::horizons::run(cx, heights, tiles);
     }
 
@@ -122,10 +155,14 @@ fn see(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: usize, memory: &mut EyeMe
         line
     });
     // Strokes: see what is visible of the edges, chain it, draw it.
-    let ink = style.strokes.as_ref().zip(strokes.as_ref()).map(|(style, strokes)| {
-        strokes.draw(cx, strokes::Inputs { view: &view, depth, edges, targets, resolution: style.resolution })
+    let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
+        let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
+        let resolution = style.resolution;
+        let ink = frame.draw(cx, strokes::Inputs { view: &view, depth, edges, targets, resolution, leader });
+        let drawn = if rig.is_pair() { frame.partner(cx, &view, depth, targets) } else { None };
+        SeenStrokes { frame, ink, drawn }
     });
-    Seen { view, surface_id: surface_id.clone(), position, normal, line, ink }
+    Seen { view, surface_id: surface_id.clone(), position, normal, line, strokes }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
@@ -219,7 +256,7 @@ fn finish(
 ) {
     let &FrameInputs { rig, style, light, .. } = inputs;
     let gpu = cx.gpu();
-    let Seen { view, position, line, ink, .. } = &seen[eye];
+    let Seen { view, position, line, strokes, .. } = &seen[eye];
     let targets = &mut memory.targets;
     let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let marks = shaded[eye].balance.as_ref().map(|balance| {
@@ -232,7 +269,8 @@ fn finish(
         &balance.marks
     });
     let picture = &targets.whole(gpu, &composite::PICTURE);
-    let (line, ink) = (line.as_ref().unwrap_or(&nothing), ink.as_ref().unwrap_or(&nothing));
+    let line = line.as_ref().unwrap_or(&nothing);
+    let ink = strokes.as_ref().map_or(&nothing, |strokes| &strokes.ink);
     let (marks, tone) = (marks.unwrap_or(&nothing), &shaded[eye].colors);
     composite::run(cx, &composite::Inputs { view, style, light, position, tone, line, ink, marks, picture });
 }

@@ -9,8 +9,8 @@
 //!   Of lines, pixels count where either eye has a line; of marks, all pixels of the surface. Places lie between
 //!   pixels, and a thin line that is fetched from there is blurred; so the ink of both eyes is first spread over
 //!   3 × 3 pixels (1 2 1 in each direction);
-//! - *identity* and *width* of strokes: line pixels whose stroke is the other eye's, and has its width within
-//!   [`SAME_WIDTH`];
+//! - *identity* and *width* of strokes: pixels along their middles that go on in the other eye, but not as the same stroke within
+//!   [`REACH_PX`]; and those that do, with another width there (by more than [`SAME_WIDTH`]);
 //! - *coverage*: line pixels of each eye, for a comparison with one eye alone.
 
 use super::report::Metrics;
@@ -91,7 +91,7 @@ impl StereoTotals {
     fn add_lines(&mut self, follower: &Follower<'_>, own: &DrawnFrame, other: &DrawnFrame, eye: usize) {
         let (Some(ink), Some(ink_there)) = (&own.ink, &other.ink) else { return };
         self.has_lines = true;
-        let fates = Fates::of(follower, ink, ink_there, REACH_PX);
+        let fates = Fates::of(follower, ink, ink_there, REACH_PX, own.strokes.as_ref());
         let change = fates.change();
         self.orphans[eye] += change.lone_ink;
         self.masked += change.masked;
@@ -101,15 +101,21 @@ impl StereoTotals {
             let Some(there) = fate.there.as_ref().filter(|there| fate.ink.max(there.ink) >= LINE_INK) else { continue };
             self.lines.add(soft[fate.pixel].into(), follower.to.bilinear(&soft_there, there.place));
         }
-        let (Some(strokes), Some(strokes_there)) = (&own.strokes, &other.strokes) else { return };
+        let (Some(strokes), Some(strokes_there)) = (&own.centres, &other.centres) else { return };
         self.has_strokes = true;
-        self.other_identity += fates.identity_change(&strokes.id, &strokes_there.id);
-        for fate in fates.0.iter().filter(|fate| fate.is_line()) {
-            let Some(line) = fate.there.as_ref().and_then(|there| there.line) else { continue };
-            let (own, other) = (strokes.half_width_px[fate.pixel], strokes_there.half_width_px[line]);
-            if own.is_finite() && other.is_finite() {
-                let differs = (own - other).abs() > SAME_WIDTH * own.max(other);
-                self.other_width += Share { part: f64::from(u8::from(differs)), whole: 1.0 };
+        for (fate, there) in fates.0.iter().filter_map(|fate| Some((fate, fate.there.as_ref()?))) {
+            let id = strokes.id[fate.pixel];
+            if !fate.is_line() || id == 0 || there.line.is_none() {
+                continue;
+            }
+            // Lines lie close to each other: the stroke itself is looked for, not whichever is nearest.
+            let around = follower.to.within(there.place, REACH_PX).map(|(at, _)| at);
+            let mut same = around.filter(|at| strokes_there.id[*at] == id && ink_there[*at] > 0.0).peekable();
+            self.other_identity += Share { part: f64::from(u8::from(same.peek().is_none())), whole: 1.0 };
+            let own_px = strokes.half_width_px[fate.pixel];
+            let differs = |at: usize| (strokes_there.half_width_px[at] - own_px).abs() > SAME_WIDTH * own_px;
+            if same.peek().is_some() {
+                self.other_width += Share { part: f64::from(u8::from(same.all(differs))), whole: 1.0 };
             }
         }
     }
@@ -124,7 +130,7 @@ impl StereoTotals {
     /// | `line_masked` | line pixels that the other eye does not see, of all line pixels: they count for nothing else |
     /// | `line_correlation`, `mark_correlation` | of the ink of both eyes |
     /// | `picture_correlation` | of the luma of both eyes, where both see the surface |
-    /// | `other_identity`, `other_width` | line pixels of strokes that are another stroke for the other eye, and of another width |
+    /// | `other_identity`, `other_width` | line pixels of strokes that are other strokes for the other eye, and the same of another width |
     pub fn metrics(&self) -> Option<Metrics> {
         let [left, right] = self.orphans.map(Share::value);
         let metrics = [
@@ -148,7 +154,7 @@ impl StereoTotals {
 pub fn orphans(own: &DrawnFrame, other: &DrawnFrame) -> Option<Vec<f32>> {
     let (ink, ink_there) = own.ink.as_ref().zip(other.ink.as_ref())?;
     let seen = [SurfaceOfFrame::new(own), SurfaceOfFrame::new(other)];
-    let fates = Fates::of(&Follower { from: &seen[0], to: &seen[1] }, ink, ink_there, REACH_PX);
+    let fates = Fates::of(&Follower { from: &seen[0], to: &seen[1] }, ink, ink_there, REACH_PX, own.strokes.as_ref());
     let mut lacking = vec![0.0; ink.len()];
     for (fate, there) in fates.0.iter().filter_map(|fate| Some((fate, fate.there.as_ref()?))) {
         lacking[fate.pixel] = (fate.ink - there.ink).max(0.0);

@@ -59,6 +59,8 @@ pub struct DrawnFrame {
     pub ink: Option<Vec<f32>>,
     /// Of a style with strokes.
     pub strokes: Option<StrokePictures>,
+    /// The middles of strokes, of an eye of a pair.
+    pub centres: Option<StrokePictures>,
     /// Ink of marks, 0 to 1; none where a style has no hatching.
     pub marks: Option<Vec<f32>>,
     /// sRGB-encoded luminance of the final picture: 0 black to 1 white.
@@ -74,6 +76,8 @@ pub struct StrokePictures {
     pub along_px: Vec<f32>,
     /// Its half width at full pressure; NaN where there is none.
     pub half_width_px: Vec<f32>,
+    /// Its distance along the view axis; NaN where there is none.
+    pub depth_m: Vec<f32>,
     /// Whether an identity means the same stroke in the next frame. If not, changes of identity are not measured.
     pub identities_last: bool,
 }
@@ -168,8 +172,8 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
     let on = Follower { from: &seen_before, to: &seen_now };
     let mut measures = PairMeasures { e_warp: e_warp(&back, before, now), ..PairMeasures::default() };
     let (Some(ink_before), Some(ink_now)) = (&before.ink, &now.ink) else { return Ok(measures) };
-    let born = Fates::of(&back, ink_now, ink_before, REACH_PX);
-    let died = Fates::of(&on, ink_before, ink_now, REACH_PX);
+    let born = Fates::of(&back, ink_now, ink_before, REACH_PX, None);
+    let died = Fates::of(&on, ink_before, ink_now, REACH_PX, None);
     measures.lines = Some(LineMeasures {
         coverage: Share { part: born.line_pixels() as f64, whole: ink_now.len() as f64 },
         births: born.change(),
@@ -192,8 +196,8 @@ impl DrawnFrame {
     pub(super) fn is_whole(&self) -> bool {
         let [width, height] = self.view.part.size_px.map(|side| side as usize);
         let pixels = width * height;
-        let of_strokes = self.strokes.iter();
-        let of_strokes = of_strokes.flat_map(|of| [of.id.len(), of.along_px.len(), of.half_width_px.len()]);
+        let of_strokes = self.strokes.iter().chain(&self.centres);
+        let of_strokes = of_strokes.flat_map(|of| [of.id.len(), of.along_px.len(), of.half_width_px.len(), of.depth_m.len()]);
         let lengths = [self.position.len(), self.luma.len()];
         let mut lengths = lengths.into_iter().chain(self.ink.iter().chain(&self.marks).map(Vec::len)).chain(of_strokes);
         pixels > 0 && lengths.all(|length| length == pixels)

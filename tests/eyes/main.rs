@@ -17,7 +17,7 @@ use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 use hachure::world::Surfaces;
 
-const SIZE_PX: [u32; 2] = [320, 180];
+const SIZE_PX: [u32; 2] = [640, 360];
 
 fn light() -> Light {
     Light { to_sun: DVec3::new(-0.5, 0.5, 0.4).normalize(), haze_m: 30_000.0, haze_srgb: None }

@@ -157,6 +157,25 @@ impl Follower<'_> {
         around.any(|(at, _)| is_it(self.to.distance_m[at].into())).then_some(place)
     }
 
+    /// Where ink of a stroke lies in the other one, `depth_m` along the view axis: a wide stroke reaches farther over the
+    /// edge that it outlines than a line does. None if what is nearer hides it there.
+    pub fn place_of_stroke(&self, pixel: usize, depth_m: f64, half_width_px: f64) -> Option<DVec2> {
+        let origin = self.from.view.part.origin_px;
+        let ray = self.from.view.ray(self.from.centre(pixel) + DVec2::new(origin[0].into(), origin[1].into()));
+        let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;
+        let way = ray * depth_m + step_m;
+        let shift = self.to.view.part.origin_px;
+        let place = self.to.view.place_px(way)? - DVec2::new(shift[0].into(), shift[1].into());
+        let [width, height] = self.to.size.map(|side| side as f64);
+        if !(0.0..width).contains(&place.x) || !(0.0..height).contains(&place.y) {
+            return None;
+        }
+        let expected_m = way.length();
+        // What is nearer all around hides it.
+        let is_open = |at: usize| f64::from(self.to.distance_m[at]) >= expected_m * (1.0 - SAME_DISTANCE);
+        self.to.within(place, half_width_px + OWNER_PX).any(|(at, _)| is_open(at)).then_some(place)
+    }
+
     /// A pixel's place by the motion of `mover`; none outside of the picture.
     fn moved(&self, pixel: usize, mover: usize) -> Option<DVec2> {
         let place = self.from.centre(pixel) + self.motion(mover)?;
@@ -219,7 +238,7 @@ mod tests {
             [x, y, z, ahead_m]
         });
         let position = position.collect();
-        DrawnFrame { view, origin_m: position_m, position, ink: None, strokes: None, marks: None, luma: vec![0.0; 35] }
+        DrawnFrame { view, origin_m: position_m, position, ink: None, strokes: None, centres: None, marks: None, luma: vec![0.0; 35] }
     }
 
     #[test]

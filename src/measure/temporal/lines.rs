@@ -6,7 +6,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::follow::{Follower, Whose};
-use super::{HELD_SHARE, LINE_INK, LineChange, Share};
+use super::{HELD_SHARE, LINE_INK, LineChange, Share, StrokePictures};
 
 /// Of a pixel that has ink.
 pub(crate) struct Fate {
@@ -36,8 +36,15 @@ impl Fate {
 pub(crate) struct Fates(pub Vec<Fate>);
 
 impl Fates {
-    /// Follows the ink of a frame to the other one, and looks for ink within `reach_px` of its place.
-    pub fn of(follower: &Follower<'_>, ink: &[f32], ink_there: &[f32], reach_px: f64) -> Self {
+    /// Follows the ink of a frame to the other one, and looks for ink within `reach_px` of its place. Ink of `strokes`
+    /// is as far away as they are.
+    pub fn of(
+        follower: &Follower<'_>,
+        ink: &[f32],
+        ink_there: &[f32],
+        reach_px: f64,
+        strokes: Option<&StrokePictures>,
+    ) -> Self {
         let look = |place: DVec2| {
             let (mut most, mut nearest) = (0.0_f32, None::<(usize, f64)>);
             for (at, squared) in follower.to.within(place, reach_px) {
@@ -49,6 +56,11 @@ impl Fates {
             There { place, ink: most, line: nearest.map(|(at, _)| at) }
         };
         let there = |pixel: usize| {
+            let of_stroke = strokes.filter(|strokes| strokes.depth_m[pixel].is_finite());
+            if let Some(strokes) = of_stroke {
+                let [depth_m, half_width_px] = [&strokes.depth_m, &strokes.half_width_px].map(|of| of[pixel].into());
+                return follower.place_of_stroke(pixel, depth_m, half_width_px).map(look);
+            }
             let as_line = follower.place(pixel, Whose::Line).map(look);
             if as_line.as_ref().is_some_and(|there| there.line.is_some()) {
                 return as_line;

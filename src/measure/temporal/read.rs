@@ -8,7 +8,8 @@ use crate::composite::PICTURE;
 use crate::frame::Frame;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError, readback};
-use crate::lines::strokes::stroke::INK;
+use crate::lines::strokes::centres::CENTRES;
+use crate::lines::strokes::stroke::{INK, STROKE_IDS};
 use crate::scene::view::Rig;
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
@@ -41,7 +42,8 @@ pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style
             (Some(line), Some(ink)) => Some(line.into_iter().zip(ink).map(|(line, ink)| line.max(ink)).collect()),
             (line, ink) => line.or(ink),
         },
-        strokes: read_stroke_pictures(gpu, frame, eye, style)?,
+        strokes: read_stroke_pictures(gpu, frame, eye, style, &STROKE_IDS)?,
+        centres: read_stroke_pictures(gpu, frame, eye, style, &CENTRES)?,
         marks: marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?,
         luma: luma.collect(),
     })
