@@ -126,8 +126,7 @@ fn see(
         meshes
     });
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
-    let resolved =
-        land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
+    let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
     land::resolve::run(cx, &resolved);
     if let Some(meshes) = &meshes {
         let (position, normal) = (&position, &normal);

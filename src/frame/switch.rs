@@ -160,9 +160,8 @@ impl Frame {
 fn first_frames(eyes: &[View]) -> [Vec<View>; 3] {
     let frame = |turn_rad: f64| {
         let turn = DQuat::from_axis_angle(DVec3::Z, turn_rad);
-        let turned = |pose: Pose| {
-            Pose { forward: turn * pose.forward, right: turn * pose.right, up: turn * pose.up, ..pose }
-        };
+        let turned =
+            |pose: Pose| Pose { forward: turn * pose.forward, right: turn * pose.right, up: turn * pose.up, ..pose };
         let small = |view: &View| {
             let (previous, pose) = (view.pose, turned(view.pose));
             View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view }

@@ -197,7 +197,8 @@ impl DrawnFrame {
         let [width, height] = self.view.part.size_px.map(|side| side as usize);
         let pixels = width * height;
         let of_strokes = self.strokes.iter().chain(&self.centres);
-        let of_strokes = of_strokes.flat_map(|of| [of.id.len(), of.along_px.len(), of.half_width_px.len(), of.depth_m.len()]);
+        let of_strokes =
+            of_strokes.flat_map(|of| [of.id.len(), of.along_px.len(), of.half_width_px.len(), of.depth_m.len()]);
         let lengths = [self.position.len(), self.luma.len()];
         let mut lengths = lengths.into_iter().chain(self.ink.iter().chain(&self.marks).map(Vec::len)).chain(of_strokes);
         pixels > 0 && lengths.all(|length| length == pixels)

@@ -60,7 +60,9 @@ impl FromStr for Eyes {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::NAMES.iter().find(|(name, _)| *name == text);
-        known.map(|(_, eyes)| *eyes).ok_or_else(|| "it must be mono, left, right, side-by-side, anaglyph or grey-anaglyph".to_owned())
+        known
+            .map(|(_, eyes)| *eyes)
+            .ok_or_else(|| "it must be mono, left, right, side-by-side, anaglyph or grey-anaglyph".to_owned())
     }
 }
 

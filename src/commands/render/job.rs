@@ -175,7 +175,8 @@ impl Job<'_> {
             }
             PictureFormat::Exr => {
                 // Both eyes of a pair are layers of one file; each has the size of one.
-                let layers: &[&str] = if self.args.stereo.eyes == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
+                let layers: &[&str] =
+                    if self.args.stereo.eyes == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
                 let of_layer = |layer: &&str| {
                     let colour = ["R", "G", "B", "A"].map(|name| (format!("{layer}{name}"), SampleKind::F32));
                     let planes = self.planes.iter();

@@ -305,13 +305,7 @@ impl FrameStrokes {
     }
 
     /// What the other eye of a pair looks at, if strokes were made anew.
-    pub fn partner(
-        &self,
-        cx: &mut Cx<'_>,
-        view: &Resource,
-        depth: &Target,
-        targets: &mut Targets,
-    ) -> Option<Partner> {
+    pub fn partner(&self, cx: &mut Cx<'_>, view: &Resource, depth: &Target, targets: &mut Targets) -> Option<Partner> {
         let centres = targets.whole(cx.gpu(), &centres::CENTRES);
         self.plan.is_update.then(|| {
             centres::run(cx, view, &self.work, &centres);

@@ -238,7 +238,16 @@ mod tests {
             [x, y, z, ahead_m]
         });
         let position = position.collect();
-        DrawnFrame { view, origin_m: position_m, position, ink: None, strokes: None, centres: None, marks: None, luma: vec![0.0; 35] }
+        DrawnFrame {
+            view,
+            origin_m: position_m,
+            position,
+            ink: None,
+            strokes: None,
+            centres: None,
+            marks: None,
+            luma: vec![0.0; 35],
+        }
     }
 
     #[test]

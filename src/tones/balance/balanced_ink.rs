@@ -14,7 +14,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
         ("marks", (&inputs.marks).into()),
     ];
     if let Some(Partner { view, position, more }) = partner {
-        resources.extend([("other_view", (*view).clone()), ("position", (*position).into()), ("other_more", (*more).into())]);
+        resources.extend([
+            ("other_view", (*view).clone()),
+            ("position", (*position).into()),
+            ("other_more", (*more).into()),
+        ]);
     }
     let definitions: &[&str] = if partner.is_some() { &["PAIR"] } else { &[] };
     let shader = Compute { name: "tones/balance/balanced_ink", definitions };
