@@ -11,7 +11,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::history::Step;
-use crate::lines::strokes::partner::Partner;
+use crate::lines::strokes::partner::{Partner, SeenSurface};
 use crate::lines::strokes::{self, FrameStrokes};
 use crate::lines::{detector, lsa, smooth, threshold};
 use crate::style::hatching::Scale;
@@ -158,7 +158,8 @@ fn see(
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
         let resolution = style.resolution;
         let ink = frame.draw(cx, strokes::Inputs { view: &view, depth, edges, targets, resolution, leader });
-        let drawn = if rig.is_pair() { frame.partner(cx, &view, depth, targets) } else { None };
+        let surface = SeenSurface { depth: depth.clone(), position: position.clone(), normal: normal.clone() };
+        let drawn = if rig.is_pair() { frame.partner(cx, &view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
     Seen { view, surface_id: surface_id.clone(), position, normal, line, strokes }

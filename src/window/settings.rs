@@ -136,7 +136,7 @@ mod tests {
         let mut before_m = settings.pair.ipd_m;
         let mut frames = 0;
         while settings.follow_land(3000.0, 1.0 / 30.0) {
-            assert!(settings.pair.ipd_m > before_m && settings.pair.ipd_m < 1.2 * before_m);
+            assert!(settings.pair.ipd_m > before_m && settings.pair.ipd_m < 1.4 * before_m);
             before_m = settings.pair.ipd_m;
             frames += 1;
         }

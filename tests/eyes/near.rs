@@ -12,7 +12,7 @@ const IPD_M: f64 = 0.065;
 const CAMERA: &str = "0,0,700,20,-20,60";
 
 /// So far away, and so large.
-const THINGS: [(f64, f64); 4] = [(0.5, 0.12), (1.0, 0.3), (3.0, 1.0), (10.0, 3.0)];
+const THINGS: [(f64, f64); 4] = [(0.2, 0.06), (0.5, 0.12), (2.0, 0.6), (10.0, 3.0)];
 
 #[test]
 fn near_things_have_the_same_lines_for_both_eyes() {
@@ -38,7 +38,11 @@ fn near_things_have_the_same_lines_for_both_eyes() {
                 part(&strokes, "line_correlation"),
                 100.0 * part(&strokes, "other_identity")
             );
-            assert!(part(&full, "orphans") <= 0.01, "{shape} {away_m}");
+            // As near as a hand's breadth, all of the ball is between the contours of both eyes.
+            let most = if away_m < 0.5 { 0.05 } else { 0.01 };
+            assert!(part(&full, "orphans") <= most, "{shape} {away_m}");
+            assert!(part(&strokes, "orphans") <= most, "{shape} {away_m}");
+            assert!(away_m < 0.5 || part(&strokes, "line_correlation") >= 0.95, "{shape} {away_m}");
         }
     }
 }

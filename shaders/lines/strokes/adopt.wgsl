@@ -2,11 +2,11 @@
 //
 // - A sample takes identity, texture parameter and width of the other eye's stroke. The leading eye does so, too: where
 //   strokes lie within a pixel of each other the follower may have found another one.
-// - FOLLOWER: what found nothing runs on from the nearest along its stroke that did. Its place is drawn to the other eye's line: chains of pixels
-//   waver by less than MOVED_PX, and what differs by more is the contour's own parallax.
+// - FOLLOWER: what found nothing runs on from the nearest along its stroke that did. Its place is drawn to the other
+//   eye's line: chains of pixels waver by less than MOVED_PX, and what differs by more is the contour's own parallax.
 // - Both: the pen is pressed as hard as by the eye that presses it harder. A stroke ends for one eye where nearer land
 //   hides the rest of it, and goes on for the other.
-// - Both: what the other eye sees and has no stroke for is not slidable (Kim et al. 2013). There a stroke tapers.
+// - Both: what the other eye sees and has no stroke for is not slidable (He, Wang and Bao 2019). There a stroke tapers.
 #import hachure::view::{View, place_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, FIRST, LAST, BESIDE, SPACING_PX}
 

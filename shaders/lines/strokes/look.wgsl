@@ -6,9 +6,11 @@
 // REACH_PX: nearest first, those that run another way or lie at another distance do not count.
 //
 // PAIR: the contour of a smooth surface lies elsewhere for the other eye. So a sample that finds nothing goes on along
-// its epipolar line, both ways, on the same surface (Kim et al. 2013: a contour that another eye has as well is
-// epipolar-slidable; the way ends where the surface does, which is an extreme point of the trajectory). And it is asked
-// whether the other eye sees the place at all.
+// its epipolar line (He, Wang and Bao 2019, section 4.2). Each place of the surface on this way is a contour for some
+// viewpoint between the eyes, t of Eq. 3; a contour is epipolar-slidable if t goes on from one eye to the other, and the
+// search ends at an extreme point, where t turns back, and where the surface ends. What we changed: t is taken from the
+// pictures of position and normal, for there is one surface to a pixel, and not from lists of extreme points; and both
+// ways are gone, since one of them soon leaves the surface. The sample is also asked whether the other eye sees it.
 #import hachure::view::{View, place_at, ray_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, nearest_on, is_seam, WHOLLY_PX, LAST, FIRST, KIND_SHIFT}
 
@@ -23,6 +25,9 @@
 @group(0) @binding(6) var<uniform> other_view: View;
 // Reversed: near / distance; 0 is the sky.
 @group(0) @binding(7) var depth: texture_depth_2d;
+// Of the surface, as the other eye sees it.
+@group(0) @binding(8) var position: texture_2d<f32>;
+@group(0) @binding(9) var normal: texture_2d<f32>;
 #endif
 
 const REACH_PX: i32 = 3;
@@ -37,6 +42,8 @@ const PAIR_DEPTH_COST_PX: f32 = 40.0;
 const SLIDE_PX: i32 = 12;
 // From a pixel to the next the same surface is no farther or nearer than by this ratio.
 const JUMP_RATIO: f32 = 1.05;
+// How far t may turn back: normals of land are rough.
+const EXTREME: f32 = 0.1;
 // Behind the surface by this part of the distance, a place is hidden.
 const HIDDEN: f32 = 0.01;
 
@@ -118,6 +125,14 @@ fn is_seen(place: vec3<f32>) -> bool {
     return place.z * (1.0 - HIDDEN) <= farthest_m;
 }
 
+// The viewpoint between the eyes, 0 for this one and 1 for the other, that sees a place as a contour (Eq. 3).
+fn viewpoint(px: vec2<f32>) -> f32 {
+    let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(other_view.size_px) - 1);
+    let n = textureLoad(normal, pixel, 0).xyz;
+    let across = dot(other_view.eye_m - view.eye_m, n);
+    return dot(textureLoad(position, pixel, 0).xyz - view.eye_m, n) / select(across, 1e-9, abs(across) < 1e-9);
+}
+
 // Goes along the epipolar line of a sample, pixel by pixel and both ways, as far as the surface goes on.
 fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let farther = on_picture(place_at(view, own.px, 2.0 * own.depth_m));
@@ -130,6 +145,7 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
     for (var turn = 0; turn < 2; turn++) {
         let sense = select(1.0, -1.0, turn == 1);
         var last_m = place.z;
+        var last = viewpoint(place.xy);
         for (var i = 2; i <= SLIDE_PX; i += 2) {
             let at = place.xy + step * (sense * f32(i));
             let at_m = depth_at_m(at);
@@ -137,6 +153,11 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
                 break;
             }
             last_m = at_m;
+            let now = viewpoint(at);
+            if now < last - EXTREME {
+                break;
+            }
+            last = now;
             let found = look(vec3<f32>(at, place.z), way, nothing);
             if found.stroke != 0u {
                 return found;

@@ -31,7 +31,7 @@ use bytemuck::Zeroable;
 
 use self::history::History;
 pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
-use self::partner::{Partner, Role};
+use self::partner::{Partner, Role, SeenSurface};
 pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;
@@ -305,11 +305,17 @@ impl FrameStrokes {
     }
 
     /// What the other eye of a pair looks at, if strokes were made anew.
-    pub fn partner(&self, cx: &mut Cx<'_>, view: &Resource, depth: &Target, targets: &mut Targets) -> Option<Partner> {
+    pub fn partner(
+        &self,
+        cx: &mut Cx<'_>,
+        view: &Resource,
+        surface: SeenSurface,
+        targets: &mut Targets,
+    ) -> Option<Partner> {
         let centres = targets.whole(cx.gpu(), &centres::CENTRES);
         self.plan.is_update.then(|| {
             centres::run(cx, view, &self.work, &centres);
-            Partner { view: view.clone(), samples: self.work.now.clone(), centres, depth: depth.clone() }
+            Partner { view: view.clone(), samples: self.work.now.clone(), centres, surface }
         })
     }
 }

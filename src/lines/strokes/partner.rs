@@ -6,9 +6,9 @@
 //! wide they are (`adopt`). Then the leading eye looks back. Both press the pen as hard as the one that presses harder,
 //! and a stroke that the other eye should see and does not have tapers.
 //!
-//! Kim, Lee, Kang and Lee 2013 keep a contour where it is epipolar-slidable, search along epipolar lines, and draw
-//! what is left as strokes of both images. Here a surface tells where a place lies in the other eye, so the search
-//! begins there, and strokes keep their identity from frame to frame as well.
+//! He, Wang and Bao 2019 test whether contours are epipolar-slidable by a search along epipolar lines, and erase those
+//! that are not. Here a surface tells where a place lies in the other eye, so the search begins there; it is asked of
+//! strokes and not of pixels; and strokes keep their identity from frame to frame as well.
 //!
 //! Why: `docs/decisions/stereo.md`.
 
@@ -28,7 +28,18 @@ pub struct Partner {
     /// [`super::centres::CENTRES`].
     pub centres: Target,
     /// Of the surface that it sees.
+    pub surface: SeenSurface,
+}
+
+/// The surface as an eye sees it.
+#[derive(Clone)]
+pub struct SeenSurface {
+    /// Reversed: near / distance.
     pub depth: Target,
+    /// From the rig's origin.
+    pub position: Target,
+    /// In the world.
+    pub normal: Target,
 }
 
 /// Which of two eyes.
@@ -49,7 +60,9 @@ pub fn agree(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, partner: &Part
         work.samples(),
         ("old_samples", partner.samples.samples.binding()),
         ("ids", (&partner.centres).into()),
-        ("depth", (&partner.depth).into()),
+        ("depth", (&partner.surface.depth).into()),
+        ("position", (&partner.surface.position).into()),
+        ("normal", (&partner.surface.normal).into()),
         work.matches(),
     ];
     cx.groups(Compute { name: "lines/strokes/look", definitions: &["PAIR"] }, GROUPS, &resources);
