@@ -159,12 +159,26 @@ impl Frame {
         style: &Style,
         light: &Light,
     ) -> Result<Prepared, GpuError> {
-        let rig = Rig::mono(*view);
+        self.render_eyes(gpu, world, &Rig::mono(*view), style, light)
+    }
+
+    /// As [`Frame::render`], the views of all eyes of a rig.
+    ///
+    /// # Errors
+    /// As [`Frame::render`].
+    pub fn render_eyes(
+        &mut self,
+        gpu: &Gpu,
+        world: &mut Surfaces,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<Prepared, GpuError> {
         if self.pools.pipelines.builds() == Builds::Beside {
-            return self.render_what_is_there(gpu, world, &rig, style, light);
+            return self.render_what_is_there(gpu, world, rig, style, light);
         }
-        let prepared = prepare(gpu, world, &rig, style, light);
-        self.render_rig(gpu, world, &prepared, &rig, style, light)?;
+        let prepared = prepare(gpu, world, rig, style, light);
+        self.render_rig(gpu, world, &prepared, rig, style, light)?;
         Ok(prepared)
     }
 

@@ -31,4 +31,6 @@ pub mod vector;
 pub mod measure;
 #[cfg(feature = "window")]
 pub mod window;
+#[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
+pub mod headset;
 pub mod commands;
