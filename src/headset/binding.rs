@@ -63,9 +63,8 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
     let raw_instance = hal_instance.shared_instance().raw_instance().clone();
 
     // SAFETY: the runtime made the instance a moment ago.
-    let physical_device =
-        unsafe { instance.vulkan_graphics_device(system, raw_instance.handle().as_raw() as _) }
-            .during("xrGetVulkanGraphicsDevice2KHR")?;
+    let physical_device = unsafe { instance.vulkan_graphics_device(system, raw_instance.handle().as_raw() as _) }
+        .during("xrGetVulkanGraphicsDevice2KHR")?;
     let physical_device = vk::PhysicalDevice::from_raw(physical_device as _);
     let exposed = hal_instance
         .expose_adapter(physical_device)
@@ -77,7 +76,8 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
     let families = unsafe { raw_instance.get_physical_device_queue_family_properties(physical_device) };
     let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let queue_family = families.iter().position(|family| family.queue_flags.contains(both));
-    let queue_family = queue_family.ok_or_else(|| no_vulkan("the GPU of the headset has no queue to draw with"))? as u32;
+    let queue_family =
+        queue_family.ok_or_else(|| no_vulkan("the GPU of the headset has no queue to draw with"))? as u32;
     let extensions = exposed.adapter.required_device_extensions(features);
     let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let mut enabled = exposed.adapter.physical_device_features(&extensions, features);

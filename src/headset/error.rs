@@ -42,7 +42,9 @@ pub enum HeadsetError {
         runtime: String,
     },
     /// There is no Vulkan for the headset.
-    #[error("--vr: Vulkan cannot draw for the headset ({cause}); it needs a driver of the GPU that the headset hangs on")]
+    #[error(
+        "--vr: Vulkan cannot draw for the headset ({cause}); it needs a driver of the GPU that the headset hangs on"
+    )]
     NoVulkan {
         /// What is wrong.
         cause: String,

@@ -150,10 +150,8 @@ impl Flight {
                 offset: xr::Offset2Di { x: 0, y: 0 },
                 extent: xr::Extent2Di { width: extent[0], height: extent[1] },
             };
-            let image = xr::SwapchainSubImage::new()
-                .swapchain(&eyes[eye].swapchain)
-                .image_array_index(0)
-                .image_rect(rect);
+            let image =
+                xr::SwapchainSubImage::new().swapchain(&eyes[eye].swapchain).image_array_index(0).image_rect(rect);
             xr::CompositionLayerProjectionView::new().pose(views[eye].pose).fov(views[eye].fov).sub_image(image)
         });
         let layer = xr::CompositionLayerProjection::new().space(space).views(&projections);
@@ -217,8 +215,7 @@ impl Flight {
         for (index, images) in indices.iter_mut().zip(images.iter_mut()) {
             *index = images.acquire()?;
         }
-        let mut encoder =
-            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("headset") });
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("headset") });
         let mut shown = Vec::with_capacity(2);
         for (eye, picture) in [left, right].into_iter().enumerate() {
             let Some((texture, view)) = images[eye].image(indices[eye]) else { continue };

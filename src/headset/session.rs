@@ -44,9 +44,9 @@ impl Runtime {
         let name = instance.properties().during("xrGetInstanceProperties")?.runtime_name;
         let system = match instance.system(xr::FormFactor::HEAD_MOUNTED_DISPLAY) {
             Ok(system) => system,
-            Err(
-                xr::sys::Result::ERROR_FORM_FACTOR_UNAVAILABLE | xr::sys::Result::ERROR_FORM_FACTOR_UNSUPPORTED,
-            ) => return Err(HeadsetError::NoHeadset { runtime: name }),
+            Err(xr::sys::Result::ERROR_FORM_FACTOR_UNAVAILABLE | xr::sys::Result::ERROR_FORM_FACTOR_UNSUPPORTED) => {
+                return Err(HeadsetError::NoHeadset { runtime: name });
+            }
             Err(code) => return Err(HeadsetError::Runtime { call: "xrGetSystem", code }),
         };
         tracing::info!("OpenXR runtime: {name}");
@@ -104,15 +104,13 @@ impl Headset {
     /// [`HeadsetError`].
     pub fn open(runtime: Runtime) -> Result<Self, HeadsetError> {
         let Runtime { instance, system, .. } = &runtime;
-        let views = instance
-            .enumerate_view_configuration_views(*system, VIEWS)
-            .during("xrEnumerateViewConfigurationViews")?;
+        let views =
+            instance.enumerate_view_configuration_views(*system, VIEWS).during("xrEnumerateViewConfigurationViews")?;
         let &[left, right] = views.as_slice() else {
             return Err(HeadsetError::Lacks { runtime: runtime.name, what: "a view for each of two eyes" });
         };
-        let blends = instance
-            .enumerate_environment_blend_modes(*system, VIEWS)
-            .during("xrEnumerateEnvironmentBlendModes")?;
+        let blends =
+            instance.enumerate_environment_blend_modes(*system, VIEWS).during("xrEnumerateEnvironmentBlendModes")?;
         // The runtime lists what it likes best first; a drawing covers what is behind it, if it can.
         let opaque = blends.iter().copied().find(|blend| *blend == xr::EnvironmentBlendMode::OPAQUE);
         let blend = opaque.or(blends.first().copied()).unwrap_or(xr::EnvironmentBlendMode::OPAQUE);

@@ -64,7 +64,8 @@ impl Stage {
     pub fn rig(&self, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2], before: Option<&Rig>) -> Rig {
         let views = [0, 1].map(|number| {
             let (pose, lens) = (self.pose(&eyes[number]), eyes[number].lens);
-            let (was, lens_was) = before.map_or((pose, Some(lens)), |rig| (rig.eyes[number].pose, rig.eyes[number].lens));
+            let (was, lens_was) =
+                before.map_or((pose, Some(lens)), |rig| (rig.eyes[number].pose, rig.eyes[number].lens));
             View { lens: Some(lens), previous_lens: lens_was, ..View::whole(was, pose, sizes_px[number]) }
         });
         Rig { origin_m: self.place_m(middle_m(eyes)), eyes: views.to_vec() }
