@@ -9,6 +9,7 @@ use openxr as xr;
 
 use super::error::{During, HeadsetError};
 use super::hands::Hands;
+use super::mirror::Mirror;
 use super::session::{Headset, Life, VIEWS};
 use super::show::ShowPass;
 use super::stage::{Eye, Stage};
@@ -37,6 +38,7 @@ const STEP_S: f64 = 1.0 / 90.0;
 pub(super) struct Flight {
     frame: Frame,
     show: ShowPass,
+    mirror: Option<Mirror>,
     world: HeadsetWorld,
     hands: Hands,
     headset: Headset,
@@ -77,6 +79,7 @@ impl Flight {
         Ok(Self {
             frame,
             show: ShowPass::new(gpu),
+            mirror: Mirror::open(gpu, headset.sizes_px()[0]),
             world,
             hands,
             headset,
@@ -116,7 +119,8 @@ impl Flight {
 
     fn end_if_due(&mut self) -> Result<(), HeadsetError> {
         let is_done = self.frames.is_some_and(|frames| self.drawn >= frames);
-        if (is_done || self.end.load(Ordering::Relaxed)) && self.end_by.is_none() {
+        let is_closed = self.mirror.as_mut().is_some_and(Mirror::is_closed);
+        if (is_done || is_closed || self.end.load(Ordering::Relaxed)) && self.end_by.is_none() {
             self.end_by = Some(Instant::now() + LONGEST_END);
             self.headset.ask_for_end()?;
         }
@@ -234,6 +238,9 @@ impl Flight {
         gpu.queue.submit([encoder.finish()]);
         for images in images {
             images.release()?;
+        }
+        if let Some(mirror) = &mut self.mirror {
+            mirror.show(left);
         }
         Ok(true)
     }

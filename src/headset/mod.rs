@@ -4,7 +4,7 @@
 //! anything is opened. [`fly`] then flies until the runtime or the user ends it. `binding` is where OpenXR, Vulkan and
 //! wgpu meet, and all that is unsafe; `session` follows the session's states, `swapchains` holds the images that the
 //! runtime shows, `hands` hears the controllers, `stage` and `travel` say where in the world the room stands, and
-//! `flight` draws the frames.
+//! `flight` draws the frames. `mirror` shows the left eye in a window, with the feature `window`.
 //!
 //! Why: `docs/decisions/headset.md`.
 
@@ -12,11 +12,18 @@ mod binding;
 mod error;
 mod flight;
 mod hands;
+#[cfg(feature = "window")]
+mod mirror;
+#[cfg(not(feature = "window"))]
+mod no_mirror;
 pub mod session;
 mod show;
 pub mod stage;
 pub mod swapchains;
 pub mod travel;
+
+#[cfg(not(feature = "window"))]
+use no_mirror as mirror;
 
 pub use error::HeadsetError;
 pub use session::{Headset, Runtime};

@@ -173,6 +173,7 @@ mod tests {
     use crate::scene::view::Lens;
 
     const FLAT: fn(DVec2) -> f64 = |_| 50.0;
+    const START: Stage = Stage { floor_m: DVec3::new(10.0, 20.0, 50.0), heading_rad: 0.0, scale: 1.0 };
 
     fn eyes() -> [Eye; 2] {
         let lens = Lens { left: 1.0, right: 1.0, up: 1.0, down: 1.0 };
@@ -180,7 +181,7 @@ mod tests {
     }
 
     fn traveller() -> Traveller {
-        Traveller::new(Stage { floor_m: DVec3::new(10.0, 20.0, 50.0), heading_rad: 0.0, scale: 1.0 })
+        Traveller::new(START)
     }
 
     fn run(traveller: &mut Traveller, asked: Asked, steps: u32) {
@@ -211,7 +212,7 @@ mod tests {
         let walked_m = walker.stage().floor_m.y - 20.0;
         assert!((3.5..4.1).contains(&walked_m), "{walked_m}");
         assert!(walker.vignette() > 0.95);
-        let mut flyer = Traveller::new(Stage { floor_m: DVec3::new(10.0, 20.0, 1050.0), ..*traveller().stage() });
+        let mut flyer = Traveller::new(Stage { floor_m: DVec3::new(10.0, 20.0, 1050.0), ..START });
         run(&mut flyer, ahead, 180);
         let flown_m = flyer.stage().floor_m.y - 20.0;
         assert!((900.0..1000.0).contains(&flown_m), "{flown_m}");
@@ -236,7 +237,7 @@ mod tests {
         assert_eq!(traveller.stage().scale, 1.0);
         assert!((traveller.stage().floor_m.z - 50.0).abs() < 1e-6);
         run(&mut traveller, Asked { reset: true, ..Asked::default() }, 1);
-        assert_eq!(*traveller.stage(), *super::tests::traveller().stage());
+        assert_eq!(*traveller.stage(), START);
     }
 
     #[test]
@@ -244,7 +245,7 @@ mod tests {
         let mut traveller = traveller();
         let rest = DVec2::new(0.1, -0.12);
         run(&mut traveller, Asked { fly: rest, turn: rest, ..Asked::default() }, 50);
-        assert_eq!(traveller.stage(), super::tests::traveller().stage());
+        assert_eq!(*traveller.stage(), START);
         // A longer frame is no jump.
         let ahead = Asked { fly: DVec2::new(0.0, 1.0), ..Asked::default() };
         traveller.advance(&ahead, &eyes(), 1e9, FLAT);

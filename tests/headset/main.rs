@@ -26,8 +26,11 @@ pub struct Room(tempfile::TempDir);
 
 /// What a run told.
 pub struct Told {
+    /// Of the process.
     pub status: Option<i32>,
+    /// All of it.
     pub stdout: String,
+    /// The same.
     pub stderr: String,
     /// The runtime's log.
     pub log: String,
@@ -66,6 +69,7 @@ impl Room {
         Some(room)
     }
 
+    /// Of a file in it, there or not.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
@@ -90,11 +94,16 @@ impl Room {
             .env("VK_LAYER_SETTINGS_PATH", self.0.path())
             .env("XR_RUNTIME_JSON", self.path("runtime.json"))
             .env("HACHURE_XR_LOG", self.path("runtime.log"))
-            .env_remove("RUST_LOG");
+            .env_remove("RUST_LOG")
+            // Without a mirror.
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY");
         for (name, value) in script {
             // A variable of the system has its whole name.
-            let name = if name.starts_with('=') { name[1..].to_owned() } else { format!("HACHURE_XR_{name}") };
-            command.env(name, value);
+            match name.strip_prefix('=') {
+                Some(name) => command.env(name, value),
+                None => command.env(format!("HACHURE_XR_{name}"), value),
+            };
         }
         command
     }
