@@ -3,7 +3,7 @@
 //! The modules are listed in the order in which data flows. A module uses only modules that stand above it.
 //!
 //! ```text
-//! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window
+//! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window, headset
 //! ```
 //!
 //! `ARCHITECTURE.md` is the map: it follows one frame and one tile through the modules. `docs/decisions` has one page

@@ -1,7 +1,7 @@
 // An eye's picture onto the image that the headset shows, pixel by pixel, with a border that darkens on the way.
 //
-// Around the fovea nothing changes. Farther out than 30 degrees the picture is black while the room moves: what streams
-// by at the edge of the sight is what makes people sick.
+// Within 22 degrees of the lens's axis nothing changes; beyond 37 degrees the picture is black while the room moves. What
+// streams by at the edge of the sight is what makes people sick.
 
 struct Show {
     // The upper left corner of the picture in tangents from the lens's axis, x to the right and y down.
