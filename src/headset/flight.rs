@@ -45,8 +45,10 @@ pub(super) struct Flight {
     traveller: Traveller,
     styles: Vec<Style>,
     style: usize,
-    /// Of the frame before, if it was drawn.
+    /// Of the last frame that was drawn, while frames follow each other.
     before: Option<Rig>,
+    /// What the runtime's images show, and from where.
+    shown: Option<[xr::View; 2]>,
     shown_at: Option<xr::Time>,
     frames: Option<u64>,
     drawn: u64,
@@ -87,6 +89,7 @@ impl Flight {
             styles,
             style,
             before: None,
+            shown: None,
             shown_at: None,
             frames: options.frames,
             drawn: 0,
@@ -135,8 +138,7 @@ impl Flight {
         let views = if state.should_render { self.draw(&state)? } else { None };
         if views.is_none() {
             // The next frame that is seen follows none.
-            self.before = None;
-            self.began = None;
+            (self.before, self.shown, self.began) = (None, None, None);
         }
         self.end_frame(display_time, views)?;
         self.headset.gpu.check()?;
@@ -192,14 +194,19 @@ impl Flight {
         self.frame.set_step_s(step_s);
         let style = &self.styles[self.style];
         self.frame.render_eyes(&headset.gpu, &mut self.world.surfaces, &rig, style, &self.world.light)?;
-        self.before = Some(rig);
         // Only looks: nothing waits for the GPU here.
         if let Err(error) = headset.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
+        if !self.frame.drew() {
+            // The images show what they did, from where that was seen: the runtime turns it to where the head is now.
+            return Ok(self.shown);
+        }
+        self.before = Some(rig);
         if !self.show(&eyes)? {
             return Ok(None);
         }
+        self.shown = Some(views);
         if self.frame.shows(&self.styles[self.style]) {
             self.drawn += 1;
             if let Some(before) = self.began.filter(|_| self.frames.is_some()) {
@@ -207,7 +214,7 @@ impl Flight {
             }
         }
         self.began = Some(now);
-        Ok(Some(views))
+        Ok(self.shown)
     }
 
     /// The pictures of the eyes onto the runtime's images. Whether there are any.

@@ -38,6 +38,7 @@ pub unsafe extern "system" fn create_session(
             begun: None,
             next_frame: 0,
             located: None,
+            shown: None,
         });
         state.events.extend([xr::SessionState::IDLE, xr::SessionState::READY].map(Event::Session));
         unsafe { *out = xr::Session::from_raw(SESSION) };
@@ -421,6 +422,12 @@ fn check_projection(state: &mut State, frame: Frame, layer: &xr::CompositionLaye
     if layer.view_count != 2 {
         return Err(state.violation(CALL, "not two views", xr::Result::ERROR_LAYER_INVALID));
     }
+    // Images that are not new show what they did, from where that was seen.
+    let session = state.session.as_mut().ok_or(xr::Result::ERROR_HANDLE_INVALID)?;
+    let is_new = session.chains.values().any(|chain| chain.is_new);
+    session.chains.values_mut().for_each(|chain| chain.is_new = false);
+    let views = if is_new { views } else { session.shown.unwrap_or(views) };
+    session.shown = Some(views);
     let mut bytes = Vec::new();
     for (eye, located) in views.iter().enumerate() {
         let view = unsafe { *layer.views.add(eye) };

@@ -57,6 +57,8 @@ pub struct Session {
     pub next_frame: u64,
     /// What was told of the views last: when, from where.
     pub located: Option<(i64, u64, [xr::View; 2])>,
+    /// What was shown last.
+    pub shown: Option<[xr::View; 2]>,
 }
 
 #[derive(Clone, Copy)]

@@ -22,6 +22,8 @@ pub struct Chain {
     acquired: VecDeque<usize>,
     waited: Option<usize>,
     pub was_released: bool,
+    /// Since the last frame ended.
+    pub is_new: bool,
     /// The bytes of the last image that was released, if they are dumped.
     pub bytes: Vec<u8>,
 }
@@ -87,6 +89,7 @@ pub unsafe extern "system" fn create(
                 acquired: VecDeque::new(),
                 waited: None,
                 was_released: false,
+                is_new: false,
                 bytes: Vec::new(),
             },
         );
@@ -200,7 +203,7 @@ pub unsafe extern "system" fn release(
         let chain = session.as_mut().and_then(|session| session.chains.get_mut(&swapchain.into_raw()));
         let (Some(vulkan), Some(chain)) = (vulkan, chain) else { return Err(xr::Result::ERROR_RUNTIME_FAILURE) };
         chain.bytes = vulkan.take(&chain.images[image], chain.size_px, chain.texel_bytes(), wants);
-        chain.was_released = true;
+        (chain.was_released, chain.is_new) = (true, true);
         Ok(xr::Result::SUCCESS)
     })())
 }
