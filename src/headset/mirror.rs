@@ -86,8 +86,11 @@ impl Pane {
         let mut config = surface
             .get_default_config(&gpu.adapter, width, height)
             .ok_or("the headset's GPU cannot draw on this display")?;
-        // The headset sets the pace.
-        config.present_mode = wgpu::PresentMode::AutoNoVsync;
+        // The headset sets the pace: a display that has to be waited for is none.
+        let modes = surface.get_capabilities(&gpu.adapter).present_modes;
+        let free = [wgpu::PresentMode::Mailbox, wgpu::PresentMode::Immediate];
+        let mode = free.into_iter().find(|mode| modes.contains(mode));
+        config.present_mode = mode.ok_or("this display sets the pace of what draws on it")?;
         surface.configure(&gpu.device, &config);
         let present = PresentPass::new(gpu, config.format);
         Ok(Self { surface, config, present, window })

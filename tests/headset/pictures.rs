@@ -136,3 +136,27 @@ fn a_giants_eyes_stand_far_apart() {
     let script = [("MOTION", "none"), ("PUSHES", "3-5:/user/hand/right/input/a/click")];
     compare(&room, &script, "ink", 1000.0);
 }
+
+#[test]
+fn the_border_is_dark_on_the_way() {
+    let Some(room) = Room::with_hill() else { return };
+    let dump = room.path("dump");
+    // The red of the upper left corner and of the middle, for each eye.
+    let seen = |script: &[(&str, &str)]| {
+        let _ = std::fs::remove_dir_all(&dump);
+        std::fs::create_dir(&dump).unwrap();
+        let script = [script, &[("DUMP", dump.to_str().unwrap()), ("SIZES", "96x80,80x72")]].concat();
+        room.fly(&script, &["--frames", "60", "--style", "plain"]).well("flying");
+        let shown = last_frame(&room);
+        [0, 1].map(|eye| {
+            let [width, height] = SIZES_PX[eye].map(|side| side as usize);
+            [0, 4 * (width * (height / 2) + width / 2)].map(|at| shown[eye].1[at])
+        })
+    };
+    let rest = seen(&[]);
+    let flying = seen(&[("PUSHES", "5-999:/user/hand/left/input/thumbstick:0:1")]);
+    for (rest, flying) in rest.iter().zip(flying) {
+        assert!(rest.iter().all(|red| *red > 60), "at rest the picture is bright: {rest:?}");
+        assert!(flying[0] < 48 && flying[1] > 60, "on the way: {flying:?}");
+    }
+}
