@@ -198,6 +198,8 @@ impl Flight {
         if let Err(error) = headset.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
+        // The GPU's times are nobody's business here, and would wait for somebody.
+        while self.frame.take_times().is_some() {}
         if !self.frame.drew() {
             // The images show what they did, from where that was seen: the runtime turns it to where the head is now.
             return Ok(self.shown);
