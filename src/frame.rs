@@ -7,31 +7,24 @@
 
 mod eye;
 mod left;
+mod passes;
 mod switch;
 
 use std::time::Instant;
 
 pub use self::eye::EyeMemory;
-use crate::composite;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
 use crate::gpu::recorder::{Cx, Submits};
 use crate::gpu::timer::Timer;
 use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError};
-use crate::lines::strokes::history::Step;
-use crate::lines::strokes::{self, FrameStrokes};
-use crate::lines::{detector, lsa, smooth, threshold};
+use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
-use crate::style::hatching::Scale;
-use crate::surface::edges::EdgeList;
 use crate::surface::land::vertices::PatchMesh;
-use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, land, mark_normal, meshes, motion};
 use crate::tiles::terrain::{Prepared, TerrainView};
-use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
 use crate::world::Surfaces;
 
 /// What the terrain is asked for a view.
@@ -231,139 +224,12 @@ impl Frame {
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
         let (step_s, wants_motion) = (self.step_s, self.wants_motion);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
-        let seen = FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion };
-        for (eye, memory) in self.eyes.iter_mut().enumerate() {
-            render_eye(&mut cx, &seen, eye, memory);
-        }
+        let inputs = FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion };
+        passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
         let is_complete = cx.is_complete();
         self.trace = cx.submit();
         self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.drew = is_complete;
         Ok(is_complete)
     }
-}
-
-/// The passes of one eye.
-fn render_eye(cx: &mut Cx<'_>, seen: &FrameInputs<'_>, eye: usize, memory: &mut EyeMemory) {
-    let &FrameInputs { world, mesh, rig, style, light, .. } = seen;
-    let terrain = &world.terrain;
-    let gpu = cx.gpu();
-    let view_of_eye = &rig.eyes[eye];
-    let view = &cx.uniform("view", &view_of_eye.uniform(rig.origin_m));
-    let heights = &terrain.resources();
-    let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
-
-    let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
-        let nearest_m = world.nearest_m(rig.origin_m);
-        let step = Step { step_s: seen.step_s, nearest_m, origin_m: rig.origin_m, land_changes: seen.land_changes };
-        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step)
-    });
-    let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(cx, rules));
-    let edges = edges.as_ref();
-
-    // Surface: place the vertices, rasterise depth and id, compute the rest.
-    let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
-    for &batch in &mesh.batches {
-        if eye == 0 || mesh.batches.len() > 1 {
-            mesh.place(cx, batch, heights);
-        }
-        land::raster::run(cx, &land::raster::Inputs { view, terrain: heights, mesh, batch, depth, surface_id });
-        if let Some(edges) = edges {
-            land::edges::run(cx, edges, &land::edges::Inputs { view, terrain: heights, mesh, batch });
-        }
-    }
-    // What stands on the land: the same once more.
-    let meshes = world.meshes().map(|placed| {
-        let meshes = DrawnMeshes::of(cx, placed);
-        meshes::cull::run(cx, view, rig.origin_m, terrain.uniform(), &meshes);
-        meshes::vertices::run(cx, &meshes, terrain.uniform());
-        meshes::raster::run(cx, &meshes::raster::Inputs { view, meshes: &meshes, depth, surface_id });
-        if let Some(edges) = edges {
-            meshes::edges::run(cx, edges, view, &meshes);
-        }
-        meshes
-    });
-    let (position, normal) = (&targets.whole(gpu, &surface::POSITION), &targets.whole(gpu, &surface::NORMAL));
-    land::resolve::run(cx, &land::resolve::Inputs { view, terrain: heights, depth, position, normal });
-    if let Some(meshes) = &meshes {
-        meshes::resolve::run(cx, &meshes::resolve::Inputs { view, meshes, surface_id, depth, position, normal });
-    }
-    if seen.wants_motion {
-        let motion = &targets.whole(gpu, &motion::MOTION);
-        motion::run(cx, &motion::Inputs { view, position, motion });
-    }
-
-    // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
-    let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
-    if let (0, Some(tiles)) = (eye, horizon_tiles) {
-        land::horizons::run(cx, heights, tiles);
-    }
-
-    // Lines: detect, threshold, smooth.
-    let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
-    let line = style.lines.as_ref().map_or(nothing.clone(), |lines| {
-        let errors = &targets.whole(gpu, &detector::ERRORS);
-        let line = targets.whole(gpu, &threshold::LINE);
-        let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
-        let directions = directions.as_ref();
-        detector::run(cx, lines, &detector::Inputs { view, position, normal, errors, directions });
-        threshold::run(cx, lines, &threshold::Inputs { view, errors, directions, line: &line });
-        if !lines.antialias {
-            return line;
-        }
-        let smoothed = targets.whole(gpu, &smooth::SMOOTHED);
-        smooth::run(cx, &smooth::Inputs { view, line: &line, smoothed: &smoothed });
-        smoothed
-    });
-
-    // Strokes: see what is visible of the edges, chain it, draw it.
-    let ink = match (&style.strokes, &strokes) {
-        (Some(style), Some(strokes)) => {
-            strokes.draw(cx, strokes::Inputs { view, depth, edges, targets, resolution: style.resolution })
-        }
-        _ => nothing.clone(),
-    };
-
-    // Tones.
-    let tone = targets.whole(gpu, &TONE);
-    let inputs = tones::Inputs {
-        view,
-        terrain: terrain.uniform(),
-        horizon_maps: horizon_tiles.and_then(|_| terrain.horizon_map_resources()),
-        style,
-        light,
-        camera_z_m: rig.origin_m.z as f32,
-        range_m: terrain.range_m(),
-        position,
-        normal,
-        tone: &tone,
-    };
-    tones::run(cx, &inputs);
-    let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
-        let washed = targets.whole(gpu, &watercolor::WASHED);
-        let origin_m = rig.origin_m;
-        let inputs = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
-        watercolor::run(cx, &inputs);
-        washed
-    });
-    let marks = style.hatching.as_ref().map_or(nothing, |hatching| {
-        let size = mark_normal::mark_normal_size(targets.size_px());
-        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
-        let seen = mark_normal::Inputs { view, terrain: heights, surface_id, position, normal, mark_normal };
-        mark_normal::run(cx, &seen);
-        let balance = balance::Inputs::new(cx, targets, view, hatching);
-        let (tone, cover, origin_m) = (&tone, &balance.cover, rig.origin_m);
-        let inputs = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
-        match hatching.scale {
-            Scale::Blend => hatching::run(cx, &inputs),
-            Scale::Add => fractal_hatching::run(cx, &inputs),
-        }
-        balance::run(cx, &balance);
-        balance.marks
-    });
-
-    // Composite.
-    let picture = &targets.whole(gpu, &composite::PICTURE);
-    let (tone, line, ink, marks) = (&colors, &line, &ink, &marks);
-    composite::run(cx, &composite::Inputs { view, style, light, position, tone, line, ink, marks, picture });
 }

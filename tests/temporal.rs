@@ -11,7 +11,7 @@ use hachure::measure::temporal::{
     DrawnFrame, LINE_INK, PairMeasures, Share, StrokePictures, TemporalError, TemporalTotals, compare, count_strokes,
     read_drawn,
 };
-use hachure::scene::view::{Pose, View};
+use hachure::scene::view::{Pose, Rig, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::Style;
 
@@ -87,9 +87,18 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
     let eye_m = view.pose.position_m;
     let mut frame = DrawnFrame {
         view,
+        origin_m: eye_m,
         position: vec![[0.0; 4]; pixels],
         ink: Some(vec![0.0; pixels]),
-        strokes: Some(StrokePictures { id: vec![0; pixels], along_px: vec![f32::NAN; pixels], identities_last: true }),
+        strokes: Some(StrokePictures {
+            id: vec![0; pixels],
+            along_px: vec![f32::NAN; pixels],
+            half_width_px: vec![f32::NAN; pixels],
+            depth_m: vec![f32::NAN; pixels],
+            identities_last: true,
+        }),
+        centres: None,
+        marks: None,
         luma: vec![0.0; pixels],
     };
     let strokes = frame.strokes.as_mut().unwrap();
@@ -375,7 +384,7 @@ fn a_real_drawing_is_measured() {
             frame.render(&world.gpu, &mut world.surfaces, &view, &style, &light).unwrap();
             world.gpu.wait();
             let strokes = count_strokes(&world.gpu, &frame, &style).unwrap();
-            (read_drawn(&world.gpu, &frame, &view, &style).unwrap(), strokes)
+            (read_drawn(&world.gpu, &frame, &Rig::mono(view), 0, &style).unwrap(), strokes)
         };
         let (before, strokes) = draw(&mut world, "-300,-2500,+350,20,-6,60");
         let (now, _) = draw(&mut world, "-300,-2490,+350,20.1,-6,60");
@@ -411,7 +420,7 @@ fn a_real_drawing_is_measured() {
         }
         if name != "plain" {
             let view = View { pose: world.pose("-300,-2490,+350,22,-6,60"), ..now.view };
-            let planted = totals(&DrawnFrame { view, ..before.clone() }, &now);
+            let planted = totals(&DrawnFrame { view, origin_m: view.pose.position_m, ..before.clone() }, &now);
             assert!(planted["flicker"].unwrap() > 2.0 * moved["flicker"].unwrap(), "{planted:?}");
         }
     }

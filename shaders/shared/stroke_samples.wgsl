@@ -26,7 +26,7 @@ struct Sample {
     padding: vec2<f32>,
 }
 
-// What a sample found in the frame before.
+// What a sample found in the frame before, or in the other eye.
 struct Match {
     // 0: nothing.
     stroke: u32,
@@ -40,7 +40,8 @@ struct Match {
     // Of the sample itself: arc length from its stroke's start.
     at_px: f32,
     shown_px: f32,
-    padding: f32,
+    // 1: the other eye sees the place.
+    is_seen: u32,
 }
 
 // What a chain takes over.

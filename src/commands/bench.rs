@@ -23,6 +23,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
+use super::stereo_args::StereoArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::gpu::Gpu;
@@ -33,12 +34,13 @@ use crate::measure::report_text;
 use crate::measure::statistics::{RunFrames, write_frames_csv};
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
-use crate::scene::stereo::Eyes;
 use crate::source::Progress;
 use crate::world::{self, OpenWorld};
 
 /// Of a run's frames, so many at most are compared with the full-resolution heights.
 const CHECKED_FRAMES: usize = 32;
+/// Cameras of the path that are asked for the nearest land.
+const ASKED_CAMERAS: usize = 24;
 /// Frames per second along the path where no number of frames is given.
 const FPS: f64 = 30.0;
 
@@ -68,9 +70,9 @@ pub struct BenchArgs {
     /// Width and height in pixels, like 1280x720
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
-    /// How many eyes: mono
-    #[arg(long, default_value = "mono", value_parser = super::parse_one_eye)]
-    pub eyes: Eyes,
+    /// How many eyes, and how they stand.
+    #[command(flatten)]
+    pub stereo: StereoArgs,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
@@ -96,6 +98,7 @@ pub struct BenchArgs {
 /// # Errors
 /// When an input does not hold, the GPU fails, or the folder cannot be written.
 pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    args.stereo.check()?;
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
     arguments::check_world(args.world.as_deref())?;
     // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
@@ -113,17 +116,18 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
     runs[0].world.ground_was_read()?;
+    place_eyes(&gpu, &path, args, &mut runs)?;
     fly(&gpu, &path, args, &mut runs)?;
 
     let report = Report {
         adapter: gpu.description(),
         size: args.size,
         world: world_size(&runs[0].world),
-        runs: runs.iter().map(|run| run.run(args.eyes)).collect(),
+        runs: runs.iter().map(|run| run.run(args.stereo.eyes)).collect(),
     };
     let frames: Vec<RunFrames> = runs
         .into_iter()
-        .map(|run| RunFrames { style: run.style.name, eyes: args.eyes.to_string(), frames: run.records })
+        .map(|run| RunFrames { style: run.style.name, eyes: args.stereo.eyes.to_string(), frames: run.records })
         .collect();
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
     write_frames_csv(&frames_csv, &frames)?;
@@ -134,6 +138,19 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     let [width, height] = report.size;
     print(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
+}
+
+/// How two eyes stand to each other: the same for all styles and all frames.
+fn place_eyes(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
+    let mut nearest = f64::INFINITY;
+    if args.stereo.asks_for_nearest() {
+        for camera in path.spread(ASKED_CAMERAS) {
+            nearest = nearest.min(runs[0].nearest_m(gpu, &camera)?);
+        }
+    }
+    let pair = args.stereo.pair(nearest);
+    runs.iter_mut().for_each(|run| run.pair = pair);
+    Ok(())
 }
 
 fn world_size(world: &OpenWorld) -> WorldSize {

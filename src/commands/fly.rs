@@ -10,9 +10,9 @@ use clap::Args;
 use super::arguments;
 use super::height_args::HeightArgs;
 use super::render::parse_size;
+use super::stereo_args::StereoArgs;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
-use crate::scene::stereo::Eyes;
 
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
@@ -34,9 +34,9 @@ pub struct FlyArgs {
     /// Width and height of the window in pixels, like 1280x720
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
-    /// How many eyes: mono
-    #[arg(long, default_value = "mono", value_parser = super::parse_one_eye)]
-    pub eyes: Eyes,
+    /// How many eyes, and how they stand.
+    #[command(flatten)]
+    pub stereo: StereoArgs,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,

@@ -11,13 +11,13 @@ mod inputs;
 pub mod misuse;
 pub mod progress;
 pub mod render;
+pub mod stereo_args;
 pub mod styles;
 
 use serde::Serialize;
 
 use crate::file::message::harmless;
 use crate::file::standard;
-use crate::scene::stereo::Eyes;
 
 /// What a command answers, with control characters escaped; see [`standard::print`].
 fn print(text: &str) -> anyhow::Result<()> {
@@ -27,12 +27,4 @@ fn print(text: &str) -> anyhow::Result<()> {
 /// [`print`] for programs.
 fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&serde_json::to_string_pretty(value)?)
-}
-
-/// `--eyes` of what draws one eye for now.
-fn parse_one_eye(text: &str) -> Result<Eyes, String> {
-    match text.parse()? {
-        Eyes::Mono => Ok(Eyes::Mono),
-        _ => Err("this version draws two eyes into files only (hachure render)".to_owned()),
-    }
 }

@@ -15,6 +15,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
+use super::stereo_args::StereoArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -61,15 +62,9 @@ pub struct RenderArgs {
     /// Frames per second along the path
     #[arg(long, default_value_t = 30.0, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
     pub fps: f64,
-    /// Which eyes: mono, left or right (of a pair), side-by-side (each of --size), anaglyph (red and cyan)
-    #[arg(long, default_value = "mono")]
-    pub eyes: Eyes,
-    /// Of two eyes: how far apart they are, in metres [default: 0.065]
-    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1e6))]
-    pub ipd: Option<f64>,
-    /// Of two eyes: how far away the picture's plane is, where both see the same [default: infinitely far]
-    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::above_0)]
-    pub convergence: Option<f64>,
+    /// How many eyes, and how they stand.
+    #[command(flatten)]
+    pub stereo: StereoArgs,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
@@ -151,9 +146,11 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         ..TerrainOptions::default()
     };
     let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
-    let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn: DrawingReport::default() };
+    let drawn = DrawingReport::default();
+    let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None };
     let cameras = job.cameras()?;
     job.world.ground_was_read()?;
+    job.place_eyes(&cameras)?;
     if args.json {
         job.warm_up(&cameras[0])?;
     }
@@ -198,10 +195,10 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
 
 /// Two eyes are drawn into pictures that have room for what is asked of both.
 fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
-    let (eyes, output) = (args.eyes, named(&args.output));
+    args.stereo.check()?;
+    let (eyes, output) = (args.stereo.eyes, named(&args.output));
     if eyes == Eyes::Mono {
-        let stray = args.ipd.map(|_| "--ipd").or(args.convergence.map(|_| "--convergence"));
-        return stray.map_or(Ok(()), |name| Err(Misuse(format!("{name}: it is for two eyes, and --eyes is mono"))));
+        return Ok(());
     }
     if matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
         return Err(Misuse(format!("--eyes {eyes}: an .svg is drawn for one eye, and the output is {output}")));
@@ -209,7 +206,7 @@ fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     if args.show.is_some() {
         return Err(Misuse(format!("--eyes {eyes}: --show is of one eye's frame")));
     }
-    if eyes == Eyes::Anaglyph && !args.aov.is_empty() {
+    if eyes.are_merged() && !args.aov.is_empty() {
         return Err(Misuse(
             "--aov: an anaglyph is both eyes in one picture; side-by-side has the channels of each".into(),
         ));

@@ -5,6 +5,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::{self, DrawnStrokes};
 use crate::lines::{smooth, threshold};
 use crate::style::Style;
@@ -91,9 +92,10 @@ impl Frame {
         Some(DrawnStrokes::new(memory, &self.pools))
     }
 
-    /// Which line picture the composite read, if the style has lines.
-    pub fn line_target(&self, style: &Style) -> Option<&Target> {
-        let lines = style.lines.as_ref()?;
-        self.target(if lines.antialias { &smooth::SMOOTHED } else { &threshold::LINE })
+    /// Which line picture the composite of an eye read, if the style has lines.
+    pub fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
+        style.lines.as_ref()?;
+        let last = [&agree::AGREED, &smooth::SMOOTHED, &fade_out::FADED, &threshold::LINE];
+        last.into_iter().find_map(|kind| self.eye_target(eye, kind))
     }
 }

@@ -13,14 +13,16 @@ use std::time::Instant;
 use glam::{DQuat, DVec3};
 
 use super::eye::EyeMemory;
-use super::{Frame, FrameInputs, prepare, render_eye};
+use super::passes::render_eyes;
+use super::{Frame, FrameInputs, prepare};
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Cx;
 use crate::gpu::shader::ShaderError;
 use crate::gpu::texts::Texts;
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::StrokeMemory;
 use crate::scene::Light;
-use crate::scene::view::{Part, Rig, View};
+use crate::scene::view::{Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::surface::land::vertices::PatchMesh;
 use crate::tiles::selection::Selection;
@@ -36,8 +38,8 @@ const TURN: f64 = 0.25;
 #[derive(Default)]
 pub(super) struct Switch {
     shown: Option<Style>,
-    /// Of the rehearsals of one style.
-    rehearsal: Option<(Style, EyeMemory)>,
+    /// Of the rehearsals of one style, for each eye.
+    rehearsal: Option<(Style, Vec<EyeMemory>)>,
 }
 
 impl Frame {
@@ -141,32 +143,37 @@ impl Frame {
             world.terrain.map_horizons(gpu, Some(light.to_sun));
         }
         let known = self.switch.rehearsal.take().filter(|(known, _)| known == style);
-        let (_, memory) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), EyeMemory::default())));
-        if let Some(strokes) = &mut memory.strokes {
-            strokes.forget();
-        }
+        let (_, memories) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), Vec::new())));
+        memories.resize_with(rig.eyes.len(), EyeMemory::default);
+        memories.iter_mut().filter_map(|memory| memory.strokes.as_mut()).for_each(StrokeMemory::forget);
         let mut is_complete = true;
-        for view in first_views(&rig.eyes[0]) {
-            memory.begin_frame(gpu, &view, style)?;
-            let rig = &Rig { eyes: vec![view], ..rig.clone() };
+        for eyes in first_frames(&rig.eyes) {
+            for (memory, view) in memories.iter_mut().zip(&eyes) {
+                memory.begin_frame(gpu, view, style)?;
+            }
+            let rig = &Rig { eyes, ..*rig };
             let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
             let (step_s, wants_motion) = (self.step_s, self.wants_motion);
-            let seen = FrameInputs { world, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
-            render_eye(&mut cx, &seen, 0, memory);
+            let inputs = FrameInputs { world, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
+            render_eyes(&mut cx, &inputs, memories);
             is_complete &= cx.is_complete();
         }
         Ok(is_complete)
     }
 }
 
-/// The first frame of a style, the next one, and one after a turn.
-fn first_views(view: &View) -> [View; 3] {
-    let pose = view.pose;
-    let turn = DQuat::from_axis_angle(DVec3::Z, TURN * view.fov_rad());
-    let mut turned = pose;
-    (turned.forward, turned.right, turned.up) = (turn * pose.forward, turn * pose.right, turn * pose.up);
-    let small =
-        |previous, pose| View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view };
-    [small(pose, pose), small(pose, pose), small(pose, turned)]
+/// The eyes in the first frame of a style, in the next one, and in one after a turn.
+fn first_frames(eyes: &[View]) -> [Vec<View>; 3] {
+    let frame = |turn_rad: f64| {
+        let turn = DQuat::from_axis_angle(DVec3::Z, turn_rad);
+        let turned =
+            |pose: Pose| Pose { forward: turn * pose.forward, right: turn * pose.right, up: turn * pose.up, ..pose };
+        let small = |view: &View| {
+            let (previous, pose) = (view.pose, turned(view.pose));
+            View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view }
+        };
+        eyes.iter().map(small).collect()
+    };
+    [frame(0.0), frame(0.0), frame(TURN * eyes[0].fov_rad())]
 }

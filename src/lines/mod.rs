@@ -1,8 +1,9 @@
 //! Lines from pictures of the surface: a detector writes errors, the threshold makes lines of them, smoothing takes the
-//! stairs away. [`strokes`] has lines as geometry.
+//! stairs away. [`stereo`] lets lines of two eyes agree. [`strokes`] has lines as geometry.
 
 pub mod detector;
 pub mod lsa;
 pub mod smooth;
+pub mod stereo;
 pub mod strokes;
 pub mod threshold;

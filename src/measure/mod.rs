@@ -8,4 +8,5 @@ pub mod report;
 pub mod report_html;
 pub mod report_text;
 pub mod statistics;
+pub mod stereo;
 pub mod temporal;

@@ -22,13 +22,14 @@
 //!
 //! Why: `docs/decisions/temporal-steadiness.md`.
 
-mod follow;
-mod lines;
+pub(super) mod follow;
+pub(super) mod lines;
 mod parameter;
 mod read;
 mod read_strokes;
 mod totals;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use self::follow::{Follower, SurfaceOfFrame, Whose};
@@ -50,12 +51,18 @@ pub const HELD_SHARE: f64 = 0.5;
 pub struct DrawnFrame {
     /// The eye.
     pub view: View,
-    /// Camera-relative metres (east, north, up); the fourth is the distance along the view axis, and 0 is the sky.
+    /// What positions count from in the world: the origin of the rig that the eye belongs to.
+    pub origin_m: DVec3,
+    /// Metres from the origin (east, north, up); the fourth is the distance along the view axis, and 0 is the sky.
     pub position: Vec<[f32; 4]>,
     /// Ink of lines and strokes, 0 to 1; none where a style draws no lines.
     pub ink: Option<Vec<f32>>,
     /// Of a style with strokes.
     pub strokes: Option<StrokePictures>,
+    /// The middles of strokes, of an eye of a pair.
+    pub centres: Option<StrokePictures>,
+    /// Ink of marks, 0 to 1; none where a style has no hatching.
+    pub marks: Option<Vec<f32>>,
     /// sRGB-encoded luminance of the final picture: 0 black to 1 white.
     pub luma: Vec<f32>,
 }
@@ -67,6 +74,10 @@ pub struct StrokePictures {
     pub id: Vec<u32>,
     /// Its parameter in pixels at the pixel's centre; NaN where there is none.
     pub along_px: Vec<f32>,
+    /// Its half width at full pressure; NaN where there is none.
+    pub half_width_px: Vec<f32>,
+    /// Its distance along the view axis; NaN where there is none.
+    pub depth_m: Vec<f32>,
     /// Whether an identity means the same stroke in the next frame. If not, changes of identity are not measured.
     pub identities_last: bool,
 }
@@ -161,8 +172,8 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
     let on = Follower { from: &seen_before, to: &seen_now };
     let mut measures = PairMeasures { e_warp: e_warp(&back, before, now), ..PairMeasures::default() };
     let (Some(ink_before), Some(ink_now)) = (&before.ink, &now.ink) else { return Ok(measures) };
-    let born = Fates::of(&back, ink_now, ink_before);
-    let died = Fates::of(&on, ink_before, ink_now);
+    let born = Fates::of(&back, ink_now, ink_before, REACH_PX, None);
+    let died = Fates::of(&on, ink_before, ink_now, REACH_PX, None);
     measures.lines = Some(LineMeasures {
         coverage: Share { part: born.line_pixels() as f64, whole: ink_now.len() as f64 },
         births: born.change(),
@@ -181,12 +192,15 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
 }
 
 impl DrawnFrame {
-    fn is_whole(&self) -> bool {
+    /// Whether all pictures have the pixels of one size.
+    pub(super) fn is_whole(&self) -> bool {
         let [width, height] = self.view.part.size_px.map(|side| side as usize);
         let pixels = width * height;
-        let of_strokes = self.strokes.iter().flat_map(|strokes| [strokes.id.len(), strokes.along_px.len()]);
+        let of_strokes = self.strokes.iter().chain(&self.centres);
+        let of_strokes =
+            of_strokes.flat_map(|of| [of.id.len(), of.along_px.len(), of.half_width_px.len(), of.depth_m.len()]);
         let lengths = [self.position.len(), self.luma.len()];
-        let mut lengths = lengths.into_iter().chain(self.ink.iter().map(Vec::len)).chain(of_strokes);
+        let mut lengths = lengths.into_iter().chain(self.ink.iter().chain(&self.marks).map(Vec::len)).chain(of_strokes);
         pixels > 0 && lengths.all(|length| length == pixels)
     }
 }

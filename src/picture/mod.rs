@@ -7,6 +7,7 @@
 
 pub mod aov;
 pub mod eyes;
+pub mod nearest;
 mod report;
 pub mod show;
 pub mod strokes;

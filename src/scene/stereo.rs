@@ -24,16 +24,19 @@ pub enum Eyes {
     SideBySide,
     /// Both in one picture: the left one for a red glass, the right one for a cyan glass.
     Anaglyph,
+    /// The same without colours of its own.
+    GreyAnaglyph,
 }
 
 impl Eyes {
     /// Their names, in the order of the variants.
-    const NAMES: [(&str, Self); 5] = [
+    const NAMES: [(&str, Self); 6] = [
         ("mono", Self::Mono),
         ("left", Self::Left),
         ("right", Self::Right),
         ("side-by-side", Self::SideBySide),
         ("anaglyph", Self::Anaglyph),
+        ("grey-anaglyph", Self::GreyAnaglyph),
     ];
 
     /// Which eyes of a pair are read, left to right: 0 is the left one.
@@ -42,8 +45,13 @@ impl Eyes {
             Self::Mono => &[],
             Self::Left => &[0],
             Self::Right => &[1],
-            Self::SideBySide | Self::Anaglyph => &[0, 1],
+            Self::SideBySide | Self::Anaglyph | Self::GreyAnaglyph => &[0, 1],
         }
+    }
+
+    /// Whether both are in the same pixels.
+    pub fn are_merged(self) -> bool {
+        matches!(self, Self::Anaglyph | Self::GreyAnaglyph)
     }
 }
 
@@ -52,7 +60,9 @@ impl FromStr for Eyes {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::NAMES.iter().find(|(name, _)| *name == text);
-        known.map(|(_, eyes)| *eyes).ok_or_else(|| "it must be mono, left, right, side-by-side or anaglyph".to_owned())
+        known
+            .map(|(_, eyes)| *eyes)
+            .ok_or_else(|| "it must be mono, left, right, side-by-side, anaglyph or grey-anaglyph".to_owned())
     }
 }
 

@@ -86,6 +86,16 @@ impl Rig {
     pub fn mono(view: View) -> Self {
         Self { origin_m: view.pose.position_m, eyes: vec![view] }
     }
+
+    /// How far to the right of the origin an eye stands, as the first one looks.
+    pub fn aside_m(&self, eye: usize) -> f64 {
+        self.eyes.get(eye).map_or(0.0, |at| (at.pose.position_m - self.origin_m).dot(self.eyes[0].pose.right))
+    }
+
+    /// Whether it is of two eyes that stand apart. Two at one place see the same, and have nothing to agree on.
+    pub fn is_pair(&self) -> bool {
+        matches!(self.eyes.as_slice(), [left, right] if left.pose.position_m != right.pose.position_m)
+    }
 }
 
 impl Pose {

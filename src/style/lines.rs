@@ -18,6 +18,12 @@ parameters! {
         ramp: [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, and 2 is the paper's.
         density: f32 = 0.0 => Range::AtLeast(0.0);
+        /// What two eyes do so that their lines agree.
+        stereo: Stereo = Stereo::Full;
+        /// Where contours of two eyes begin to fade out, from the contour in angles between the eyes.
+        fade_start: f32 = 1.75 => Range::Within(0.0, 100.0);
+        /// Where the fade is full.
+        fade_end: f32 = 0.4375 => Range::Within(0.0, 100.0);
         /// Whether the stairs of lines are smoothed.
         antialias: bool = true;
         /// Colour of the lines.
@@ -45,6 +51,18 @@ choices! {
         Sobel,
         /// Roystan's outline.
         Roystan,
+    }
+}
+
+choices! {
+    /// What two eyes do so that their lines agree.
+    pub enum Stereo {
+        /// Nothing: each draws its own.
+        Alone,
+        /// Lines that the other eye should have and has not go.
+        Suppressed,
+        /// Contours fade out to where the other eye sees them, too.
+        Full,
     }
 }
 

@@ -17,7 +17,7 @@ use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::toml_text::Wrong;
 pub use color::Color;
 pub use error::StyleError;
-pub use lines::{Detector, Epsilon, Lines};
+pub use lines::{Detector, Epsilon, Lines, Stereo};
 use parameters::{Range, parameters};
 pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};

@@ -86,11 +86,26 @@ impl Inputs {
     }
 }
 
-/// Balances the ink of [`Inputs::cover`], if the style says so, and writes [`Inputs::marks`].
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs) {
+/// The other eye of a pair.
+pub struct Partner<'a> {
+    /// Its `View`.
+    pub view: &'a Resource,
+    /// Of the surface, as this eye sees it.
+    pub position: &'a Target,
+    /// What the other eye would add to the darkness.
+    pub more: &'a Target,
+}
+
+/// Finds what is to be added to the darkness of [`Inputs::cover`], if the style says so.
+pub fn count(cx: &mut Cx<'_>, inputs: &Inputs) {
     if let Some(sums) = &inputs.sums {
         ink_sums::run(cx, inputs, sums);
         ink_windows::run(cx, inputs, sums);
     }
-    balanced_ink::run(cx, inputs);
+}
+
+/// Writes [`Inputs::marks`]. An eye of a pair adds the mean of what both eyes would add at the same place of the
+/// surface: so marks are as dark in both.
+pub fn draw(cx: &mut Cx<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
+    balanced_ink::run(cx, inputs, partner.filter(|_| inputs.sums.is_some()));
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use hachure::measure::report::Metrics;
 use hachure::measure::temporal::{TemporalTotals, compare, read_drawn};
-use hachure::scene::view::Pose;
+use hachure::scene::view::{Pose, Rig};
 use hachure::style::{self, Style};
 
 use crate::common::World;
@@ -16,7 +16,7 @@ fn steadiness(world: &mut World, style: Style, poses: &[Pose]) -> Metrics {
     let mut before = None;
     for pose in poses {
         let (view, ..) = flight.draw(world, *pose);
-        let now = read_drawn(&world.gpu, &flight.frame, &view, &flight.style).unwrap();
+        let now = read_drawn(&world.gpu, &flight.frame, &Rig::mono(view), 0, &flight.style).unwrap();
         if let Some(before) = &before {
             totals.add(compare(before, &now).unwrap());
         }

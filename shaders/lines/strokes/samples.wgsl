@@ -1,16 +1,12 @@
-// Strokes → samples at even distances along them, and what each finds in the frame before.
+// Strokes → samples at even distances along them.
 //
 // Points of chains stand where edges of the mesh end: one pixel apart or a hundred. Samples are at most 2 px apart, so
 // that what is told to them (pressure, texture, the old line) is told to every part of a stroke.
-//
-// A sample's place in the frame before is exact: its own distance is known, and the world stands still. (The thesis
-// looks the motion up in a picture, where a line on a contour straddles two motions.) There the strokes that were drawn
-// are looked for within REACH_PX: nearest first, those that run another way or lie at another distance do not count.
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
 #import hachure::stroke_style::{Point, Strokes}
-#import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, nearest_on, is_seam, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
+#import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -22,19 +18,11 @@
 @group(0) @binding(7) var<storage, read> starts: array<u32>;
 @group(0) @binding(8) var<storage, read> list: SampleCounts;
 @group(0) @binding(9) var<storage, read_write> samples: array<Sample>;
-@group(0) @binding(10) var<storage, read> old_samples: array<Sample>;
-// A sample's number plus 1, of the frame before.
-@group(0) @binding(11) var ids: texture_2d<u32>;
-@group(0) @binding(12) var<storage, read_write> matches: array<Match>;
+@group(0) @binding(10) var<storage, read_write> matches: array<Match>;
 
 // Bends are measured over 8 px to either side.
 const RIGHT_RAD: f32 = 1.5707964;
 const BEND_UNITS: f32 = 128.0;
-const REACH_PX: i32 = 3;
-const MOST_APART_PX: f32 = 2.5;
-// cos 45 degrees.
-const LEAST_ALIKE: f32 = 0.7;
-const MOST_DEPTH_RATIO: f32 = 1.25;
 
 // The chain of a sample: the last one that begins at it or before.
 fn chain_of(sample: u32) -> u32 {
@@ -76,63 +64,6 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     let a = points[low];
     let b = points[high];
     return OnStroke(mix(a.px, b.px, t), 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
-}
-
-// On the picture of the frame before: place, distance.
-fn before(at: OnStroke) -> vec3<f32> {
-    let clip = view.previous_clip_from_camera * vec4<f32>(place_at(view, at.px, at.depth_m), 1.0);
-    let ndc = clip.xy / max(clip.w, 1e-6);
-    return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px), clip.w);
-}
-
-fn look_back(at: OnStroke, ahead: OnStroke, at_px: f32) -> Match {
-    var found = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_px, -WHOLLY_PX, 0.0);
-    let place = before(at);
-    let ahead_px = before(ahead).xy;
-    let size = vec2<i32>(view.size_px);
-    if place.z < view.near_m || any(place.xy < vec2<f32>(-8.0)) || any(place.xy > vec2<f32>(size) + 8.0) {
-        return found;
-    }
-    let way = normalize(ahead_px - place.xy + vec2<f32>(1e-6, 0.0));
-    let middle = vec2<i32>(floor(place.xy));
-    var best = 1e9;
-    var seen = 0u;
-    for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
-        let pixel = middle + vec2<i32>(i % (2 * REACH_PX + 1), i / (2 * REACH_PX + 1)) - REACH_PX;
-        if any(pixel < vec2<i32>(0)) || any(pixel >= size) {
-            continue;
-        }
-        let id = textureLoad(ids, pixel, 0).r;
-        if id == 0u || id == seen {
-            continue;
-        }
-        seen = id;
-        let a = old_samples[id - 1u];
-        let b = old_samples[id];
-        let near = nearest_on(a.px, b.px, place.xy);
-        let apart_px = distance(near.px, place.xy);
-        let sense = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
-        let depth_ratio = mix(a.depth_m, b.depth_m, near.t) / place.z;
-        if is_seam(a.along_px, b.along_px, distance(a.px, b.px)) {
-            continue;
-        }
-        let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= MOST_DEPTH_RATIO;
-        let cost = apart_px + 4.0 * (1.0 - abs(sense)) + 4.0 * abs(log2(depth_ratio));
-        if is_like && apart_px <= MOST_APART_PX && cost < best {
-            best = cost;
-            found.stroke = a.stroke;
-            // Beyond an end of the old stroke: what is shown of it ends there.
-            let old_way = normalize(b.px - a.px + vec2<f32>(1e-6, 0.0));
-            let beyond_px = dot(place.xy - near.px, old_way);
-            found.along_px = mix(a.along_px, b.along_px, near.t) + beyond_px * sign(b.along_px - a.along_px);
-            found.pressure = mix(a.pressure, b.pressure, near.t);
-            found.shown_px = mix(a.shown_px, b.shown_px, near.t) - abs(beyond_px);
-            found.sense = select(-1.0, 1.0, sense * (b.along_px - a.along_px) >= 0.0);
-            found.toward_px = near.px - place.xy + beyond_px * old_way;
-            found.half_width_px = mix(a.half_width_px, b.half_width_px, near.t);
-        }
-    }
-    return found;
 }
 
 @compute @workgroup_size(64)
@@ -178,12 +109,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
     samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS_PER_PX, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), vec2<f32>(0.0));
-    if temporal.has_history == 1u {
-        let ahead_units = select(at_units + 2.0 * UNITS_PER_PX, at_units - 2.0 * UNITS_PER_PX, i == count);
-        var ahead = on_stroke(first, last, clamp(ahead_units, 0.0, length_units));
-        if i == count {
-            ahead.px = 2.0 * at.px - ahead.px;
-        }
-        matches[id.x] = look_back(at, ahead, at_units / UNITS_PER_PX);
-    }
+    // Until it looks elsewhere it has found nothing.
+    matches[id.x] = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_units / UNITS_PER_PX, -WHOLLY_PX, 0u);
 }

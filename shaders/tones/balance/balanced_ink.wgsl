@@ -1,4 +1,7 @@
 // The ink of marks at a darkness that is balanced between the cells around.
+//
+// PAIR: two eyes count the same marks in cells of their own pictures, which lie elsewhere on the surface. Each adds the
+// mean of what both would add at a place of the surface, so that its marks are as dark for both.
 #import hachure::view::View
 #import hachure::cover::{Balance, first_cell, ink_of}
 
@@ -8,6 +11,27 @@
 @group(0) @binding(3) var more: texture_2d<f32>;
 // Ink, 0 to 1.
 @group(0) @binding(4) var marks: texture_storage_2d<r32float, write>;
+#ifdef PAIR
+@group(0) @binding(5) var<uniform> other_view: View;
+@group(0) @binding(6) var position: texture_2d<f32>;
+@group(0) @binding(7) var other_more: texture_2d<f32>;
+#endif
+
+// Between cells, at a place on the targets of a view.
+fn balanced_at(eye: View, cells: texture_2d<f32>, px: vec2<f32>) -> f32 {
+    let place = (px + vec2<f32>(eye.origin_px)) / f32(balance.cell_px) - 0.5;
+    let whole = floor(place);
+    let f = place - whole;
+    let first = vec2<i32>(whole) - first_cell(eye, balance);
+    let last = vec2<i32>(textureDimensions(cells)) - 1;
+    var balanced = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let offset = vec2<i32>(i & 1, i >> 1u);
+        let weight = mix(1.0 - f, f, vec2<f32>(offset));
+        balanced += weight.x * weight.y * textureLoad(cells, clamp(first + offset, vec2<i32>(0), last), 0).r;
+    }
+    return balanced;
+}
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -15,16 +39,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let place = (vec2<f32>(pixel + view.origin_px) + 0.5) / f32(balance.cell_px) - 0.5;
-    let whole = floor(place);
-    let f = place - whole;
-    let first = vec2<i32>(whole) - first_cell(view, balance);
-    let last = vec2<i32>(textureDimensions(more)) - 1;
-    var balanced = 0.0;
-    for (var i = 0; i < 4; i++) {
-        let offset = vec2<i32>(i & 1, i >> 1u);
-        let weight = mix(1.0 - f, f, vec2<f32>(offset));
-        balanced += weight.x * weight.y * textureLoad(more, clamp(first + offset, vec2<i32>(0), last), 0).r;
+    var balanced = balanced_at(view, more, vec2<f32>(pixel) + 0.5);
+#ifdef PAIR
+    let at = textureLoad(position, pixel, 0);
+    let clip = other_view.clip_from_camera * vec4<f32>(at.xyz, 1.0);
+    let ndc = clip.xy / max(clip.w, 1e-6);
+    let there = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(other_view.size_px);
+    // What is not in the other eye's picture has been counted by this eye alone.
+    let is_inside = all(there >= vec2<f32>(0.0)) && all(there < vec2<f32>(other_view.size_px));
+    if at.w > 0.0 && is_inside {
+        balanced = 0.5 * (balanced + balanced_at(other_view, other_more, there));
     }
+#endif
     textureStore(marks, pixel, vec4<f32>(ink_of(textureLoad(cover, pixel, 0), balanced)));
 }

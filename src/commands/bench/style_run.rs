@@ -5,17 +5,19 @@ use std::time::{Duration, Instant};
 use super::BenchArgs;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
-use crate::frame::Frame;
+use crate::frame::{self, Frame};
 use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::report::{Memory, Run};
 use crate::measure::statistics::FrameRecord;
+use crate::measure::stereo::StereoTotals;
 use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
 use crate::measure::{lod_error, memory};
+use crate::picture::nearest;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
-use crate::scene::stereo::Eyes;
-use crate::scene::view::{Pose, View};
+use crate::scene::stereo::{Eyes, Pair};
+use crate::scene::view::{Pose, Rig, View};
 use crate::source::Silent;
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
@@ -47,9 +49,12 @@ pub(super) struct StyleRun {
     /// What checks took since then.
     checks: Duration,
     pub(super) records: Vec<FrameRecord>,
-    /// The frame before, where the next one is compared with it.
-    pair: Option<DrawnFrame>,
+    /// How two eyes stand to each other, if two are drawn.
+    pub(super) pair: Option<Pair>,
+    /// The frame before, where the next one is compared with it; of two eyes the left one's.
+    before_it: Option<DrawnFrame>,
     steadiness: TemporalTotals,
+    agreement: StereoTotals,
 }
 
 /// A frame that was drawn.
@@ -80,8 +85,22 @@ impl StyleRun {
             checks: Duration::ZERO,
             records: Vec::new(),
             pair: None,
+            before_it: None,
             steadiness: TemporalTotals::default(),
+            agreement: StereoTotals::default(),
         })
+    }
+
+    /// The eyes that are drawn at a camera's view.
+    fn rig(&self, camera: &View) -> Rig {
+        self.pair.map_or_else(|| Rig::mono(*camera), |pair| pair.rig(camera))
+    }
+
+    /// How far away the nearest land is that a camera sees.
+    pub(super) fn nearest_m(&mut self, gpu: &Gpu, camera: &Camera) -> Result<f64, GpuError> {
+        let pose = self.world.pose(camera);
+        let found = nearest::nearest_m(gpu, &mut self.frame, &mut self.world.surfaces, pose, &self.style)?;
+        Ok(found.unwrap_or(f64::INFINITY))
     }
 
     /// Draws a frame and waits for the GPU.
@@ -92,7 +111,9 @@ impl StyleRun {
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
-        let prepared = self.frame.render(gpu, &mut self.world.surfaces, &view, &self.style, &light)?;
+        let rig = self.rig(&view);
+        let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
+        self.frame.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
         gpu.wait();
         let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
         gpu.check()?;
@@ -147,7 +168,7 @@ impl StyleRun {
         let wall_s = self.wall_s();
         let mut record = self.record(t_s, wall_s, drawn);
         let start = Instant::now();
-        let is_pair = checks.begins_pair || self.pair.is_some();
+        let is_pair = checks.begins_pair || self.before_it.is_some();
         record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
         if checks.lod_error {
             let terrain = &self.world.surfaces.terrain;
@@ -166,12 +187,16 @@ impl StyleRun {
 
     /// Compares the frame with the one before, if that began a pair, and keeps it if it begins one itself.
     fn compare(&mut self, gpu: &Gpu, view: &View, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
-        let drawn = temporal::read_drawn(gpu, &self.frame, view, &self.style)?;
+        let rig = self.rig(view);
+        let drawn = temporal::read_drawn(gpu, &self.frame, &rig, 0, &self.style)?;
+        if begins_pair && rig.eyes.len() > 1 {
+            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.frame, &rig, 1, &self.style)?)?;
+        }
         // After a jump there is nothing that could be steady.
-        if let Some(before) = self.pair.take().filter(|_| !jumped) {
+        if let Some(before) = self.before_it.take().filter(|_| !jumped) {
             self.steadiness.add(temporal::compare(&before, &drawn)?);
         }
-        self.pair = begins_pair.then_some(drawn);
+        self.before_it = begins_pair.then_some(drawn);
         Ok(())
     }
 
@@ -203,6 +228,7 @@ impl StyleRun {
         let mut run = Run::of_frames(&self.style.name, &eyes.to_string(), &self.records);
         self.passes.fill(&mut run);
         run.temporal = self.steadiness.metrics();
+        run.stereo = self.agreement.metrics();
         let counts = self.world.surfaces.terrain.tile_counts();
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),

@@ -1,9 +1,11 @@
 //! What `fly --vr` does in a build with OpenXR.
 
 use super::FlyArgs;
+use crate::commands::misuse::Misuse;
 use crate::commands::{arguments, progress};
 use crate::headset::{self, HeadsetOptions, HeadsetWorld, Runtime};
 use crate::scene::reach::Reach;
+use crate::scene::stereo::Eyes;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::world::{self, OpenWorld};
 
@@ -12,6 +14,11 @@ use crate::world::{self, OpenWorld};
 /// # Errors
 /// When there is no headset, an input does not hold, or the GPU fails.
 pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
+    if args.stereo.eyes != Eyes::Mono || args.stereo.ipd.is_some() || args.stereo.convergence.is_some() {
+        return Err(
+            Misuse("--vr: a headset has eyes of its own, without --eyes, --ipd and --convergence".into()).into()
+        );
+    }
     // What is wrong is told before the world is baked.
     arguments::style(&args.style)?;
     arguments::check_world(args.world.as_deref())?;

@@ -15,10 +15,12 @@ use crate::file::video::VideoWriter;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::picture::aov::Plane;
-use crate::picture::{self, Band, PictureReport, PictureRequest, eyes};
+use crate::picture::eyes::{self, Glasses};
+use crate::picture::nearest::nearest_m;
+use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
-use crate::scene::stereo::{self, Eyes, Pair};
+use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::Pose;
 use crate::style::Style;
 use crate::vector::DrawingReport;
@@ -30,6 +32,8 @@ pub(super) struct Report {
     output: PathBuf,
     style: String,
     eyes: String,
+    /// How far apart two eyes are.
+    ipd_m: Option<f64>,
     /// Of an eye's picture.
     size: [u32; 2],
     frames: u64,
@@ -69,7 +73,12 @@ pub(super) struct Job<'a> {
     pub(super) frame: Option<Frame>,
     pub(super) svg: Option<SvgOptions>,
     pub(super) drawn: DrawingReport,
+    /// How two eyes stand to each other, if there are two.
+    pub(super) pair: Option<Pair>,
 }
+
+/// Cameras of a path, at most, that are asked for the nearest land.
+const ASKED_CAMERAS: usize = 24;
 
 impl Job<'_> {
     /// The cameras of the frames: at least one.
@@ -83,6 +92,22 @@ impl Job<'_> {
             bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);
         }
         Ok(path.frames(self.args.fps).collect())
+    }
+
+    /// Finds out how two eyes stand to each other: for all pictures, so that a film does not breathe.
+    pub(super) fn place_eyes(&mut self, cameras: &[Camera]) -> anyhow::Result<()> {
+        let mut nearest = f64::INFINITY;
+        if self.args.stereo.asks_for_nearest() {
+            let (gpu, frame) = (&self.gpu, Frame::or_new(&mut self.frame, &self.gpu)?);
+            for camera in cameras.iter().step_by(cameras.len().div_ceil(ASKED_CAMERAS)) {
+                let pose = self.world.pose(camera);
+                let found = nearest_m(gpu, frame, &mut self.world.surfaces, pose, &self.style)?;
+                nearest = nearest.min(found.unwrap_or(f64::INFINITY));
+            }
+            self.frame = None;
+        }
+        self.pair = self.args.stereo.pair(nearest);
+        Ok(())
     }
 
     /// Draws a thumbnail for nobody: drivers compile pipelines on their first use, which is no part of a pass's time.
@@ -150,7 +175,8 @@ impl Job<'_> {
             }
             PictureFormat::Exr => {
                 // Both eyes of a pair are layers of one file; each has the size of one.
-                let layers: &[&str] = if self.args.eyes == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
+                let layers: &[&str] =
+                    if self.args.stereo.eyes == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
                 let of_layer = |layer: &&str| {
                     let colour = ["R", "G", "B", "A"].map(|name| (format!("{layer}{name}"), SampleKind::F32));
                     let planes = self.planes.iter();
@@ -200,17 +226,16 @@ impl Job<'_> {
             frame.set_step_s(1.0 / self.args.fps);
         }
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
-        let shown = self.args.eyes;
+        let shown = self.args.stereo.eyes;
         let report = match shown.of_pair() {
             [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
             read => {
-                let ipd_m = self.args.ipd.unwrap_or(stereo::IPD_M);
-                let pair = Pair { ipd_m, convergence_m: self.args.convergence };
+                let pair = self.pair.unwrap_or_default();
                 picture::render_pair(gpu, frame, surfaces, &request, &pair, |bands| {
                     let asked = bands.into_iter().enumerate().filter(|(eye, _)| read.contains(eye));
                     let mut asked: Vec<_> = asked.map(|(_, band)| band).collect();
-                    if let (Eyes::Anaglyph, [left, right]) = (shown, asked.as_mut_slice()) {
-                        left.picture = eyes::anaglyph(&left.picture, &right.picture);
+                    if let (Some(glasses), [left, right]) = (Glasses::of(shown), asked.as_mut_slice()) {
+                        left.picture = eyes::anaglyph(&left.picture, &right.picture, glasses);
                         asked.truncate(1);
                     }
                     take(asked)
@@ -223,7 +248,7 @@ impl Job<'_> {
     /// Of a PNG or a film: side by side it is twice as wide.
     fn size_px(&self) -> [u32; 2] {
         let [width, height] = self.args.size;
-        [if self.args.eyes == Eyes::SideBySide { 2 * width } else { width }, height]
+        [if self.args.stereo.eyes == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
     /// The report, if it is of all that was to be drawn.
@@ -250,7 +275,8 @@ impl Job<'_> {
             adapter: self.gpu.description(),
             output: self.args.output.clone(),
             style: self.style.name.clone(),
-            eyes: self.args.eyes.to_string(),
+            eyes: self.args.stereo.eyes.to_string(),
+            ipd_m: self.pair.map(|pair| pair.ipd_m),
             size: self.args.size,
             frames: cameras.len() as u64,
             wall_ms: report.wall_ms,

@@ -61,8 +61,9 @@ pub struct Plan {
 }
 
 impl History {
-    /// What the frame of `view`, a step after the last one, does; the next one follows on it.
-    pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step) -> Plan {
+    /// What the frame of `view`, a step after the last one, does; the next one follows on it. The other eye of a pair
+    /// updates when the leading one does, which `leader` says.
+    pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step, leader: Option<bool>) -> Plan {
         let step_m = std::mem::replace(&mut self.origin_m, step.origin_m) - step.origin_m;
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
         let last = self.last.replace(*view).filter(|last| continues(last, view));
@@ -71,10 +72,11 @@ impl History {
             Some(_) => {
                 let turned_rad = self.updated_forward.angle_between(view.pose.forward);
                 let moved_m = self.updated_m.distance(view.pose.position_m);
+                let is_due = self.frames_since_update + 1 >= strokes.update_every
+                    || turned_rad > QUICK_TURN * view.fov_rad()
+                    || moved_m > QUICK_MOVE * step.nearest_m;
                 Plan {
-                    is_update: self.frames_since_update + 1 >= strokes.update_every
-                        || turned_rad > QUICK_TURN * view.fov_rad()
-                        || moved_m > QUICK_MOVE * step.nearest_m,
+                    is_update: leader.unwrap_or(is_due),
                     takes_over: strokes.carry,
                     step_m,
                     rests,
@@ -142,7 +144,7 @@ mod tests {
         let mut previous = pose(0.0);
         for yaw_deg in [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 12.0, 12.1, 12.2, 12.3, 12.4] {
             let now = pose(yaw_deg);
-            updates.push(history.plan(&strokes, &view(previous, now), STEP).is_update);
+            updates.push(history.plan(&strokes, &view(previous, now), STEP, None).is_update);
             previous = now;
         }
         assert_eq!(updates, [true, false, false, false, true, false, true, false, false, false, true]);
@@ -153,21 +155,21 @@ mod tests {
         let strokes = strokes(100, true);
         for (nearest_m, updates) in [(10.0, true), (1000.0, false)] {
             let mut history = History::default();
-            history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP);
+            history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP, None);
             let step = Step { nearest_m, ..STEP };
-            assert_eq!(history.plan(&strokes, &view(pose(0.0), pose(1.0)), step).is_update, updates);
+            assert_eq!(history.plan(&strokes, &view(pose(0.0), pose(1.0)), step, None).is_update, updates);
         }
     }
 
     #[test]
     fn a_rest_ends_with_an_update() {
         let (mut history, strokes) = (History::default(), strokes(4, true));
-        history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP);
-        history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP);
+        history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP, None);
+        history.plan(&strokes, &view(pose(0.0), pose(1.0)), STEP, None);
         let mut frames = 0;
         let mut last = None;
         while history.is_settling() && frames < 1000 {
-            last = Some(history.plan(&strokes, &view(pose(1.0), pose(1.0)), STEP).is_update);
+            last = Some(history.plan(&strokes, &view(pose(1.0), pose(1.0)), STEP, None).is_update);
             frames += 1;
         }
         assert!((10..30).contains(&frames) && last == Some(true), "{frames} {last:?}");
@@ -177,7 +179,7 @@ mod tests {
     fn land_that_changes_at_rest_settles_anew() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
         let mut rest = |land_changes| {
-            history.plan(&strokes, &view(pose(0.0), pose(0.0)), Step { land_changes, ..STEP });
+            history.plan(&strokes, &view(pose(0.0), pose(0.0)), Step { land_changes, ..STEP }, None);
             history.is_settling()
         };
         (0..100).for_each(|_| _ = rest(false));
@@ -191,18 +193,18 @@ mod tests {
     #[test]
     fn what_does_not_follow_on_the_last_frame_takes_nothing_over() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
-        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP, None).takes_over);
         let step = Step { origin_m: DVec3::X, ..STEP };
-        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), step);
+        let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), step, None);
         assert!(next.takes_over && next.step_m == DVec3::X * -1.0);
         // Another camera's frame came in between.
-        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP, None).takes_over);
         // A cut.
-        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0)), STEP).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0)), STEP, None).takes_over);
         // Another part of the picture.
         let part = Part { origin_px: [64, 0], size_px: [64, 36] };
-        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }, STEP).takes_over);
+        assert!(!history.plan(&strokes, &View { part, ..view(pose(80.0), pose(80.0)) }, STEP, None).takes_over);
         history.forget();
-        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0)), STEP).takes_over);
+        assert!(!history.plan(&strokes, &view(pose(80.0), pose(80.0)), STEP, None).takes_over);
     }
 }

@@ -3,18 +3,20 @@
 //!
 //! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible segments ([`extract`]) →
 //! chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take over from the
-//! frame before ([`temporal`], when [`history`] says so) → ink ([`stroke`]), solid or through a [`texture`]. What a
-//! step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`] reads
+//! frame before ([`temporal`], when [`history`] says so) and agree with the other eye's ([`partner`]) → ink
+//! ([`stroke`]), solid or through a [`texture`]. What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`] reads
 //! the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
 //!
 //! Why: `docs/decisions/stroke-pipeline.md`.
 
 pub mod temporal;
+pub mod centres;
 pub mod chain;
 pub mod extract;
 pub mod history;
 pub mod id_image;
 pub mod left_out;
+pub mod partner;
 pub mod points;
 pub mod polylines;
 mod records;
@@ -29,6 +31,7 @@ use bytemuck::Zeroable;
 
 use self::history::History;
 pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
+use self::partner::{Partner, Role};
 pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;
@@ -207,10 +210,12 @@ pub struct Inputs<'a> {
     pub targets: &'a mut Targets,
     /// Pixels of the reference image per pixel of the picture.
     pub resolution: f32,
+    /// The other eye of a pair, if it has drawn before.
+    pub leader: Option<&'a Partner>,
 }
 
 impl FrameStrokes {
-    /// Begins a frame of an eye whose view is `view`.
+    /// Begins a frame of an eye whose view is `view`; the second one of a pair does as the leading one.
     pub fn begin(
         cx: &mut Cx<'_>,
         memory: &mut StrokeMemory,
@@ -218,8 +223,9 @@ impl FrameStrokes {
         view: &View,
         haze_m: f64,
         step: history::Step,
+        leader: Option<&Self>,
     ) -> Self {
-        let plan = memory.history.plan(strokes, view, step);
+        let plan = memory.history.plan(strokes, view, step, leader.map(|leader| leader.plan.is_update));
         memory.current = 1 - memory.current;
         memory.uniform = StrokesUniform::new(strokes, view.part.size_px, haze_m);
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
@@ -248,7 +254,7 @@ impl FrameStrokes {
     /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
     /// with the world.
     pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
-        let Inputs { view, depth, edges, targets, resolution } = inputs;
+        let Inputs { view, depth, edges, targets, resolution, leader } = inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
@@ -266,14 +272,45 @@ impl FrameStrokes {
         let (segments, counts) = (&lists.segments, &lists.counts);
         let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
         let points = &points::run(cx, lists, edges, chains);
-        samples::run(cx, &samples::Inputs { view, lists, chains, points, ids: &ids, work });
+        samples::run(cx, &samples::Inputs { view, lists, chains, points, work });
+        if plan.takes_over {
+            temporal::look(cx, view, work, &ids);
+        }
         temporal::take_over(cx, view, lists, chains, points, work);
+        if let Some(leader) = leader {
+            partner::agree(cx, view, work, leader, Role::Follower);
+        }
         stroke::run(cx, Which::Fresh, &drawn);
         if plan.takes_over {
             temporal::keep(cx, view, work, &ids, depth);
             stroke::run(cx, Which::Fading, &drawn);
         }
         ink
+    }
+
+    /// Draws the strokes of the leading eye once more, without those that the other one should have and has not.
+    pub fn draw_agreed(&self, cx: &mut Cx<'_>, view: &Resource, targets: &mut Targets, follower: &Partner) {
+        if !self.plan.is_update {
+            return;
+        }
+        let (lists, work) = (&self.lists, &self.work);
+        partner::agree(cx, view, work, follower, Role::Leader);
+        let gpu = cx.gpu();
+        let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
+        let drawn = stroke::Inputs { view, lists, work, texture: self.texture.as_deref(), ink: &ink, ids: &ids };
+        stroke::run(cx, Which::Fresh, &drawn);
+        if self.plan.takes_over {
+            stroke::run(cx, Which::Fading, &drawn);
+        }
+    }
+
+    /// What the other eye of a pair looks at, if strokes were made anew.
+    pub fn partner(&self, cx: &mut Cx<'_>, view: &Resource, depth: &Target, targets: &mut Targets) -> Option<Partner> {
+        let centres = targets.whole(cx.gpu(), &centres::CENTRES);
+        self.plan.is_update.then(|| {
+            centres::run(cx, view, &self.work, &centres);
+            Partner { view: view.clone(), samples: self.work.now.clone(), centres, depth: depth.clone() }
+        })
     }
 }
 

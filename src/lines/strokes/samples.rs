@@ -11,7 +11,6 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
-use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
 pub use crate::gpu::wgsl::shared::stroke_samples::Sample;
 pub use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
@@ -29,6 +28,9 @@ pub(super) const GROWTH_PX: f64 = 16.0;
 const CLASSES: u64 = crate::gpu::wgsl::shared::stroke_samples::CLASSES as u64;
 /// Where `StrokeCounts` has the number of chains.
 const CHAINS_INDEX: u32 = 2;
+
+/// Workgroups of 64 for every sample.
+pub(super) const GROUPS: [u32; 2] = [MOST_SAMPLES.div_ceil(64), 1];
 
 impl Sample {
     /// The first of its stroke.
@@ -54,9 +56,9 @@ const COUNTS: BufferKind = BufferKind::storage("sample counts");
 const CLASSES_OF: BufferKind = BufferKind::storage("stroke classes");
 /// Where each chain's samples begin.
 const STARTS: BufferKind = BufferKind::storage("stroke starts");
-/// What each sample found in the frame before.
+/// What each sample found in the frame before, or in the other eye.
 const MATCHES: BufferKind = BufferKind::storage("stroke matches");
-/// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
+/// Of [`SampleList`].
 const DRAWS: BufferKind = BufferKind::indirect("stroke draws");
 
 /// The samples of a frame.
@@ -66,6 +68,8 @@ pub struct SampleList {
     pub samples: Buffer,
     /// [`SampleCounts`].
     pub counts: Buffer,
+    /// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
+    pub draws: Buffer,
 }
 
 impl SampleList {
@@ -74,6 +78,7 @@ impl SampleList {
         Self {
             samples: Buffer::new(gpu, &SAMPLES, u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64),
             counts: Buffer::new(gpu, &COUNTS, size_of::<SampleCounts>() as u64),
+            draws: Buffer::new(gpu, &DRAWS, 32),
         }
     }
 
@@ -95,8 +100,6 @@ pub struct SampleWork {
     pub now: SampleList,
     /// Of the frame before.
     pub before: SampleList,
-    /// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
-    pub draws: Buffer,
     temporal: Resource,
     starts: Buffer,
     matches: Buffer,
@@ -109,7 +112,6 @@ impl SampleWork {
         Self {
             now: now.clone(),
             before: before.clone(),
-            draws: cx.buffer(&DRAWS, 32),
             temporal: cx.uniform("temporal strokes", &uniform),
             starts: cx.buffer(&STARTS, 4 * (u64::from(MOST_SEGMENTS) + 1)),
             matches: cx.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
@@ -117,7 +119,7 @@ impl SampleWork {
     }
 
     pub(super) fn named_draws(&self) -> Named {
-        ("draws", self.draws.binding())
+        ("draws", self.now.draws.binding())
     }
 
     pub(super) fn starts(&self) -> Named {
@@ -161,15 +163,13 @@ pub struct Inputs<'a> {
     pub chains: &'a Chains,
     /// Of this frame.
     pub points: &'a Points,
-    /// Of the frame before: whose ink it was.
-    pub ids: &'a Target,
-    /// In: the frame before. Out: this frame, and what each sample found.
+    /// Out: this frame.
     pub work: &'a SampleWork,
 }
 
-/// Makes the list of this frame, and finds for each sample what was there in the frame before.
+/// Makes the list of this frame.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let Inputs { view, lists, chains, points, ids, work } = *inputs;
+    let Inputs { view, lists, chains, points, work } = *inputs;
     let along = || ("along_units", points.along.binding());
     let classes = cx.buffer(&CLASSES_OF, 4 * CLASSES);
     let classes = || ("classes", classes.binding());
@@ -193,9 +193,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         work.starts(),
         work.list(),
         work.samples(),
-        work.old_samples(),
-        ("ids", ids.into()),
         work.matches(),
     ];
-    cx.groups("lines/strokes/samples", [MOST_SAMPLES.div_ceil(64), 1], &resources);
+    cx.groups("lines/strokes/samples", GROUPS, &resources);
 }

@@ -81,6 +81,6 @@ pub fn run(cx: &mut Cx<'_>, which: Which, inputs: &Inputs<'_>) {
     let on = Attachments { colors: &[inputs.ink, inputs.ids], depth: None, is_cleared: which == Which::Fresh };
     cx.render(kind.name, &[&drawing], on, |pass| {
         drawing.set(pass);
-        pass.draw_indirect(&inputs.work.draws.raw, 16 * u64::from(stage));
+        pass.draw_indirect(&inputs.work.now.draws.raw, 16 * u64::from(stage));
     });
 }

@@ -1,7 +1,7 @@
 //! From frame to frame: new strokes take over from old ones, old ones fade, and between updates all of them move along.
 //!
 //! An update makes strokes anew, without knowing of the last ones: their ends, their numbers and their textures would
-//! jump. So each sample looks where it was in the frame before and what stroke was there (`samples`), and keeps its
+//! jump. So each sample looks where it was in the frame before and what stroke was there (`look`), and keeps its
 //! identity and texture parameter, its pressure and part of its place (`temporal`). The samples of a chain vote for
 //! where on its texture it is as a whole (`vote`): toward that, parameters that perspective has stretched are evened
 //! out. Of the old strokes, what no new one covers stays and shrinks (`fading`, `keep`).
@@ -14,7 +14,7 @@
 
 use super::chain::Chains;
 use super::points::Points;
-use super::samples::{MOST_SAMPLES, SampleWork};
+use super::samples::{GROUPS, MOST_SAMPLES, SampleWork};
 use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
@@ -23,15 +23,19 @@ use crate::gpu::scan;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Heritage;
 
-/// Workgroups of 64 for every sample.
-const GROUPS: [u32; 2] = [MOST_SAMPLES / 64, 1];
-
 /// [`Heritage`] of each chain.
 const HERITAGES: BufferKind = BufferKind::storage("heritages");
 /// Which samples of the frame before are gone.
 const GONE: BufferKind = BufferKind::storage("gone samples");
 /// Where those that are kept go.
 const KEPT: BufferKind = BufferKind::storage("kept places");
+
+/// Finds for each sample what was there in the frame before, whose ink was `ids`.
+pub fn look(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
+    let resources =
+        [("view", view.clone()), work.list(), work.samples(), work.old_samples(), ("ids", ids.into()), work.matches()];
+    cx.groups("lines/strokes/look", GROUPS, &resources);
+}
 
 /// Lets the samples of this frame take over what they found.
 pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chains, points: &Points, work: &SampleWork) {

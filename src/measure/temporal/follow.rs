@@ -37,8 +37,10 @@ const SAME_DISTANCE: f64 = 0.02;
 const SAME_SURFACE: f64 = 0.05;
 
 /// Where everything is in a frame.
-pub(super) struct SurfaceOfFrame<'a> {
+pub(crate) struct SurfaceOfFrame<'a> {
     view: &'a View,
+    /// From the eye to what positions count from.
+    from_eye_m: DVec3,
     position: &'a [[f32; 4]],
     /// From the eye; the sky is infinitely far.
     distance_m: Vec<f32>,
@@ -47,7 +49,7 @@ pub(super) struct SurfaceOfFrame<'a> {
 
 /// Whose motion a pixel has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Whose {
+pub(crate) enum Whose {
     /// What is seen at the pixel.
     Surface,
     /// The nearest around it.
@@ -55,16 +57,19 @@ pub(super) enum Whose {
 }
 
 /// Follows pixels from a frame to another.
-pub(super) struct Follower<'a> {
+pub(crate) struct Follower<'a> {
     pub from: &'a SurfaceOfFrame<'a>,
     pub to: &'a SurfaceOfFrame<'a>,
 }
 
 impl<'a> SurfaceOfFrame<'a> {
     pub fn new(frame: &'a DrawnFrame) -> Self {
-        let distance_m = |at: &[f32; 4]| if at[3] > 0.0 { way(at).length() as f32 } else { f32::INFINITY };
+        let from_eye_m = frame.origin_m - frame.view.pose.position_m;
+        let distance_m =
+            |at: &[f32; 4]| if at[3] > 0.0 { (way(at) + from_eye_m).length() as f32 } else { f32::INFINITY };
         Self {
             view: &frame.view,
+            from_eye_m,
             position: &frame.position,
             distance_m: frame.position.iter().map(distance_m).collect(),
             size: frame.view.part.size_px.map(i64::from),
@@ -74,6 +79,11 @@ impl<'a> SurfaceOfFrame<'a> {
     /// Of the picture, in pixels.
     pub fn width(&self) -> usize {
         self.size[0] as usize
+    }
+
+    /// Whether a pixel shows the surface, not the sky.
+    pub fn is_surface(&self, pixel: usize) -> bool {
+        self.distance_m[pixel].is_finite()
     }
 
     /// The centre of a pixel, from the upper left corner of the picture.
@@ -147,6 +157,25 @@ impl Follower<'_> {
         around.any(|(at, _)| is_it(self.to.distance_m[at].into())).then_some(place)
     }
 
+    /// Where ink of a stroke lies in the other one, `depth_m` along the view axis: a wide stroke reaches farther over the
+    /// edge that it outlines than a line does. None if what is nearer hides it there.
+    pub fn place_of_stroke(&self, pixel: usize, depth_m: f64, half_width_px: f64) -> Option<DVec2> {
+        let origin = self.from.view.part.origin_px;
+        let ray = self.from.view.ray(self.from.centre(pixel) + DVec2::new(origin[0].into(), origin[1].into()));
+        let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;
+        let way = ray * depth_m + step_m;
+        let shift = self.to.view.part.origin_px;
+        let place = self.to.view.place_px(way)? - DVec2::new(shift[0].into(), shift[1].into());
+        let [width, height] = self.to.size.map(|side| side as f64);
+        if !(0.0..width).contains(&place.x) || !(0.0..height).contains(&place.y) {
+            return None;
+        }
+        let expected_m = way.length();
+        // What is nearer all around hides it.
+        let is_open = |at: usize| f64::from(self.to.distance_m[at]) >= expected_m * (1.0 - SAME_DISTANCE);
+        self.to.within(place, half_width_px + OWNER_PX).any(|(at, _)| is_open(at)).then_some(place)
+    }
+
     /// A pixel's place by the motion of `mover`; none outside of the picture.
     fn moved(&self, pixel: usize, mover: usize) -> Option<DVec2> {
         let place = self.from.centre(pixel) + self.motion(mover)?;
@@ -162,13 +191,13 @@ impl Follower<'_> {
     fn way_there(&self, pixel: usize) -> Option<DVec3> {
         let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;
         let at = &self.from.position[pixel];
-        (at[3] > 0.0).then(|| way(at) + step_m)
+        (at[3] > 0.0).then(|| way(at) + self.from.from_eye_m + step_m)
     }
 
     /// How far what a pixel shows moves on the picture; none if it comes beside or behind the eye.
     fn motion(&self, pixel: usize) -> Option<DVec2> {
         let (here, there) = match self.way_there(pixel) {
-            Some(there) => (way(&self.from.position[pixel]), there),
+            Some(there) => (way(&self.from.position[pixel]) + self.from.from_eye_m, there),
             None => {
                 let origin = self.from.view.part.origin_px;
                 let ray = self.from.view.ray(self.from.centre(pixel) + DVec2::new(origin[0].into(), origin[1].into()));
@@ -208,7 +237,17 @@ mod tests {
             let [x, y, z] = (view.ray(centre).as_vec3() * ahead_m).to_array();
             [x, y, z, ahead_m]
         });
-        DrawnFrame { view, position: position.collect(), ink: None, strokes: None, luma: vec![0.0; 35] }
+        let position = position.collect();
+        DrawnFrame {
+            view,
+            origin_m: position_m,
+            position,
+            ink: None,
+            strokes: None,
+            centres: None,
+            marks: None,
+            luma: vec![0.0; 35],
+        }
     }
 
     #[test]

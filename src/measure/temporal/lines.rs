@@ -6,10 +6,10 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use super::follow::{Follower, Whose};
-use super::{HELD_SHARE, LINE_INK, LineChange, REACH_PX, Share};
+use super::{HELD_SHARE, LINE_INK, LineChange, Share, StrokePictures};
 
 /// Of a pixel that has ink.
-pub(super) struct Fate {
+pub(crate) struct Fate {
     pub pixel: usize,
     pub ink: f32,
     /// None where it cannot be followed.
@@ -17,12 +17,12 @@ pub(super) struct Fate {
 }
 
 /// What the other frame has.
-pub(super) struct There {
+pub(crate) struct There {
     /// The pixel's place in it.
     pub place: DVec2,
-    /// The most ink within [`REACH_PX`].
+    /// The most ink within reach.
     pub ink: f32,
-    /// The nearest line pixel within [`REACH_PX`].
+    /// The nearest line pixel within reach.
     pub line: Option<usize>,
 }
 
@@ -33,14 +33,21 @@ impl Fate {
 }
 
 /// Of all pixels that have ink, row by row.
-pub(super) struct Fates(pub Vec<Fate>);
+pub(crate) struct Fates(pub Vec<Fate>);
 
 impl Fates {
-    /// Follows the ink of a frame to the other one.
-    pub fn of(follower: &Follower<'_>, ink: &[f32], ink_there: &[f32]) -> Self {
+    /// Follows the ink of a frame to the other one, and looks for ink within `reach_px` of its place. Ink of `strokes`
+    /// is as far away as they are.
+    pub fn of(
+        follower: &Follower<'_>,
+        ink: &[f32],
+        ink_there: &[f32],
+        reach_px: f64,
+        strokes: Option<&StrokePictures>,
+    ) -> Self {
         let look = |place: DVec2| {
             let (mut most, mut nearest) = (0.0_f32, None::<(usize, f64)>);
-            for (at, squared) in follower.to.within(place, REACH_PX) {
+            for (at, squared) in follower.to.within(place, reach_px) {
                 most = most.max(ink_there[at]);
                 if ink_there[at] >= LINE_INK && nearest.is_none_or(|(_, least)| squared < least) {
                     nearest = Some((at, squared));
@@ -49,6 +56,11 @@ impl Fates {
             There { place, ink: most, line: nearest.map(|(at, _)| at) }
         };
         let there = |pixel: usize| {
+            let of_stroke = strokes.filter(|strokes| strokes.depth_m[pixel].is_finite());
+            if let Some(strokes) = of_stroke {
+                let [depth_m, half_width_px] = [&strokes.depth_m, &strokes.half_width_px].map(|of| of[pixel].into());
+                return follower.place_of_stroke(pixel, depth_m, half_width_px).map(look);
+            }
             let as_line = follower.place(pixel, Whose::Line).map(look);
             if as_line.as_ref().is_some_and(|there| there.line.is_some()) {
                 return as_line;

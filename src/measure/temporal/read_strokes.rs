@@ -6,10 +6,10 @@ use rayon::prelude::*;
 use super::StrokePictures;
 use crate::frame::Frame;
 use crate::gpu::readback::{self, read_buffer};
+use crate::gpu::target::TargetKind;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::LeftOut;
 use crate::lines::strokes::samples::SampleCounts;
-use crate::lines::strokes::stroke::STROKE_IDS;
 use crate::style::Style;
 
 /// How many strokes the last frame drew, without those that only fade; none where the style has none.
@@ -31,31 +31,47 @@ pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Optio
     passes.left_out(gpu).map(Some)
 }
 
-/// Which strokes lie where in the last frame; none where the style has none. The parameter is that of the nearest place
+/// Which strokes lie where in an eye's last frame, by one of its pictures of samples' numbers; none where the frame has
+/// none. The parameter is that of the nearest place
 /// on the segment that was drawn at a pixel.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn read_stroke_pictures(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<StrokePictures>, GpuError> {
-    let (Some(_), Some(passes), Some(ids)) = (&style.strokes, frame.strokes(), frame.target(&STROKE_IDS)) else {
+pub fn read_stroke_pictures(
+    gpu: &Gpu,
+    frame: &Frame,
+    eye: usize,
+    style: &Style,
+    numbers: &TargetKind,
+) -> Result<Option<StrokePictures>, GpuError> {
+    let drawn = frame.eye_strokes(eye).zip(frame.eye_target(eye, numbers));
+    let Some((passes, ids)) = drawn.filter(|_| style.strokes.is_some()) else {
         return Ok(None);
     };
     let size_px = ids.size_px();
     let numbers: Vec<u32> = readback::read_as(gpu, ids, [0, 0], size_px)?;
     let (_, samples) = passes.samples().read(gpu)?;
     let width = size_px[0] as usize;
-    let (id, along_px) = numbers
+    let places: Vec<(u32, [f32; 3])> = numbers
         .into_par_iter()
         .enumerate()
         .map(|(pixel, number)| {
             // A segment runs from the sample with its number to the next one.
             let segment = (number as usize).checked_sub(1).and_then(|first| samples.get(first..first + 2));
-            let Some([a, b]) = segment else { return (0, f32::NAN) };
+            let Some([a, b]) = segment else { return (0, [f32::NAN; 3]) };
             let at = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
             let (begin, way) = (Vec2::from(a.px), Vec2::from(b.px) - Vec2::from(a.px));
             let part = ((at - begin).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
-            (a.stroke, a.along_px + part * (b.along_px - a.along_px))
+            let between = |a: f32, b: f32| a + part * (b - a);
+            let half_width_px = between(a.half_width_px, b.half_width_px);
+            (a.stroke, [between(a.along_px, b.along_px), half_width_px, between(a.depth_m, b.depth_m)])
         })
-        .unzip();
-    Ok(Some(StrokePictures { id, along_px, identities_last: true }))
+        .collect();
+    Ok(Some(StrokePictures {
+        id: places.iter().map(|(id, ..)| *id).collect(),
+        along_px: places.iter().map(|(_, at)| at[0]).collect(),
+        half_width_px: places.iter().map(|(_, at)| at[1]).collect(),
+        depth_m: places.iter().map(|(_, at)| at[2]).collect(),
+        identities_last: true,
+    }))
 }

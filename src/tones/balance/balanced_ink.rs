@@ -1,16 +1,26 @@
 //! The ink of marks. See `shaders/tones/balance/balanced_ink.wgsl`.
 
-use super::Inputs;
+use super::{Inputs, Partner};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 
-/// From `cover` and `more` into `marks`.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs) {
-    let resources = [
+/// From `cover` and `more` into `marks`; with a partner, from what both eyes would add.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
+    let mut resources = vec![
         ("view", inputs.view.clone()),
         ("balance", inputs.balance.clone()),
         ("cover", (&inputs.cover).into()),
         ("more", (&inputs.more).into()),
         ("marks", (&inputs.marks).into()),
     ];
-    cx.pixels("tones/balance/balanced_ink", inputs.marks.size_px(), &resources);
+    if let Some(Partner { view, position, more }) = partner {
+        resources.extend([
+            ("other_view", (*view).clone()),
+            ("position", (*position).into()),
+            ("other_more", (*more).into()),
+        ]);
+    }
+    let definitions: &[&str] = if partner.is_some() { &["PAIR"] } else { &[] };
+    let shader = Compute { name: "tones/balance/balanced_ink", definitions };
+    cx.pixels(shader, inputs.marks.size_px(), &resources);
 }

@@ -1,0 +1,178 @@
+// What each sample of a stroke finds where it lies in another picture of strokes: the frame before, or (PAIR) the other
+// eye.
+//
+// A sample's place there is exact: its own distance is known, and the world stands still. (Pietrok looks the motion up
+// in a picture, where a line on a contour straddles two motions.) The strokes that were drawn are looked for within
+// REACH_PX: nearest first, those that run another way or lie at another distance do not count.
+//
+// PAIR: the contour of a smooth surface lies elsewhere for the other eye. So a sample that finds nothing goes on along
+// its epipolar line, both ways, on the same surface (Kim et al. 2013: a contour that another eye has as well is
+// epipolar-slidable; the way ends where the surface does, which is an extreme point of the trajectory). And it is asked
+// whether the other eye sees the place at all.
+#import hachure::view::{View, place_at, ray_at}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, nearest_on, is_seam, WHOLLY_PX, LAST, FIRST, KIND_SHIFT}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> list: SampleCounts;
+@group(0) @binding(2) var<storage, read> samples: array<Sample>;
+@group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
+// A sample's number plus 1, of the other picture.
+@group(0) @binding(4) var ids: texture_2d<u32>;
+@group(0) @binding(5) var<storage, read_write> matches: array<Match>;
+#ifdef PAIR
+@group(0) @binding(6) var<uniform> other_view: View;
+// Reversed: near / distance; 0 is the sky.
+@group(0) @binding(7) var depth: texture_depth_2d;
+#endif
+
+const REACH_PX: i32 = 3;
+const MOST_APART_PX: f32 = 2.5;
+// cos 45 degrees.
+const LEAST_ALIKE: f32 = 0.7;
+const MOST_DEPTH_RATIO: f32 = 1.25;
+// Twice as far away is as bad as so many pixels beside. Both eyes see one surface at one time.
+const FRAME_DEPTH_COST_PX: f32 = 4.0;
+const PAIR_DEPTH_COST_PX: f32 = 40.0;
+// Along the epipolar line.
+const SLIDE_PX: i32 = 12;
+// From a pixel to the next the same surface is no farther or nearer than by this ratio.
+const JUMP_RATIO: f32 = 1.05;
+// Behind the surface by this part of the distance, a place is hidden.
+const HIDDEN: f32 = 0.01;
+
+// On the other picture: place, distance.
+fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
+#ifdef PAIR
+    let clip = other_view.clip_from_camera * vec4<f32>(at_m, 1.0);
+    let size = vec2<f32>(other_view.size_px);
+#else
+    let clip = view.previous_clip_from_camera * vec4<f32>(at_m, 1.0);
+    let size = vec2<f32>(view.size_px);
+#endif
+    let ndc = clip.xy / max(clip.w, 1e-6);
+    return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * size, clip.w);
+}
+
+// What is drawn about a place that runs along `way`; `found` if that is nothing, or nothing like it.
+fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
+#ifdef PAIR
+    let depth_cost_px = PAIR_DEPTH_COST_PX;
+#else
+    let depth_cost_px = FRAME_DEPTH_COST_PX;
+#endif
+    var found = nothing;
+    let size = vec2<i32>(textureDimensions(ids));
+    let middle = vec2<i32>(floor(place.xy));
+    var best = 1e9;
+    var seen = 0u;
+    for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
+        let pixel = middle + vec2<i32>(i % (2 * REACH_PX + 1), i / (2 * REACH_PX + 1)) - REACH_PX;
+        if any(pixel < vec2<i32>(0)) || any(pixel >= size) {
+            continue;
+        }
+        let id = textureLoad(ids, pixel, 0).r;
+        if id == 0u || id == seen {
+            continue;
+        }
+        seen = id;
+        let a = old_samples[id - 1u];
+        let b = old_samples[id];
+        let near = nearest_on(a.px, b.px, place.xy);
+        let apart_px = distance(near.px, place.xy);
+        let sense = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
+        let depth_ratio = mix(a.depth_m, b.depth_m, near.t) / place.z;
+        if is_seam(a.along_px, b.along_px, distance(a.px, b.px)) {
+            continue;
+        }
+        let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= MOST_DEPTH_RATIO;
+        let cost = apart_px + 4.0 * (1.0 - abs(sense)) + depth_cost_px * abs(log2(depth_ratio));
+        if is_like && apart_px <= MOST_APART_PX && cost < best {
+            best = cost;
+            found.stroke = a.stroke;
+            // Beyond an end of the old stroke: what is shown of it ends there.
+            let old_way = normalize(b.px - a.px + vec2<f32>(1e-6, 0.0));
+            let beyond_px = dot(place.xy - near.px, old_way);
+            found.along_px = mix(a.along_px, b.along_px, near.t) + beyond_px * sign(b.along_px - a.along_px);
+            found.pressure = mix(a.pressure, b.pressure, near.t);
+            found.shown_px = mix(a.shown_px, b.shown_px, near.t) - abs(beyond_px);
+            found.sense = select(-1.0, 1.0, sense * (b.along_px - a.along_px) >= 0.0);
+            found.toward_px = near.px - place.xy + beyond_px * old_way;
+            found.half_width_px = mix(a.half_width_px, b.half_width_px, near.t);
+        }
+    }
+    return found;
+}
+
+#ifdef PAIR
+fn depth_at_m(px: vec2<f32>) -> f32 {
+    let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(other_view.size_px) - 1);
+    return other_view.near_m / max(textureLoad(depth, pixel, 0), 1e-30);
+}
+
+// Whether the other eye sees a place: no surface is before it all around.
+fn is_seen(place: vec3<f32>) -> bool {
+    var farthest_m = 0.0;
+    for (var i = 0; i < 9; i++) {
+        farthest_m = max(farthest_m, depth_at_m(place.xy + vec2<f32>(vec2<i32>(i % 3, i / 3) - 1)));
+    }
+    return place.z * (1.0 - HIDDEN) <= farthest_m;
+}
+
+// Goes along the epipolar line of a sample, pixel by pixel and both ways, as far as the surface goes on.
+fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
+    let farther = on_picture(place_at(view, own.px, 2.0 * own.depth_m));
+    let along = farther.xy - place.xy;
+    // A stroke that runs along its epipolar line has its partner on itself.
+    if length(along) < 1e-3 || abs(dot(normalize(along), way)) > LEAST_ALIKE {
+        return nothing;
+    }
+    let step = normalize(along);
+    for (var turn = 0; turn < 2; turn++) {
+        let sense = select(1.0, -1.0, turn == 1);
+        var last_m = place.z;
+        for (var i = 2; i <= SLIDE_PX; i += 2) {
+            let at = place.xy + step * (sense * f32(i));
+            let at_m = depth_at_m(at);
+            if max(at_m / last_m, last_m / at_m) > JUMP_RATIO {
+                break;
+            }
+            last_m = at_m;
+            let found = look(vec3<f32>(at, place.z), way, nothing);
+            if found.stroke != 0u {
+                return found;
+            }
+        }
+    }
+    return nothing;
+}
+#endif
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= list.fresh {
+        return;
+    }
+    let own = samples[id.x];
+    var found = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, matches[id.x].at_px, -WHOLLY_PX, 0u);
+    let place = on_picture(own.position_m);
+    let size = vec2<f32>(textureDimensions(ids));
+    if place.z >= view.near_m && all(place.xy >= vec2<f32>(-8.0)) && all(place.xy <= size + 8.0) {
+        // A last sample looks where it came from.
+        let is_last = (own.flags & LAST) != 0u;
+        let beside = on_picture(samples[select(id.x + 1u, max(id.x, 1u) - 1u, is_last)].position_m).xy;
+        let ahead = select(beside - place.xy, place.xy - beside, is_last);
+        let way = normalize(ahead + vec2<f32>(1e-6, 0.0));
+        found = look(place, way, found);
+#ifdef PAIR
+        let is_inside = all(place.xy >= vec2<f32>(0.0)) && all(place.xy < size);
+        found.is_seen = u32(is_inside && is_seen(place));
+        let is_contour = (own.flags >> KIND_SHIFT) == 0u;
+        if found.stroke == 0u && is_contour && is_inside {
+            let is_seen = found.is_seen;
+            found = slide(own, place, way, found);
+            found.is_seen = is_seen;
+        }
+#endif
+    }
+    matches[id.x] = found;
+}

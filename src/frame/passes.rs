@@ -1,0 +1,275 @@
+//! The passes of a frame, in the order in which they run.
+//!
+//! For each eye: what it sees, its lines and its strokes ([`see`]). Then lines are finished, those of two eyes with each
+//! other ([`finish_lines`]). Then for each eye: tones and marks ([`shade`]), and its picture ([`finish`]). All eyes share
+//! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
+
+use super::{EyeMemory, FrameInputs};
+use crate::composite;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::lines::stereo::{agree, fade_out};
+use crate::lines::strokes::history::Step;
+use crate::lines::strokes::partner::Partner;
+use crate::lines::strokes::{self, FrameStrokes};
+use crate::lines::{detector, lsa, smooth, threshold};
+use crate::style::hatching::Scale;
+use crate::style::{Lines, Stereo};
+use crate::surface::edges::EdgeList;
+use crate::surface::meshes::DrawnMeshes;
+use crate::surface::{self, land, mark_normal, meshes, motion};
+use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
+
+/// What an eye sees, and its lines.
+struct Seen {
+    /// `View`.
+    view: Resource,
+    surface_id: Target,
+    position: Target,
+    normal: Target,
+    /// Of a style with lines.
+    line: Option<Target>,
+    /// Of a style with strokes.
+    strokes: Option<SeenStrokes>,
+}
+
+/// The strokes of an eye.
+struct SeenStrokes {
+    frame: FrameStrokes,
+    ink: Target,
+    /// As the other eye of a pair looks at them, if they were made anew.
+    drawn: Option<Partner>,
+}
+
+/// The tones of an eye.
+struct Shaded {
+    colors: Target,
+    /// Of a style with hatching.
+    balance: Option<balance::Inputs>,
+}
+
+/// All passes of all eyes.
+pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) {
+    // Strokes are those of the eye that stands farther left, whichever is the first: eyes that are exchanged exchange
+    // their pictures.
+    let mut order: Vec<usize> = (0..eyes.len()).collect();
+    order.sort_by(|a, b| inputs.rig.aside_m(*a).total_cmp(&inputs.rig.aside_m(*b)));
+    let mut seen: Vec<Option<Seen>> = (0..eyes.len()).map(|_| None).collect();
+    for (turn, &eye) in order.iter().enumerate() {
+        let leader = seen[order[0]].as_ref().filter(|_| inputs.rig.is_pair());
+        seen[eye] = Some(see(cx, inputs, eye, turn == 0, leader, &mut eyes[eye]));
+    }
+    let mut seen: Vec<Seen> = seen.into_iter().flatten().collect();
+    if let (true, [leader, follower]) = (inputs.rig.is_pair(), order.as_slice()) {
+        let follower = seen[*follower].strokes.as_ref().and_then(|strokes| strokes.drawn.as_ref());
+        if let Some((strokes, follower)) = seen[*leader].strokes.as_ref().zip(follower) {
+            strokes.frame.draw_agreed(cx, &seen[*leader].view, &mut eyes[*leader].targets, follower);
+        }
+    }
+    if let Some(lines) = &inputs.style.lines {
+        finish_lines(cx, inputs, lines, &mut seen, eyes);
+    }
+    let shaded: Vec<Shaded> = (0..eyes.len()).map(|eye| shade(cx, inputs, &seen[eye], &mut eyes[eye])).collect();
+    for eye in 0..eyes.len() {
+        finish(cx, inputs, &seen, &shaded, eye, &mut eyes[eye]);
+    }
+}
+
+/// Surface, lines and strokes of an eye; the first one also makes what all eyes share. The second one of a pair takes
+/// the strokes of its leader over.
+fn see(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    eye: usize,
+    is_first: bool,
+    leader: Option<&Seen>,
+    memory: &mut EyeMemory,
+) -> Seen {
+    let &FrameInputs { world, mesh, rig, style, light, .. } = inputs;
+    let terrain = &world.terrain;
+    let gpu = cx.gpu();
+    let view_of_eye = &rig.eyes[eye];
+    let view = cx.uniform("view", &view_of_eye.uniform(rig.origin_m));
+    let heights = &terrain.resources();
+    let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
+
+    let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
+        let nearest_m = world.nearest_m(rig.origin_m);
+        let step = Step { step_s: inputs.step_s, nearest_m, origin_m: rig.origin_m, land_changes: inputs.land_changes };
+        let leader = leader.and_then(|leader| Some(&leader.strokes.as_ref()?.frame));
+        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step, leader)
+    });
+    let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(cx, rules));
+    let edges = edges.as_ref();
+
+    // Surface: place the vertices, rasterise depth and id, compute the rest.
+    let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
+    for &batch in &mesh.batches {
+        if is_first || mesh.batches.len() > 1 {
+            mesh.place(cx, batch, heights);
+        }
+        land::raster::run(cx, &land::raster::Inputs { view: &view, terrain: heights, mesh, batch, depth, surface_id });
+        if let Some(edges) = edges {
+            land::edges::run(cx, edges, &land::edges::Inputs { view: &view, terrain: heights, mesh, batch });
+        }
+    }
+    // What stands on the land: the same once more.
+    let meshes = world.meshes().map(|placed| {
+        let meshes = DrawnMeshes::of(cx, placed);
+        meshes::cull::run(cx, &view, rig.origin_m, terrain.uniform(), &meshes);
+        meshes::vertices::run(cx, &meshes, terrain.uniform());
+        meshes::raster::run(cx, &meshes::raster::Inputs { view: &view, meshes: &meshes, depth, surface_id });
+        if let Some(edges) = edges {
+            meshes::edges::run(cx, edges, &view, &meshes);
+        }
+        meshes
+    });
+    let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
+    let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
+    land::resolve::run(cx, &resolved);
+    if let Some(meshes) = &meshes {
+        let (position, normal) = (&position, &normal);
+        meshes::resolve::run(cx, &meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal });
+    }
+    if inputs.wants_motion {
+        let motion = &targets.whole(gpu, &motion::MOTION);
+        motion::run(cx, &motion::Inputs { view: &view, position: &position, motion });
+    }
+    // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
+    let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
+    if let (true, Some(tiles)) = (is_first, horizon_tiles) {
+        land::horizons::run(cx, heights, tiles);
+    }
+
+    // Lines: detect, threshold.
+    let line = style.lines.as_ref().map(|lines| {
+        let errors = &targets.whole(gpu, &detector::ERRORS);
+        let line = targets.whole(gpu, &threshold::LINE);
+        let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
+        let directions = directions.as_ref();
+        let (position, normal) = (&position, &normal);
+        detector::run(cx, lines, &detector::Inputs { view: &view, position, normal, errors, directions });
+        threshold::run(cx, lines, &threshold::Inputs { view: &view, errors, directions, line: &line });
+        line
+    });
+    // Strokes: see what is visible of the edges, chain it, draw it.
+    let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
+        let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
+        let resolution = style.resolution;
+        let ink = frame.draw(cx, strokes::Inputs { view: &view, depth, edges, targets, resolution, leader });
+        let drawn = if rig.is_pair() { frame.partner(cx, &view, depth, targets) } else { None };
+        SeenStrokes { frame, ink, drawn }
+    });
+    Seen { view, surface_id: surface_id.clone(), position, normal, line, strokes }
+}
+
+/// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
+/// them, stairs are smoothed, and what has no partner in the other eye goes.
+fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: &mut [Seen], eyes: &mut [EyeMemory]) {
+    let gpu = cx.gpu();
+    let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
+    for (Seen { view, position, normal, line, .. }, memory) in seen.iter_mut().zip(eyes.iter_mut()) {
+        let Some(line) = line else { continue };
+        if stereo == Stereo::Full {
+            let faded = memory.targets.whole(gpu, &fade_out::FADED);
+            fade_out::run(cx, lines, inputs.rig, &fade_out::Inputs { view, position, normal, line, faded: &faded });
+            *line = faded;
+        }
+        if lines.antialias {
+            let smoothed = memory.targets.whole(gpu, &smooth::SMOOTHED);
+            smooth::run(cx, &smooth::Inputs { view, line, smoothed: &smoothed });
+            *line = smoothed;
+        }
+    }
+    if stereo == Stereo::Alone {
+        return;
+    }
+    // Each eye reads what the other has before anything of either has gone.
+    let before = seen.iter().filter_map(|Seen { view, position, line, .. }| {
+        Some(agree::Eye { view: view.clone(), position: position.clone(), line: line.clone()? })
+    });
+    let before: Vec<agree::Eye> = before.collect();
+    for (eye, own) in before.iter().enumerate() {
+        let agreed = eyes[eye].targets.whole(gpu, &agree::AGREED);
+        agree::run(cx, &agree::Inputs { own, other: &before[1 - eye], agreed: &agreed });
+        seen[eye].line = Some(agreed);
+    }
+}
+
+/// Tones of an eye, and its marks as far as they are its own.
+fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
+    let &FrameInputs { world, rig, style, light, .. } = inputs;
+    let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
+    let Seen { view, surface_id, position, normal, .. } = seen;
+    let targets = &mut memory.targets;
+
+    let tone = targets.whole(gpu, &TONE);
+    let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
+    let asked = tones::Inputs {
+        view,
+        terrain: terrain.uniform(),
+        horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
+        style,
+        light,
+        camera_z_m: origin_m.z as f32,
+        range_m: terrain.range_m(),
+        position,
+        normal,
+        tone: &tone,
+    };
+    tones::run(cx, &asked);
+    let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
+        let washed = targets.whole(gpu, &watercolor::WASHED);
+        let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
+        watercolor::run(cx, &wet);
+        washed
+    });
+    let balance = style.hatching.as_ref().map(|hatching| {
+        let size = mark_normal::mark_normal_size(targets.size_px());
+        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
+        let heights = &terrain.resources();
+        let ground = mark_normal::Inputs { view, terrain: heights, surface_id, position, normal, mark_normal };
+        mark_normal::run(cx, &ground);
+        let balance = balance::Inputs::new(cx, targets, view, hatching);
+        let (tone, cover) = (&tone, &balance.cover);
+        let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
+        match hatching.scale {
+            Scale::Blend => hatching::run(cx, &marks),
+            Scale::Add => fractal_hatching::run(cx, &marks),
+        }
+        balance::count(cx, &balance);
+        balance
+    });
+    Shaded { colors, balance }
+}
+
+/// The picture of an eye.
+fn finish(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    seen: &[Seen],
+    shaded: &[Shaded],
+    eye: usize,
+    memory: &mut EyeMemory,
+) {
+    let &FrameInputs { rig, style, light, .. } = inputs;
+    let gpu = cx.gpu();
+    let Seen { view, position, line, strokes, .. } = &seen[eye];
+    let targets = &mut memory.targets;
+    let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
+    let marks = shaded[eye].balance.as_ref().map(|balance| {
+        // Both eyes of a pair draw what the ink of both asks for.
+        let partner = if rig.is_pair() { seen.get(1 - eye).zip(shaded.get(1 - eye)) } else { None };
+        let partner = partner.and_then(|(seen, shaded)| {
+            Some(balance::Partner { view: &seen.view, position, more: &shaded.balance.as_ref()?.more })
+        });
+        balance::draw(cx, balance, partner.as_ref());
+        &balance.marks
+    });
+    let picture = &targets.whole(gpu, &composite::PICTURE);
+    let line = line.as_ref().unwrap_or(&nothing);
+    let ink = strokes.as_ref().map_or(&nothing, |strokes| &strokes.ink);
+    let (marks, tone) = (marks.unwrap_or(&nothing), &shaded[eye].colors);
+    composite::run(cx, &composite::Inputs { view, style, light, position, tone, line, ink, marks, picture });
+}

@@ -1,0 +1,60 @@
+//! Strokes of two eyes are the same strokes.
+//!
+//! Each eye makes its strokes of the edges that it sees: contours lie elsewhere for each, and chains begin and end where
+//! nearer land hides them. But a stroke is one thing in the world. So one eye, the leading one, draws first; the samples
+//! of the other one look for its strokes (`look`) and take over who they are, where on their texture they are and how
+//! wide they are (`adopt`). Then the leading eye looks back. Both press the pen as hard as the one that presses harder,
+//! and a stroke that the other eye should see and does not have tapers.
+//!
+//! Kim, Lee, Kang and Lee 2013 keep a contour where it is epipolar-slidable, search along epipolar lines, and draw
+//! what is left as strokes of both images. Here a surface tells where a place lies in the other eye, so the search
+//! begins there, and strokes keep their identity from frame to frame as well.
+//!
+//! Why: `docs/decisions/stereo.md`.
+
+use super::samples::{GROUPS, SampleList, SampleWork};
+use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+
+/// The strokes of the other eye, as they were drawn.
+#[derive(Clone)]
+pub struct Partner {
+    /// Its `View`.
+    pub view: Resource,
+    /// Its samples.
+    pub samples: SampleList,
+    /// [`super::centres::CENTRES`].
+    pub centres: Target,
+    /// Of the surface that it sees.
+    pub depth: Target,
+}
+
+/// Which of two eyes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Strokes are its.
+    Leader,
+    /// It takes them over.
+    Follower,
+}
+
+/// Lets an eye's samples take over what they find in the other one.
+pub fn agree(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, partner: &Partner, role: Role) {
+    let resources = [
+        ("view", view.clone()),
+        ("other_view", partner.view.clone()),
+        work.list(),
+        work.samples(),
+        ("old_samples", partner.samples.samples.binding()),
+        ("ids", (&partner.centres).into()),
+        ("depth", (&partner.depth).into()),
+        work.matches(),
+    ];
+    cx.groups(Compute { name: "lines/strokes/look", definitions: &["PAIR"] }, GROUPS, &resources);
+    let definitions: &[&str] = if role == Role::Follower { &["FOLLOWER"] } else { &[] };
+    let mut resources = vec![work.temporal(), work.list(), work.matches(), work.samples()];
+    resources.extend((role == Role::Follower).then(|| ("view", view.clone())));
+    cx.groups(Compute { name: "lines/strokes/adopt", definitions }, GROUPS, &resources);
+}

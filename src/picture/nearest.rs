@@ -1,0 +1,34 @@
+//! How far away the nearest land is that a camera sees: for eyes that stand apart by a part of it.
+
+use glam::DVec3;
+
+use crate::frame::{Frame, Light};
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::scene::view::{Pose, View};
+use crate::style::Style;
+use crate::surface::POSITION;
+use crate::world::Surfaces;
+
+/// A thumbnail is enough: land is not nearer in one pixel than around it.
+const SIZE_PX: [u32; 2] = [96, 54];
+
+/// The distance of the nearest surface in a camera's picture, in metres; none where there is only sky. `style` is any
+/// one; what it draws is thrown away.
+///
+/// # Errors
+/// As [`Frame::render`].
+pub fn nearest_m(
+    gpu: &Gpu,
+    frame: &mut Frame,
+    world: &mut Surfaces,
+    pose: Pose,
+    style: &Style,
+) -> Result<Option<f64>, GpuError> {
+    let light = Light { to_sun: DVec3::Z, haze_m: 1e6, haze_srgb: None };
+    frame.render(gpu, world, &View::whole(pose, pose, SIZE_PX), style, &light)?;
+    let Some(position) = frame.target(&POSITION) else { return Ok(None) };
+    let position: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], SIZE_PX)?;
+    let surface = position.iter().filter(|at| at[3] > 0.0);
+    let distances_m = surface.map(|at| DVec3::new(at[0].into(), at[1].into(), at[2].into()).length());
+    Ok(distances_m.min_by(f64::total_cmp))
+}
