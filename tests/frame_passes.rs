@@ -5,19 +5,19 @@
 #![allow(clippy::disallowed_methods, reason = "the list is a file of the source, which is under version control")]
 
 mod common;
-#[path = "meshes/shapes.rs"]
-#[allow(dead_code, reason = "this test needs one shape")]
-mod shapes;
+
+use common::shapes;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::Frame;
+use hachure::frame::{self, Frame};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced};
 use hachure::picture::show::{self, ShowError};
+use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
 
@@ -116,6 +116,15 @@ fn traces() -> Option<Traces> {
         let then = drawing(&mut world, &mut frame, &style, [pose, next]);
         let last = drawing(&mut world, &mut frame, &style, [next, turned]);
         [first, then, last].iter().for_each(|trace| traces.add(name, trace));
+    }
+    for name in ["ink", "pencil"] {
+        let style = Style::load(name).unwrap();
+        let rig = Pair { ipd_m: 1.0, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame.set_traces(true);
+        let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, &style, &north_west());
+        frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
+        traces.add("pairs of eyes", frame.trace());
     }
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();

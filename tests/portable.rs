@@ -2,12 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 mod common;
-#[path = "meshes/shapes.rs"]
-#[allow(dead_code, reason = "this test needs one shape")]
-mod shapes;
+
+use std::sync::Arc;
 
 use common::draw::{NOON, draw, north_west, still};
-use std::sync::Arc;
+use common::shapes;
 
 use glam::DVec3;
 use hachure::composite::PICTURE;

@@ -6,6 +6,7 @@ pub mod draw;
 pub mod equations;
 pub mod field;
 pub mod hill;
+pub mod shapes;
 pub mod shot;
 pub mod silhouette;
 pub mod stores;

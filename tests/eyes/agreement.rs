@@ -1,93 +1,173 @@
-//! Lines, strokes and marks of two eyes are the same.
+//! Lines, strokes and marks of two eyes are the same, on land that is far.
 
+use glam::DVec2;
 use hachure::measure::stereo::orphans;
 use hachure::picture::nearest::nearest_m;
-use hachure::style::Style;
+use hachure::scene::stereo::IPD_M;
+use hachure::source::{Silent, procedural};
 
 use super::*;
 use crate::common::World;
 
-const MOUNTAINS: [(&str, &str, &str); 3] = [
-    ("Rainier", "dem/geotiff/mt_rainier_90m.tif", "-19800,30500,+500,0,3,50"),
-    ("Everest", "dem/geotiff/mt_everest_90m.tif", "0,-15000,+900,0,2,50"),
-    ("Alps", "dem/geotiff/N46E008_alps.tif", "0,0,+300,40,0,55"),
+const SIZE_PX: [u32; 2] = [480, 270];
+const MOUNTAINS: [(&str, &str); 3] = [
+    ("dem/geotiff/mt_rainier_90m.tif", "-19800,30500,+500,0,3,50"),
+    ("dem/geotiff/mt_everest_90m.tif", "0,-15000,+900,0,2,50"),
+    ("dem/geotiff/N46E008_alps.tif", "0,0,+300,40,0,55"),
 ];
 
-#[test]
-#[ignore = "a picture to look at"]
-fn orphan_map() {
-    for (place, file, camera) in MOUNTAINS {
-        let Some(mut world) = World::real(file, 1.0) else { return };
+/// Mountains of ours, and as many real ones, each with a camera.
+fn places(real: usize) -> Vec<(String, World, Pose)> {
+    let own = World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0);
+    let own = own.map(|world| ("procedural", world, "-300,-2500,+350,20,-6,60"));
+    let real = MOUNTAINS.iter().take(real).filter_map(|(file, camera)| Some((*file, World::real(file, 1.0)?, *camera)));
+    let place = |(name, world, camera): (&str, World, &str)| {
         let pose = world.pose(camera);
-        let style = Style::load(&std::env::var("STYLE").unwrap_or("ink".into())).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let nearest = nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, &style).unwrap().unwrap();
-        let rig = rig(pose, nearest / 30.0);
-        let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig);
-        println!("{place}: nearest {nearest:.1} m, {:?}", agreement(&eyes));
-        let mut bytes = Vec::new();
-        for (own, other) in [(0, 1), (1, 0)] {
-            let lacking = orphans(&eyes[own], &eyes[other]).unwrap();
-            for (ink, lacking) in eyes[own].ink.as_ref().unwrap().iter().zip(lacking) {
-                let g = (255.0 * (1.0 - ink)) as u8;
-                let red = lacking > 0.2 * ink.max(0.3);
-                bytes.extend(if red { [255, 0, 0, 255] } else { [g, g, g, 255] });
-            }
-        }
-        let path = std::path::PathBuf::from(format!("/work/t/st/orphans-{place}.png"));
-        let mut png = hachure::file::png::PngWriter::create(&path, SIZE_PX[0], 2 * SIZE_PX[1]).unwrap();
-        png.write_rows(&bytes).unwrap();
-        png.finish().unwrap();
+        (name.to_owned(), world, pose)
+    };
+    own.into_iter().chain(real).map(place).collect()
+}
+
+/// A thirtieth of the nearest land.
+fn wide_m(world: &mut World, pose: Pose, style: &Style) -> f64 {
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, style).unwrap().unwrap() / 30.0
+}
+
+fn of(metrics: &Metrics, name: &str) -> f64 {
+    metrics[name].unwrap_or_else(|| panic!("{name} was not measured"))
+}
+
+#[test]
+fn lines_of_far_land_have_partners() {
+    let style = Style::load("ink").unwrap();
+    for (place, mut world, pose) in places(3) {
+        let wide_m = wide_m(&mut world, pose, &style);
+        let mut at = |style: &Style, ipd_m: f64| {
+            let eyes = draw(&world.gpu, &mut world.surfaces, style, &rig(pose, ipd_m, SIZE_PX));
+            (agreement(&eyes), eyes)
+        };
+        let (narrow, _) = at(&style, IPD_M);
+        let (wide, eyes) = at(&style, wide_m);
+        let (alone, _) = at(&ink_alone(), wide_m);
+        let orphans_of = |metrics: &Metrics| of(metrics, "orphans");
+        println!(
+            "{place}: orphans {:.4} % at 65 mm, {:.4} % at {wide_m:.1} m, alone {:.4} %; ink correlates by {:.3}; \
+             coverage {:.3} of that alone",
+            100.0 * orphans_of(&narrow),
+            100.0 * orphans_of(&wide),
+            100.0 * orphans_of(&alone),
+            of(&wide, "line_correlation"),
+            of(&wide, "line_coverage") / of(&alone, "line_coverage")
+        );
+        assert!(orphans_of(&narrow) <= 1e-3 && orphans_of(&wide) <= 1e-3, "{place}");
+        assert!(of(&wide, "line_correlation") >= 0.9, "{place}");
+        assert!((of(&wide, "line_coverage") / of(&alone, "line_coverage") - 1.0).abs() <= 0.15, "{place}");
+        // Planted: parallax of the wrong sign, and lines that are three pixels off.
+        let exchanged = [eyes[1].clone(), eyes[0].clone()];
+        let swapped = [0, 1].map(|i| DrawnFrame { ink: exchanged[i].ink.clone(), ..eyes[i].clone() });
+        assert!(orphans_of(&agreement(&swapped)) > 10.0 * orphans_of(&wide), "{place}");
+        let mut off = eyes[1].clone();
+        off.ink.as_mut().unwrap().rotate_right(3 * SIZE_PX[0] as usize);
+        assert!(orphans_of(&agreement(&[eyes[0].clone(), off])) > 10.0 * orphans_of(&wide), "{place}");
     }
 }
 
 #[test]
-#[ignore = "debugging"]
-fn which_samples() {
-    for (place, file, camera) in MOUNTAINS {
-        let Some(mut world) = World::real(file, 1.0) else { return };
-        let pose = world.pose(camera);
-        let style = Style::load(&std::env::var("STYLE").unwrap_or("strokes".into())).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let nearest = nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, &style).unwrap().unwrap();
-        let rig = rig(pose, nearest / 30.0);
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, &style, &light());
-        frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &light()).unwrap();
-        let lists: Vec<_> =
-            [0, 1].map(|eye| frame.eye_strokes(eye).unwrap().samples().read(&world.gpu).unwrap()).into();
-        for (own, other) in [(1usize, 0usize), (0, 1)] {
-            let (mut all, mut none, mut same, mut differ, mut low) = (0, 0, 0, 0, 0);
-            let ids: std::collections::HashSet<u32> = lists[other].1.iter().map(|s| s.stroke).collect();
-            let mut known = 0;
-            let view = &rig.eyes[other];
-            for s in &lists[own].1[..lists[own].0.fresh as usize] {
-                if s.pressure < 0.1 {
-                    low += 1;
-                    continue;
-                }
-                all += 1;
-                known += i32::from(ids.contains(&s.stroke));
-                let at = DVec3::new(s.position_m[0].into(), s.position_m[1].into(), s.position_m[2].into())
-                    + rig.origin_m
-                    - view.pose.position_m;
-                let Some(px) = view.place_px(at) else { continue };
-                let near: Vec<_> = lists[other]
-                    .1
-                    .iter()
-                    .filter(|o| ((o.px[0] as f64 - px.x).powi(2) + (o.px[1] as f64 - px.y).powi(2)).sqrt() < 2.5)
-                    .collect();
-                if near.is_empty() {
-                    none += 1
-                } else if near.iter().any(|o| o.stroke == s.stroke) {
-                    same += 1
-                } else {
-                    differ += 1
-                }
+fn what_lacks_a_partner_is_told() {
+    let Some((place, mut world, pose)) = places(0).into_iter().next() else { return };
+    let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("ink").unwrap(), &rig(pose, IPD_M, SIZE_PX));
+    // Planted: a patch of the right eye's lines is gone.
+    let mut rubbed = eyes[1].clone();
+    let (low, high) = (DVec2::new(200.0, 120.0), DVec2::new(360.0, 240.0));
+    let is_in = |pixel: usize, by_px: f64| {
+        let at = DVec2::new((pixel as u32 % SIZE_PX[0]).into(), (pixel as u32 / SIZE_PX[0]).into());
+        at.cmpge(low - by_px).all() && at.cmplt(high + by_px).all()
+    };
+    rubbed
+        .ink
+        .as_mut()
+        .unwrap()
+        .iter_mut()
+        .enumerate()
+        .filter(|(pixel, _)| is_in(*pixel, 0.0))
+        .for_each(|(_, ink)| *ink = 0.0);
+    let lone = orphans(&eyes[0], &rubbed).unwrap();
+    let ink = eyes[0].ink.as_ref().unwrap();
+    let missed = (0..ink.len()).filter(|pixel| is_in(*pixel, -4.0) && ink[*pixel] > 0.5 && lone[*pixel] == 0.0).count();
+    let elsewhere = (0..ink.len()).filter(|pixel| !is_in(*pixel, 4.0) && lone[*pixel] > 0.1).count();
+    let found = lone.iter().filter(|ink| **ink > 0.5).count();
+    println!("{place}: {found} pixels lack a partner, {missed} are missed, {elsewhere} lie elsewhere");
+    assert!(found > 100 && missed == 0 && elsewhere == 0);
+}
+
+#[test]
+fn strokes_of_two_eyes_are_the_same_strokes() {
+    for (place, mut world, pose) in places(1) {
+        for name in ["strokes", "charcoal"] {
+            let mut style = Style::load(name).unwrap();
+            style.strokes.as_mut().unwrap().wobble_px = 0.0;
+            let wide_m = wide_m(&mut world, pose, &style);
+            let mut at = |ipd_m: f64| {
+                let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
+                (agreement(&eyes), eyes)
+            };
+            for (ipd_m, least, most) in [(IPD_M, 0.95, [0.02, 0.01]), (wide_m, 0.9, [0.06, 0.02])] {
+                let (metrics, mut eyes) = at(ipd_m);
+                println!(
+                    "{place}, {name}, eyes {ipd_m:.3} m apart: ink correlates by {:.3}, orphans {:.3} %, other identity \
+                     {:.2} %, other width {:.2} %",
+                    of(&metrics, "line_correlation"),
+                    100.0 * of(&metrics, "orphans"),
+                    100.0 * of(&metrics, "other_identity"),
+                    100.0 * of(&metrics, "other_width")
+                );
+                assert!(of(&metrics, "line_correlation") >= least, "{place}, {name}");
+                assert!(of(&metrics, "other_identity") <= most[0], "{place}, {name}");
+                assert!(of(&metrics, "other_width") <= 0.01, "{place}, {name}");
+                assert!(of(&metrics, "orphans") <= most[1], "{place}, {name}");
+                // Planted: identity and width are not shared.
+                let centres = eyes[1].centres.as_mut().unwrap();
+                centres.id.iter_mut().for_each(|id| *id = id.wrapping_mul(3));
+                assert!(of(&agreement(&eyes), "other_identity") > 0.9, "{place}, {name}");
             }
-            println!(
-                "{place} eye {own}: {all} drawn, {low} low, none {none}, same {same}, differ {differ}; known ids {known}"
-            );
+        }
+    }
+}
+
+#[test]
+fn marks_of_two_eyes_are_as_dark() {
+    for (place, mut world, pose) in places(1) {
+        for name in ["crosshatch", "pencil", "woodcut"] {
+            let style = Style::load(name).unwrap();
+            let wide_m = wide_m(&mut world, pose, &style);
+            let mut eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
+            let correlation = of(&agreement(&eyes), "mark_correlation");
+            println!("{place}, {name}: the ink of marks correlates by {correlation:.3}");
+            assert!(correlation >= 0.93, "{place}, {name}");
+            // Planted: marks that lie three pixels off.
+            eyes[1].marks.as_mut().unwrap().rotate_right(3);
+            assert!(of(&agreement(&eyes), "mark_correlation") < 0.8, "{place}, {name}");
+        }
+    }
+}
+
+/// `cargo test --release --test eyes table -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement"]
+fn table() {
+    for (place, mut world, pose) in places(3) {
+        for name in hachure::style::names() {
+            let style = Style::load(name).unwrap();
+            let wide_m = wide_m(&mut world, pose, &style);
+            for ipd_m in [IPD_M, wide_m] {
+                let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
+                let metrics = agreement(&eyes);
+                let shown =
+                    ["orphans", "line_correlation", "mark_correlation", "picture_correlation", "other_identity"];
+                let values = shown.map(|name| metrics[name].map_or("-".to_owned(), |value| format!("{value:.4}")));
+                println!("| {place} | {ipd_m:.3} | {name} | {} |", values.join(" | "));
+            }
         }
     }
 }

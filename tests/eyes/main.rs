@@ -5,6 +5,9 @@
 mod common;
 
 mod agreement;
+mod exchange;
+mod extremes;
+mod near;
 
 use glam::DVec3;
 use hachure::frame::{self, Frame, Light};
@@ -14,26 +17,28 @@ use hachure::measure::stereo::StereoTotals;
 use hachure::measure::temporal::{DrawnFrame, read_drawn};
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, Rig, View};
-use hachure::style::Style;
+use hachure::style::{Lines, Stereo, Style};
 use hachure::world::Surfaces;
 
-const SIZE_PX: [u32; 2] = [640, 360];
-
-fn light() -> Light {
-    Light { to_sun: DVec3::new(-0.5, 0.5, 0.4).normalize(), haze_m: 30_000.0, haze_srgb: None }
-}
+const LIGHT: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
 
 /// Two eyes at a camera that rests.
-fn rig(pose: Pose, ipd_m: f64) -> Rig {
-    Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX))
+fn rig(pose: Pose, ipd_m: f64, size_px: [u32; 2]) -> Rig {
+    Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, size_px))
 }
 
-/// What both eyes draw of a style's first frame.
-fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
+/// The first frame of a style.
+fn frame_of(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Frame {
     let mut frame = Frame::new(gpu).unwrap();
-    let prepared = frame::prepare(gpu, surfaces, rig, style, &light());
-    frame.render_rig(gpu, surfaces, &prepared, rig, style, &light()).unwrap();
+    let prepared = frame::prepare(gpu, surfaces, rig, style, &LIGHT);
+    frame.render_rig(gpu, surfaces, &prepared, rig, style, &LIGHT).unwrap();
     gpu.check().unwrap();
+    frame
+}
+
+/// What all eyes draw of it.
+fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
+    let frame = frame_of(gpu, surfaces, style, rig);
     (0..rig.eyes.len()).map(|eye| read_drawn(gpu, &frame, rig, eye, style).unwrap()).collect()
 }
 
@@ -41,4 +46,16 @@ fn agreement(eyes: &[DrawnFrame]) -> Metrics {
     let mut totals = StereoTotals::default();
     totals.add(&eyes[0], &eyes[1]).unwrap();
     totals.metrics().unwrap()
+}
+
+/// A preset with other lines.
+fn with_lines(name: &str, change: impl FnOnce(&mut Lines)) -> Style {
+    let mut style = Style::load(name).unwrap();
+    change(style.lines.as_mut().unwrap());
+    style
+}
+
+/// `ink` whose eyes know nothing of each other.
+fn ink_alone() -> Style {
+    with_lines("ink", |lines| lines.stereo = Stereo::Alone)
 }

@@ -8,6 +8,6 @@ mod cull;
 mod edges;
 mod reader;
 mod scene;
-mod shapes;
+use common::shapes;
 mod strokes;
 mod surface;

@@ -21,11 +21,24 @@ fn rigs(world: &crate::World) -> Vec<Rig> {
     (0..3).map(&mut step).collect()
 }
 
+/// A preset whose eyes know nothing of each other, as far as lines and marks go; strokes of a pair always agree.
+fn alone(name: &str) -> Style {
+    let mut style = Style::load(name).unwrap();
+    if let Some(lines) = &mut style.lines {
+        lines.stereo = style::Stereo::Alone;
+    }
+    if let Some(hatching) = &mut style.hatching {
+        hatching.balance = false;
+    }
+    style.strokes = None;
+    style
+}
+
 #[test]
 fn two_eyes_at_once_are_the_two_alone() {
     let Some(mut world) = hill() else { return };
     for name in style::names() {
-        let style = Style::load(name).unwrap();
+        let style = alone(name);
         let rigs = rigs(&world);
         // The frame is submitted at once, as on a GPU.
         let mut both = Frame::new(&world.gpu).unwrap();
