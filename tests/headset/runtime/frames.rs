@@ -3,6 +3,8 @@
 use openxr_sys as xr;
 use xr::Handle as _;
 
+use super::head::views_at;
+use super::layers::check_layers;
 use super::state::{Event, Frame, SESSION, SYSTEM, Session, State, array, hold, time_of, told};
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
@@ -328,41 +330,6 @@ pub unsafe extern "system" fn locate_views(
     })())
 }
 
-/// The eyes of a frame: a head that looks around, nods, and leans.
-fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr::View; 2] {
-    let t = if state.script.moves { frame as f32 / 90.0 } else { 0.0 };
-    let (yaw, pitch, roll) = (0.35 * (0.9 * t).sin(), 0.2 * (1.3 * t).sin() - 0.1, 0.25 * (0.7 * t).sin() + 0.05);
-    let [(sy, cy), (sp, cp), (sr, cr)] = [yaw, pitch, roll].map(|angle: f32| (0.5 * angle).sin_cos());
-    // Yaw about y, then pitch about x, then roll about z.
-    let turn = product([0.0, sy, 0.0, cy], product([sp, 0.0, 0.0, cp], [0.0, 0.0, sr, cr]));
-    let head = [0.1 * (0.5 * t).sin(), 1.6 + 0.03 * (2.0 * t).sin(), 0.1 * (0.4 * t).cos()];
-    let floor = if kind == xr::ReferenceSpaceType::LOCAL { 1.6 } else { 0.0 };
-    [-1.0, 1.0].map(|side: f32| {
-        let aside = rotated(turn, [0.5 * side * state.script.ipd_m, 0.0, 0.0]);
-        let orientation = xr::Quaternionf { x: turn[0], y: turn[1], z: turn[2], w: turn[3] };
-        let position = xr::Vector3f { x: head[0] + aside[0], y: head[1] + aside[1] - floor, z: head[2] + aside[2] };
-        // Farther outward than toward the nose.
-        let (outward, inward) = (0.9, 0.7);
-        let (left, right) = if side < 0.0 { (outward, inward) } else { (inward, outward) };
-        let fov = xr::Fovf { angle_left: -left, angle_right: right, angle_up: 0.75, angle_down: -0.85 };
-        xr::View { ty: xr::View::TYPE, next: std::ptr::null_mut(), pose: xr::Posef { orientation, position }, fov }
-    })
-}
-
-fn product([ax, ay, az, aw]: [f32; 4], [bx, by, bz, bw]: [f32; 4]) -> [f32; 4] {
-    [
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    ]
-}
-
-fn rotated(q: [f32; 4], [x, y, z]: [f32; 3]) -> [f32; 3] {
-    let [x, y, z, _] = product(product(q, [x, y, z, 0.0]), [-q[0], -q[1], -q[2], q[3]]);
-    [x, y, z]
-}
-
 pub unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::FrameEndInfo) -> xr::Result {
     const CALL: &str = "xrEndFrame";
     let (mut state, info) = (hold(), unsafe { &*info });
@@ -384,97 +351,6 @@ pub unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::F
         events_of(&mut state);
         checked.map(|()| xr::Result::SUCCESS)
     })())
-}
-
-fn check_layers(state: &mut State, frame: Frame, is_held: bool, info: &xr::FrameEndInfo) -> Result<(), xr::Result> {
-    const CALL: &str = "xrEndFrame";
-    let mut wrong = |what: &str, error| Err(state.violation(CALL, what, error));
-    if info.display_time.as_nanos() != time_of(frame.number) {
-        return wrong("another display time than that of the frame", xr::Result::ERROR_TIME_INVALID);
-    }
-    if info.environment_blend_mode != xr::EnvironmentBlendMode::OPAQUE {
-        return wrong("no such blend mode", xr::Result::ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED);
-    }
-    if is_held {
-        return wrong("an image is still acquired", xr::Result::ERROR_CALL_ORDER_INVALID);
-    }
-    if info.layer_count > 0 && !frame.should_render {
-        return wrong("layers, though nothing is to be rendered", xr::Result::ERROR_LAYER_INVALID);
-    }
-    for i in 0..info.layer_count as usize {
-        let base = unsafe { *info.layers.add(i) };
-        let layer = unsafe { &*base.cast::<xr::CompositionLayerProjection>() };
-        state.check(CALL, (layer.ty, layer.next), xr::CompositionLayerProjection::TYPE)?;
-        check_projection(state, frame, layer)?;
-    }
-    Ok(())
-}
-
-fn check_projection(state: &mut State, frame: Frame, layer: &xr::CompositionLayerProjection) -> Result<(), xr::Result> {
-    const CALL: &str = "xrEndFrame";
-    let located = state.session.as_ref().and_then(|session| session.located);
-    let Some((_, _, views)) =
-        located.filter(|(time, space, _)| *time == time_of(frame.number) && *space == layer.space.into_raw())
-    else {
-        let error = xr::Result::ERROR_LAYER_INVALID;
-        return Err(state.violation(CALL, "the views were not located for this time and space", error));
-    };
-    if layer.view_count != 2 {
-        return Err(state.violation(CALL, "not two views", xr::Result::ERROR_LAYER_INVALID));
-    }
-    // Images that are not new show what they did, from where that was seen.
-    let session = state.session.as_mut().ok_or(xr::Result::ERROR_HANDLE_INVALID)?;
-    let is_new = session.chains.values().any(|chain| chain.is_new);
-    session.chains.values_mut().for_each(|chain| chain.is_new = false);
-    let views = if is_new { views } else { session.shown.unwrap_or(views) };
-    session.shown = Some(views);
-    let mut bytes = Vec::new();
-    for (eye, located) in views.iter().enumerate() {
-        let view = unsafe { *layer.views.add(eye) };
-        state.check(CALL, (view.ty, view.next), xr::CompositionLayerProjectionView::TYPE)?;
-        if view.pose != located.pose || view.fov != located.fov {
-            let what = format!("eye {eye} has another pose or lens than was located");
-            return Err(state.violation(CALL, &what, xr::Result::ERROR_LAYER_INVALID));
-        }
-        let chains = state.session.as_ref().map(|session| &session.chains);
-        let Some(chain) = chains.and_then(|chains| chains.get(&view.sub_image.swapchain.into_raw())) else {
-            return Err(state.violation(CALL, "no such swapchain", xr::Result::ERROR_HANDLE_INVALID));
-        };
-        if !chain.was_released {
-            return Err(state.violation(CALL, "an image that was never released", xr::Result::ERROR_LAYER_INVALID));
-        }
-        let (rect, size_px) = (view.sub_image.image_rect, chain.size_px.map(|side| side as i32));
-        let is_inside = rect.offset.x >= 0
-            && rect.offset.y >= 0
-            && rect.extent.width > 0
-            && rect.extent.height > 0
-            && rect.offset.x + rect.extent.width <= size_px[0]
-            && rect.offset.y + rect.extent.height <= size_px[1]
-            && view.sub_image.image_array_index == 0;
-        if !is_inside {
-            return Err(state.violation(CALL, "a part beyond the image", xr::Result::ERROR_SWAPCHAIN_RECT_INVALID));
-        }
-        bytes.push((chain.number, chain.size_px, chain.bytes.clone()));
-    }
-    dump(state, &views, &bytes);
-    Ok(())
-}
-
-/// The images as they are, and a line for each eye: frame, eye, position, orientation, angles of the lens.
-fn dump(state: &State, views: &[xr::View; 2], shown: &[(usize, [u32; 2], Vec<u8>)]) {
-    use std::io::Write as _;
-    let Some(folder) = &state.script.dump else { return };
-    let table = std::fs::OpenOptions::new().create(true).append(true).open(folder.join("poses.csv"));
-    let mut table = table.unwrap();
-    for (eye, (view, (_, [width, height], bytes))) in views.iter().zip(shown).enumerate() {
-        let name = format!("{:05}-{eye}-{width}x{height}.raw", state.frames);
-        std::fs::write(folder.join(name), bytes).unwrap();
-        let (p, q, fov) = (view.pose.position, view.pose.orientation, view.fov);
-        let numbers =
-            [p.x, p.y, p.z, q.x, q.y, q.z, q.w, fov.angle_left, fov.angle_right, fov.angle_up, fov.angle_down];
-        let numbers = numbers.map(|number| number.to_string()).join(",");
-        writeln!(table, "{},{eye},{numbers}", state.frames).unwrap();
-    }
 }
 
 /// What happens after a frame.

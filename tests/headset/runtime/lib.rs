@@ -11,7 +11,9 @@
 #![allow(missing_docs, reason = "a part of a test")]
 
 mod frames;
+mod head;
 mod input;
+mod layers;
 mod script;
 mod state;
 mod swapchains;
