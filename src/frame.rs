@@ -125,7 +125,7 @@ impl Frame {
         self.submits = submits;
     }
 
-    /// Whether [`motion::MOTION`] is made, which no style asks for by itself.
+    /// Whether [`MOTION`](crate::surface::motion::MOTION) is made, which no style asks for by itself.
     pub fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
     }
