@@ -157,7 +157,7 @@ impl Frame {
         self.render_eyes(gpu, world, &Rig::mono(*view), style, light)
     }
 
-    /// As [`Frame::render`], the views of all eyes of a rig.
+    /// As [`Frame::render`], of all eyes of a rig.
     ///
     /// # Errors
     /// As [`Frame::render`].

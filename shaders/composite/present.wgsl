@@ -1,15 +1,21 @@
-// The picture onto the window, scaled to it.
+// The picture onto the window, scaled to it; or those of two eyes, side by side or in the same pixels.
 #import hachure::color::srgb_from_linear
 
 struct Present {
     // 1: the window's format does not encode to sRGB by itself.
     encode: u32,
-    pad: u32,
+    // Of two eyes. 1: the left one's on the left half. 0: mixed.
+    side_by_side: u32,
     window_px: vec2<f32>,
+    // Rows that give red, green and blue of the left eye's linear colour, and of the right eye's.
+    left_mix: array<vec4<f32>, 3>,
+    right_mix: array<vec4<f32>, 3>,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
 @group(0) @binding(1) var picture: texture_2d<f32>;
+// Of two eyes the right one's; only `pair` reads it.
+@group(0) @binding(2) var right_picture: texture_2d<f32>;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -19,19 +25,43 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let size = vec2<f32>(textureDimensions(picture));
-    let p = at.xy / present.window_px * size - 0.5;
+    return encoded(scaled(picture, at.xy / present.window_px));
+}
+
+@fragment
+fn pair(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let place = at.xy / present.window_px;
+    if present.side_by_side == 1u {
+        let half = vec2<f32>(fract(2.0 * place.x), place.y);
+        return encoded(select(scaled(picture, half), scaled(right_picture, half), place.x >= 0.5));
+    }
+    let left = scaled(picture, place);
+    let right = scaled(right_picture, place);
+    var color: vec3<f32>;
+    for (var i = 0; i < 3; i++) {
+        color[i] = dot(present.left_mix[i].xyz, left) + dot(present.right_mix[i].xyz, right);
+    }
+    return encoded(clamp(color, vec3<f32>(0.0), vec3<f32>(1.0)));
+}
+
+fn encoded(color: vec3<f32>) -> vec4<f32> {
+    return vec4<f32>(select(color, srgb_from_linear(color), present.encode != 0u), 1.0);
+}
+
+// Between pixels, at a place from 0 to 1.
+fn scaled(of_eye: texture_2d<f32>, place: vec2<f32>) -> vec3<f32> {
+    let size = vec2<f32>(textureDimensions(of_eye));
+    let p = place * size - 0.5;
     let whole = floor(p);
     let f = p - whole;
     let last = vec2<i32>(size) - 1;
     let i = vec2<i32>(whole);
-    let color = mix(
-        mix(load(i, last), load(i + vec2<i32>(1, 0), last), f.x),
-        mix(load(i + vec2<i32>(0, 1), last), load(i + vec2<i32>(1, 1), last), f.x),
+    return mix(
+        mix(load(of_eye, i, last), load(of_eye, i + vec2<i32>(1, 0), last), f.x),
+        mix(load(of_eye, i + vec2<i32>(0, 1), last), load(of_eye, i + vec2<i32>(1, 1), last), f.x),
         f.y);
-    return vec4<f32>(select(color, srgb_from_linear(color), present.encode != 0u), 1.0);
 }
 
-fn load(pixel: vec2<i32>, last: vec2<i32>) -> vec3<f32> {
-    return textureLoad(picture, clamp(pixel, vec2<i32>(0), last), 0).rgb;
+fn load(of_eye: texture_2d<f32>, pixel: vec2<i32>, last: vec2<i32>) -> vec3<f32> {
+    return textureLoad(of_eye, clamp(pixel, vec2<i32>(0), last), 0).rgb;
 }

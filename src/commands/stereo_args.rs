@@ -6,10 +6,7 @@ use clap::Args;
 
 use super::arguments;
 use super::misuse::Misuse;
-use crate::scene::stereo::{Eyes, IPD_M, Pair};
-
-/// Of the nearest land that is seen: eyes that are so far apart show a mountain as a thing on a table.
-const HYPERSTEREO: f64 = 1.0 / 30.0;
+use crate::scene::stereo::{Eyes, HYPERSTEREO, IPD_M, Pair};
 
 /// `--eyes` and what belongs to it.
 #[derive(Clone, Debug, Args)]

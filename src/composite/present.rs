@@ -1,15 +1,32 @@
-//! The picture onto a window. See `shaders/composite/present.wgsl`.
+//! The picture onto a window, or those of two eyes. See `shaders/composite/present.wgsl`.
 
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::{Draw, Key, Raw, Ready, replaced};
 use crate::gpu::pools::Pools;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::composite::present::Present as PresentUniform;
+use crate::scene::anaglyph::{Glasses, Mix};
+
+/// What a window shows.
+#[derive(Clone, Copy)]
+pub enum Shown<'a> {
+    /// The picture of one eye.
+    One(&'a Target),
+    /// Those of two.
+    Pair {
+        /// The left eye's.
+        left: &'a Target,
+        /// The right eye's.
+        right: &'a Target,
+        /// For which both are in the same pixels; else they are side by side.
+        glasses: Option<Glasses>,
+    },
+}
 
 /// The pass of a window. Its frames are the window's, so it has pools of its own.
 pub struct PresentPass {
     pools: Pools,
-    draw: Key,
+    draw: Draw,
     /// Whether the window shows what is written as it is: then the pass encodes.
     encodes: bool,
 }
@@ -17,30 +34,47 @@ pub struct PresentPass {
 impl PresentPass {
     /// For a window's format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let draw = Key::Draw(Draw {
+        let draw = Draw {
             name: "composite/present",
             fragment: "fragment",
             colors: [replaced(format), None],
             depth: None,
             topology: wgpu::PrimitiveTopology::TriangleList,
-        });
+        };
         Self { pools: Pools::new(gpu), draw, encodes: !format.is_srgb() }
     }
 
-    /// Draws `picture` over all of `window`, whose size is `window_px`, into `encoder`, which is submitted next.
+    /// Draws what is `shown` over all of `window`, whose size is `window_px`, into `encoder`, which is submitted next.
     pub fn run(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
-        picture: &Target,
+        shown: Shown<'_>,
         window: &wgpu::TextureView,
         window_px: [u32; 2],
     ) {
         let window_px = window_px.map(|side| side as f32);
         let Pools { pipelines, groups, arena, .. } = &mut self.pools;
-        let uniform = PresentUniform { encode: u32::from(self.encodes), pad: 0, window_px };
-        let resources = [("present", arena.uniform(gpu, "present", &uniform)), ("picture", picture.into())];
-        let ready = pipelines.ready(gpu, groups, &self.draw, &resources);
+        let mixed = |mix: &Mix| mix.map(|[red, green, blue]| [red, green, blue, 0.0]);
+        let (side_by_side, [left_mix, right_mix]) = match shown {
+            Shown::Pair { glasses: Some(glasses), .. } => (0, glasses.mixes().map(mixed)),
+            Shown::Pair { glasses: None, .. } | Shown::One(_) => (1, Default::default()),
+        };
+        let encode = u32::from(self.encodes);
+        let uniform = PresentUniform { encode, side_by_side, window_px, left_mix, right_mix };
+        let mut resources = vec![("present", arena.uniform(gpu, "present", &uniform))];
+        let fragment = match shown {
+            Shown::One(picture) => {
+                resources.push(("picture", picture.into()));
+                "fragment"
+            }
+            Shown::Pair { left, right, .. } => {
+                resources.extend([("picture", left.into()), ("right_picture", right.into())]);
+                "pair"
+            }
+        };
+        let draw = Key::Draw(Draw { fragment, ..self.draw.clone() });
+        let ready = pipelines.ready(gpu, groups, &draw, &resources);
         arena.flush(gpu);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite/present"),

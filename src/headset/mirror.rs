@@ -13,7 +13,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoop};
 use winit::platform::pump_events::{EventLoopExtPumpEvents, PumpStatus};
 use winit::window::{Window, WindowId};
 
-use crate::composite::present::PresentPass;
+use crate::composite::present::{PresentPass, Shown};
 use crate::gpu::Gpu;
 use crate::gpu::target::Target;
 use crate::window::Windowing;
@@ -111,7 +111,7 @@ impl Pane {
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("mirror") };
         let mut encoder = gpu.device.create_command_encoder(&descriptor);
         let size_px = [self.config.width, self.config.height];
-        self.present.run(gpu, &mut encoder, picture, &target, size_px);
+        self.present.run(gpu, &mut encoder, Shown::One(picture), &target, size_px);
         gpu.queue.submit([encoder.finish()]);
         self.window.pre_present_notify();
         gpu.queue.present(frame);

@@ -1,6 +1,28 @@
 //! Two eyes' pictures as one: side by side, or an anaglyph.
 
+use super::Band;
+use crate::scene::anaglyph::{Glasses, Mix};
 use crate::scene::stereo::Eyes;
+
+/// What is shown of the bands of a pair: those of the eyes that are asked for, those of an anaglyph as one.
+pub fn shown(eyes: Eyes, bands: Vec<Band>) -> Vec<Band> {
+    let asked = bands.into_iter().enumerate().filter(|(eye, _)| eyes.of_pair().contains(eye));
+    let mut asked: Vec<_> = asked.map(|(_, band)| band).collect();
+    if let (Some(glasses), [left, right]) = (Glasses::of(eyes), asked.as_mut_slice()) {
+        left.picture = anaglyph(&left.picture, &right.picture, glasses);
+        asked.truncate(1);
+    }
+    asked
+}
+
+/// The rows of one eye, or of two side by side, as those of one picture of `width` pixels.
+pub fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
+    match bands.as_mut_slice() {
+        [left, right] => side_by_side(&left.picture, &right.picture, width / 2),
+        [band, ..] => std::mem::take(&mut band.picture),
+        [] => Vec::new(),
+    }
+}
 
 /// Rows of `width` pixels: the left eye's on the left of the right eye's.
 pub fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
@@ -13,53 +35,10 @@ pub fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
         .collect()
 }
 
-/// What the left eye's linear colour gives to red, green and blue (Dubois, "A projection method to generate anaglyph
-/// stereo images", ICASSP 2001: least squares in CIE XYZ through red and cyan glasses, for the primaries of sRGB).
-const LEFT: [[f32; 3]; 3] = [
-    [0.456_1, 0.500_484, 0.176_381],
-    [-0.040_082_2, -0.037_824_6, -0.015_758_9],
-    [-0.015_216_1, -0.020_597_1, -0.005_468_56],
-];
-/// What the right eye's gives.
-const RIGHT: [[f32; 3]; 3] = [
-    [-0.043_470_6, -0.087_938_8, -0.001_555_29],
-    [0.378_476, 0.733_64, -0.018_450_3],
-    [-0.072_152_7, -0.112_961, 1.226_4],
-];
-
-/// What the luma of the left eye gives to red, and that of the right eye to green and blue.
-const GREY_LEFT: [[f32; 3]; 3] = [LUMA, [0.0; 3], [0.0; 3]];
-const GREY_RIGHT: [[f32; 3]; 3] = [[0.0; 3], LUMA, LUMA];
-/// Of linear sRGB.
-const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
-
-/// What an anaglyph keeps of the colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Glasses {
-    /// As much as red and cyan glasses let through, with little of the other eye (Dubois).
-    Coloured,
-    /// Nothing: each eye has the luma, and none of the other eye's as far as the glasses hold.
-    Grey,
-}
-
-impl Glasses {
-    /// For which an anaglyph is made; none where it is not one.
-    pub fn of(eyes: Eyes) -> Option<Self> {
-        match eyes {
-            Eyes::Anaglyph => Some(Self::Coloured),
-            Eyes::GreyAnaglyph => Some(Self::Grey),
-            _ => None,
-        }
-    }
-}
-
 /// A picture for a red glass before the left eye and a cyan one before the right.
 pub fn anaglyph(left: &[[f32; 4]], right: &[[f32; 4]], glasses: Glasses) -> Vec<[f32; 4]> {
-    let (of_left, of_right) = match glasses {
-        Glasses::Coloured => (&LEFT, &RIGHT),
-        Glasses::Grey => (&GREY_LEFT, &GREY_RIGHT),
-    };
-    let part = |matrix: &[[f32; 3]; 3], color: &[f32; 4], channel: usize| -> f32 {
+    let [of_left, of_right] = glasses.mixes();
+    let part = |matrix: &Mix, color: &[f32; 4], channel: usize| -> f32 {
         matrix[channel].iter().zip(color).map(|(weight, value)| weight * value).sum()
     };
     let merged = |(left, right): (&[f32; 4], &[f32; 4])| {

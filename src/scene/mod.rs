@@ -1,5 +1,6 @@
 //! What is looked at and from where: camera, camera path, views and rigs of eyes, light, scene file.
 
+pub mod anaglyph;
 pub mod camera;
 pub mod earth;
 pub mod embedded;

@@ -10,6 +10,9 @@ use super::view::{Lens, Pose, Rig, View};
 /// Between the eyes of most people.
 pub const IPD_M: f64 = 0.065;
 
+/// Eyes so far apart, of the nearest land that is seen, show a mountain as a thing on a table.
+pub const HYPERSTEREO: f64 = 1.0 / 30.0;
+
 /// Which eyes a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Eyes {
@@ -30,7 +33,7 @@ pub enum Eyes {
 
 impl Eyes {
     /// Their names, in the order of the variants.
-    const NAMES: [(&str, Self); 6] = [
+    pub const NAMES: [(&str, Self); 6] = [
         ("mono", Self::Mono),
         ("left", Self::Left),
         ("right", Self::Right),
@@ -92,16 +95,20 @@ impl Default for Pair {
 impl Pair {
     /// The left and the right eye of a camera, whose place is the origin of both.
     pub fn rig(&self, camera: &View) -> Rig {
+        self.rig_after(self, camera)
+    }
+
+    /// As [`Pair::rig`], of eyes that stood otherwise a frame ago.
+    pub fn rig_after(&self, before: &Self, camera: &View) -> Rig {
         let eye = |side: f64| {
-            let aside_m = 0.5 * side * self.ipd_m;
-            let moved = |pose: Pose| Pose { position_m: pose.position_m + pose.right * aside_m, ..pose };
-            View {
-                pose: moved(camera.pose),
-                previous: moved(camera.previous),
-                lens: self.lens(aside_m, &camera.pose, camera.picture_px),
-                previous_lens: self.lens(aside_m, &camera.previous, camera.picture_px),
-                ..*camera
-            }
+            let seen = |pair: &Self, pose: Pose| {
+                let aside_m = 0.5 * side * pair.ipd_m;
+                let lens = pair.lens(aside_m, &pose, camera.picture_px);
+                (Pose { position_m: pose.position_m + pose.right * aside_m, ..pose }, lens)
+            };
+            let (pose, lens) = seen(self, camera.pose);
+            let (previous, previous_lens) = seen(before, camera.previous);
+            View { pose, previous, lens, previous_lens, ..*camera }
         };
         Rig { origin_m: camera.pose.position_m, eyes: vec![eye(-1.0), eye(1.0)] }
     }

@@ -24,12 +24,15 @@ use super::statistics::{FrameTimes, PassTimes};
 use super::toasts::{self, Toasts};
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::composite::PICTURE;
+use crate::composite::present::Shown;
 use crate::file::{FileError, standard};
 use crate::frame::{Frame, Light};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::gpu::pipelines::Builds;
 use crate::lines::strokes::NumbersLater;
+use crate::scene::anaglyph::Glasses;
+use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Pose, View};
 use crate::style::Style;
 use crate::tiles::terrain::Prepared;
@@ -69,6 +72,8 @@ pub struct Flight {
     pass_times: PassTimes,
     stroke_numbers: NumbersLater,
     last: LastPicture,
+    /// Two eyes are on their way to where the nearest land wants them.
+    eyes_move: bool,
     panel_shown: bool,
     toasts: Toasts,
     escape_until: Option<Instant>,
@@ -87,6 +92,8 @@ pub struct Flight {
 /// What is known of the picture on the screen.
 struct LastPicture {
     pose: Pose,
+    /// How two eyes stood.
+    pair: Pair,
     prepared: Prepared,
     tiles_loaded: u64,
 }
@@ -119,8 +126,12 @@ impl Flight {
             lod_error_px: world.surfaces.terrain.options().lod_error_px,
             sun: world.sun,
             haze_m: world.light.haze_m,
+            eyes: options.eyes,
+            pair: options.pair,
+            follows_land: options.follows_land,
         };
-        let last = LastPicture { pose: start.pose(), prepared: Prepared::default(), tiles_loaded: 0 };
+        let last =
+            LastPicture { pose: start.pose(), pair: options.pair, prepared: Prepared::default(), tiles_loaded: 0 };
         window.set_title(&format!("{} — hachure", world.name));
         window.set_visible(true);
         Ok(Self {
@@ -137,6 +148,7 @@ impl Flight {
             pass_times: PassTimes::default(),
             stroke_numbers: NumbersLater::default(),
             last,
+            eyes_move: false,
             panel_shown: true,
             toasts: Toasts::default(),
             escape_until: None,
@@ -201,7 +213,8 @@ impl Flight {
 
         // Tiles that came in make a better picture the next time; strokes come and go for a while.
         let is_settling = self.frame.as_ref().is_some_and(Frame::is_settling);
-        self.stale = rendered && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling);
+        self.stale = rendered
+            && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
         let flows = !input.is_still()
             || self.input.flies()
             || !self.camera.is_still()
@@ -289,18 +302,22 @@ impl Flight {
     fn render_picture(&mut self, step_s: f64) -> Result<(), WindowError> {
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let light = self.light();
+        let pose = self.camera.pose();
+        // What is at hand: half the height above the ground.
+        let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
+        self.eyes_move = self.settings.follow_land(nearest_m, step_s);
         let style = &self.styles.list()[self.settings.style];
         let frame = Frame::or_new(&mut self.frame, &self.gpu)?;
-        let pose = self.camera.pose();
-        let view = View::whole(self.last.pose, pose, picture_px);
+        let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px), &self.last.pair);
         self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
         // A window never waits for a compiler.
         frame.set_builds(&self.gpu, Builds::Beside);
-        let prepared = frame.render(&self.gpu, &mut self.world.surfaces, &view, style, &light)?;
+        let prepared = frame.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
         self.stroke_numbers.ask(&self.gpu, frame.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
+        self.last.pair = self.settings.pair;
         self.last.prepared = prepared;
         Ok(())
     }
@@ -310,8 +327,15 @@ impl Flight {
         let size_px = self.screen.size_px();
         let mut encoder =
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
-        if let Some(picture) = self.frame.as_ref().and_then(|frame| frame.target(&PICTURE)) {
-            self.screen.present().run(&self.gpu, &mut encoder, picture, &target, size_px);
+        let eye = |eye: usize| self.frame.as_ref().and_then(|frame| frame.eye_target(eye, &PICTURE));
+        let shown = match (self.settings.eyes, eye(0), eye(1)) {
+            (Eyes::Right, _, Some(right)) => Some(Shown::One(right)),
+            (Eyes::Mono | Eyes::Left, Some(left), _) | (_, Some(left), None) => Some(Shown::One(left)),
+            (eyes, Some(left), Some(right)) => Some(Shown::Pair { left, right, glasses: Glasses::of(eyes) }),
+            (_, None, _) => None,
+        };
+        if let Some(shown) = shown {
+            self.screen.present().run(&self.gpu, &mut encoder, shown, &target, size_px);
         }
         self.overlay.paint(&self.gpu, &mut encoder, &target, size_px, painted);
         self.gpu.queue.submit([encoder.finish()]);

@@ -27,6 +27,7 @@ use crate::gpu::device::AdapterWish;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::Sun;
 use crate::scene::camera::Camera;
+use crate::scene::stereo::{Eyes, Pair};
 use crate::style::StyleError;
 use crate::world::Surfaces;
 
@@ -93,6 +94,12 @@ pub struct FlightOptions {
     pub adapter: AdapterWish,
     /// Render without rest, and quit after so many pictures.
     pub frames: Option<u64>,
+    /// Which eyes are shown, to begin with.
+    pub eyes: Eyes,
+    /// How two eyes stand to each other, to begin with.
+    pub pair: Pair,
+    /// Whether they stand apart by the nearest land.
+    pub follows_land: bool,
 }
 
 /// Opens a world on the GPU that the window chose.

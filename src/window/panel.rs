@@ -7,11 +7,14 @@ use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
 use crate::lines::strokes::StrokeNumbers;
+use crate::scene::stereo::Eyes;
 
 /// The panel's width in points.
 const WIDTH: f32 = 228.0;
 /// The height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
+/// The end of the knob of the convergence.
+const FARTHEST_M: f64 = 1e6;
 /// What is missing from the picture is said in this colour.
 const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
@@ -144,8 +147,39 @@ fn picture(ui: &mut Ui, facts: &Facts<'_>, styles: &Styles, settings: &mut Setti
             ui.label(RichText::new(format!("{}×{}", facts.picture_px[0], facts.picture_px[1])).weak());
         });
     });
+    eyes(ui, settings);
     let slider = Slider::new(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
     knob(ui, "Height error", "How far the drawn surface may lie from the exact one", slider);
+}
+
+/// Which eyes, and how two of them stand to each other.
+fn eyes(ui: &mut Ui, settings: &mut Settings) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Eyes").weak());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            egui::ComboBox::from_id_salt("eyes").selected_text(settings.eyes.to_string()).show_ui(ui, |ui| {
+                for (name, eyes) in Eyes::NAMES {
+                    ui.selectable_value(&mut settings.eyes, eyes, name);
+                }
+            });
+        });
+    });
+    if settings.eyes == Eyes::Mono {
+        return;
+    }
+    knob(
+        ui,
+        "By the land",
+        "Eyes are a thirtieth of the nearest land apart",
+        egui::Checkbox::new(&mut settings.follows_land, ""),
+    );
+    let apart = Slider::new(&mut settings.pair.ipd_m, 0.001..=1000.0).logarithmic(true).suffix(" m").max_decimals(3);
+    ui.add_enabled_ui(!settings.follows_land, |ui| knob(ui, "Eyes apart", "What --ipd takes", apart));
+    // The end of the knob is infinitely far.
+    let mut convergence_m = settings.pair.convergence_m.unwrap_or(FARTHEST_M);
+    let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).suffix(" m").max_decimals(1);
+    knob(ui, "Convergence", "How far away both eyes see the same; the end is infinitely far", plane);
+    settings.pair.convergence_m = (convergence_m < FARTHEST_M).then_some(convergence_m);
 }
 
 fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked: &mut Asked) {

@@ -7,7 +7,9 @@ use crate::file::FileError;
 use crate::file::png::PngWriter;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
-use crate::picture::{self, PictureError, PictureRequest};
+use crate::picture::{self, PictureError, PictureRequest, eyes};
+use crate::scene::stereo::Eyes;
+use crate::window::settings::Settings;
 use crate::world::Surfaces;
 
 /// Renders `request` and writes it beside the other files of `folder`, under a name that is not taken.
@@ -19,13 +21,21 @@ pub fn take(
     frame: &mut Option<Frame>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
+    settings: &Settings,
     folder: &Path,
 ) -> Result<PathBuf, PictureError<FileError>> {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let path = free_path(folder, &stem(now));
     let [width, height] = request.size_px;
+    let width = if settings.eyes == Eyes::SideBySide { 2 * width } else { width };
     let mut writer = PngWriter::create(&path, width, height).map_err(PictureError::Sink)?;
-    picture::render(gpu, frame, world, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+    if settings.eyes == Eyes::Mono {
+        picture::render(gpu, frame, world, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+    } else {
+        picture::render_pair(gpu, frame, world, request, &settings.pair, |bands| {
+            writer.write_rows(&picture::srgb8(&eyes::joined(width, eyes::shown(settings.eyes, bands))))
+        })?;
+    }
     writer.finish().map_err(PictureError::Sink)?;
     Ok(path)
 }

@@ -1,11 +1,16 @@
 //! What can be changed while flying.
 
 use crate::scene::Sun;
+use crate::scene::stereo::{Eyes, HYPERSTEREO, Pair};
+use crate::scene::view::{Rig, View};
 use crate::style::{self, Style};
 use crate::tones::hatching::maps;
 
 /// The picture's size as parts of the window's.
 pub const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
+
+/// In this time eyes come nearer by 63 % to where the land wants them.
+const FOLLOWS_IN_S: f64 = 0.8;
 
 /// The knobs of the panel. The camera's are its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,12 +25,40 @@ pub struct Settings {
     pub sun: Sun,
     /// The distance at which haze has taken 63 %.
     pub haze_m: f64,
+    /// Which eyes are shown.
+    pub eyes: Eyes,
+    /// How two eyes stand to each other.
+    pub pair: Pair,
+    /// Whether they stand apart by the nearest land.
+    pub follows_land: bool,
 }
 
 impl Settings {
-    /// The picture's size in a window of `window_px`.
+    /// The size of an eye's picture in a window of `window_px`.
     pub fn picture_px(&self, window_px: [u32; 2]) -> [u32; 2] {
-        window_px.map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
+        let [width, height] = window_px;
+        let eye_px = [if self.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height];
+        eye_px.map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
+    }
+
+    /// The eyes at a camera; two of them stood as `before` a frame ago.
+    pub fn rig(&self, camera: &View, before: &Pair) -> Rig {
+        if self.eyes == Eyes::Mono { Rig::mono(*camera) } else { self.pair.rig_after(before, camera) }
+    }
+
+    /// Brings eyes that follow the land nearer to where they belong, a frame later; whether they are still on the way.
+    /// Two to three seconds from end to end: a sudden change of depth is unpleasant to look at.
+    pub fn follow_land(&mut self, nearest_m: f64, step_s: f64) -> bool {
+        if self.eyes == Eyes::Mono || !self.follows_land {
+            return false;
+        }
+        let wanted_m = HYPERSTEREO * nearest_m;
+        let rate = (wanted_m / self.pair.ipd_m.max(1e-6)).ln();
+        let moves = rate.abs() > 0.05;
+        if moves {
+            self.pair.ipd_m = self.pair.ipd_m.max(1e-6) * (rate * (1.0 - (-step_s / FOLLOWS_IN_S).exp())).exp();
+        }
+        moves
     }
 
     /// A finer (1) or coarser (−1) picture.
@@ -75,7 +108,9 @@ mod tests {
     use super::*;
 
     fn settings() -> Settings {
-        Settings { style: 0, scale: 0, lod_error_px: 1.0, sun: Sun::default(), haze_m: 1000.0 }
+        let (eyes, pair) = (Eyes::Mono, Pair::default());
+        let sun = Sun::default();
+        Settings { style: 0, scale: 0, lod_error_px: 1.0, sun, haze_m: 1000.0, eyes, pair, follows_land: false }
     }
 
     #[test]
@@ -89,6 +124,24 @@ mod tests {
         assert_eq!(settings.style, 3);
         settings.step_style(1, 4);
         assert_eq!(settings.style, 0);
+    }
+
+    #[test]
+    fn eyes_follow_the_land_slowly() {
+        let mut settings = settings();
+        assert!(!settings.follow_land(3000.0, 0.1), "one eye has nothing to follow with");
+        settings.eyes = Eyes::SideBySide;
+        assert_eq!(settings.picture_px([641, 10]), [321, 10]);
+        settings.follows_land = true;
+        let mut before_m = settings.pair.ipd_m;
+        let mut frames = 0;
+        while settings.follow_land(3000.0, 1.0 / 30.0) {
+            assert!(settings.pair.ipd_m > before_m && settings.pair.ipd_m < 1.2 * before_m);
+            before_m = settings.pair.ipd_m;
+            frames += 1;
+        }
+        assert!((30..300).contains(&frames), "{frames}");
+        assert!((settings.pair.ipd_m / 100.0 - 1.0).abs() < 0.06, "{}", settings.pair.ipd_m);
     }
 
     #[test]

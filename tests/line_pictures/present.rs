@@ -1,9 +1,11 @@
 //! The picture onto a window: scaled, and encoded where the window does not do it.
 
 use hachure::composite::PICTURE;
-use hachure::composite::present::PresentPass;
+use hachure::composite::present::{PresentPass, Shown};
 use hachure::gpu::readback::read;
 use hachure::gpu::target::{Target, TargetKind};
+use hachure::picture::{eyes, srgb8};
+use hachure::scene::anaglyph::Glasses;
 
 use crate::{Bench, SIZE_PX, bits, chance, inside, places};
 
@@ -24,7 +26,8 @@ fn the_window_shows_the_picture() {
         for format in [wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
             let window = Target::new(&bench.gpu, &TargetKind::attachment("window", format), window_px);
             let mut encoder = bench.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            PresentPass::new(&bench.gpu, format).run(&bench.gpu, &mut encoder, &picture, &window.view, window_px);
+            let shown = Shown::One(&picture);
+            PresentPass::new(&bench.gpu, format).run(&bench.gpu, &mut encoder, shown, &window.view, window_px);
             bench.gpu.queue.submit([encoder.finish()]);
             let shown = read(&bench.gpu, &window, [0, 0], window_px).unwrap();
             bench.gpu.check().unwrap();
@@ -53,5 +56,39 @@ fn the_window_shows_the_picture() {
             // Planted: colours that are not encoded.
             assert!(off(&|linear| 255.0 * linear.clamp(0.0, 1.0)) > 1000);
         }
+    }
+}
+
+#[test]
+fn the_window_shows_two_eyes() {
+    let Some(bench) = Bench::new() else { return };
+    let texels = |seed: i64| -> Vec<[half::f16; 4]> {
+        places().map(|(x, y)| std::array::from_fn(|i| half::f16::from_f64(chance(x, y, seed + i as i64)))).collect()
+    };
+    let both = [texels(0), texels(10)];
+    let [left, right] = both.each_ref().map(|texels| bench.picture(&PICTURE, SIZE_PX, &bits(texels)));
+    let exact = both.map(|texels| texels.iter().map(|texel| texel.map(half::f16::to_f32)).collect::<Vec<_>>());
+    for glasses in [None, Some(Glasses::Coloured), Some(Glasses::Grey)] {
+        let width = if glasses.is_none() { 2 * SIZE_PX[0] } else { SIZE_PX[0] };
+        let window_px = [width, SIZE_PX[1]];
+        let expected = match glasses {
+            None => eyes::side_by_side(&exact[0], &exact[1], SIZE_PX[0]),
+            Some(glasses) => eyes::anaglyph(&exact[0], &exact[1], glasses),
+        };
+        let expected = srgb8(&expected);
+        let off = |left: &Target, right: &Target| {
+            let format = wgpu::TextureFormat::Rgba8Unorm;
+            let window = Target::new(&bench.gpu, &TargetKind::attachment("window", format), window_px);
+            let mut encoder = bench.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let shown = Shown::Pair { left, right, glasses };
+            PresentPass::new(&bench.gpu, format).run(&bench.gpu, &mut encoder, shown, &window.view, window_px);
+            bench.gpu.queue.submit([encoder.finish()]);
+            let drawn = read(&bench.gpu, &window, [0, 0], window_px).unwrap();
+            bench.gpu.check().unwrap();
+            drawn.iter().zip(&expected).filter(|(drawn, expected)| drawn.abs_diff(**expected) > 1).count()
+        };
+        assert_eq!(off(&left, &right), 0, "{glasses:?}");
+        // Planted: eyes exchanged.
+        assert!(off(&right, &left) > 1000, "{glasses:?}");
     }
 }

@@ -16,11 +16,20 @@ use crate::world::{self, OpenWorld};
 /// When there is no display, an input does not hold, or the GPU fails.
 pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // What is wrong is told before a window opens.
+    args.stereo.check()?;
     arguments::style(&args.style)?;
     arguments::check_world(args.world.as_deref())?;
     let windowing = Windowing::new()?;
-    let options =
-        FlightOptions { style: args.style.clone(), size_px: args.size, adapter: adapter.clone(), frames: args.frames };
+    let options = FlightOptions {
+        style: args.style.clone(),
+        size_px: args.size,
+        adapter: adapter.clone(),
+        frames: args.frames,
+        eyes: args.stereo.eyes,
+        // Until the land is known they stand as anybody's do.
+        pair: args.stereo.pair(f64::INFINITY).unwrap_or_default(),
+        follows_land: args.stereo.asks_for_nearest(),
+    };
     // As early: a DEM that is seen for the first time takes a while to bake.
     let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
     let store = world::open_store(&scene, &progress::Bar::default())?;

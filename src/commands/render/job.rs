@@ -15,7 +15,7 @@ use crate::file::video::VideoWriter;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::picture::aov::Plane;
-use crate::picture::eyes::{self, Glasses};
+use crate::picture::eyes::{self, joined};
 use crate::picture::nearest::nearest_m;
 use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
@@ -229,17 +229,9 @@ impl Job<'_> {
         let shown = self.args.stereo.eyes;
         let report = match shown.of_pair() {
             [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
-            read => {
+            _ => {
                 let pair = self.pair.unwrap_or_default();
-                picture::render_pair(gpu, frame, surfaces, &request, &pair, |bands| {
-                    let asked = bands.into_iter().enumerate().filter(|(eye, _)| read.contains(eye));
-                    let mut asked: Vec<_> = asked.map(|(_, band)| band).collect();
-                    if let (Some(glasses), [left, right]) = (Glasses::of(shown), asked.as_mut_slice()) {
-                        left.picture = eyes::anaglyph(&left.picture, &right.picture, glasses);
-                        asked.truncate(1);
-                    }
-                    take(asked)
-                })?
+                picture::render_pair(gpu, frame, surfaces, &request, &pair, |bands| take(eyes::shown(shown, bands)))?
             }
         };
         self.whole(report)
@@ -293,14 +285,5 @@ impl Job<'_> {
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
             svg: self.svg.is_some().then(|| self.drawn.clone()),
         }
-    }
-}
-
-/// The rows of one eye, or of two side by side, as those of one picture of `width` pixels.
-fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
-    match bands.as_mut_slice() {
-        [left, right] => eyes::side_by_side(&left.picture, &right.picture, width / 2),
-        [band, ..] => std::mem::take(&mut band.picture),
-        [] => Vec::new(),
     }
 }

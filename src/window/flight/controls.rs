@@ -183,7 +183,8 @@ impl Flight {
         if let Some(frame) = &mut self.frame {
             frame.set_builds(&self.gpu, Builds::AtOnce);
         }
-        let taken = screenshot::take(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, Path::new("."));
+        let (surfaces, settings) = (&mut self.world.surfaces, &self.settings);
+        let taken = screenshot::take(&self.gpu, &mut self.frame, surfaces, &request, settings, Path::new("."));
         // Its targets are the window's, and now hold the file's picture.
         self.stale = true;
         let text = match taken {
