@@ -63,6 +63,7 @@ pub struct Frame {
     wants_motion: bool,
     trace: Option<Vec<PassTrace>>,
     record_ms: f64,
+    drew: bool,
     switch: switch::Switch,
 }
 
@@ -93,6 +94,7 @@ impl Frame {
             wants_motion: false,
             trace: None,
             record_ms: 0.0,
+            drew: false,
             switch: switch::Switch::default(),
         })
     }
@@ -123,7 +125,7 @@ impl Frame {
         self.submits = submits;
     }
 
-    /// Whether [`motion::MOTION`] is made, which no style asks for by itself.
+    /// Whether [`MOTION`](crate::surface::motion::MOTION) is made, which no style asks for by itself.
     pub fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
     }
@@ -206,6 +208,7 @@ impl Frame {
         style: &Style,
         light: &Light,
     ) -> Result<bool, GpuError> {
+        self.drew = false;
         self.eyes.resize_with(rig.eyes.len(), EyeMemory::default);
         let mut grew = false;
         for (memory, view) in self.eyes.iter_mut().zip(&rig.eyes) {
@@ -226,6 +229,7 @@ impl Frame {
         let is_complete = cx.is_complete();
         self.trace = cx.submit();
         self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        self.drew = is_complete;
         Ok(is_complete)
     }
 }

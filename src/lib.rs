@@ -3,7 +3,7 @@
 //! The modules are listed in the order in which data flows. A module uses only modules that stand above it.
 //!
 //! ```text
-//! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window
+//! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window, headset
 //! ```
 //!
 //! `ARCHITECTURE.md` is the map: it follows one frame and one tile through the modules. `docs/decisions` has one page
@@ -31,4 +31,6 @@ pub mod vector;
 pub mod measure;
 #[cfg(feature = "window")]
 pub mod window;
+#[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
+pub mod headset;
 pub mod commands;

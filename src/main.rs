@@ -51,7 +51,7 @@ const LONGEST_LINE: usize = 480;
 const LONGEST_LOG_LINE: usize = 4000;
 
 fn main() -> ExitCode {
-    hush_mesa();
+    hush_libraries();
     let cli = match parsed() {
         Ok(cli) => cli,
         Err(exit) => return exit,
@@ -94,16 +94,20 @@ fn main() -> ExitCode {
     }
 }
 
-/// Gives `XDG_RUNTIME_DIR` a value where it has none. Mesa looks for Wayland whether or not a window is wanted, and
-/// libwayland writes two lines to standard error if it does not know where: in every run without a desktop. Nobody finds
-/// anything in the folder of this name, which is as without the variable.
-fn hush_mesa() {
-    const NAME: &str = "XDG_RUNTIME_DIR";
-    if cfg!(target_os = "linux") && std::env::var_os(NAME).is_none_or(|folder| folder.is_empty()) {
+/// Gives variables of the environment a value where they have none, so that libraries do not write to standard error.
+///
+/// - `XDG_RUNTIME_DIR`: Mesa looks for Wayland whether or not a window is wanted, and libwayland writes two lines if it
+///   does not know where: in every run without a desktop. Nobody finds anything in the folder of this name, which is as
+///   without the variable. The runtime of a headset does look there for its service, so with `--vr` it stays as it is.
+/// - `XR_LOADER_DEBUG`: the loader of OpenXR writes what is missing in lines of its own, and hachure in one.
+fn hush_libraries() {
+    let with_headset = std::env::args_os().any(|word| word == "--vr");
+    let (name, value) = if with_headset { ("XR_LOADER_DEBUG", "none") } else { ("XDG_RUNTIME_DIR", "/nonexistent") };
+    if cfg!(target_os = "linux") && std::env::var_os(name).is_none_or(|value| value.is_empty()) {
         // SAFETY: nothing else runs yet, so no thread reads the environment meanwhile.
-        #[allow(unsafe_code, reason = "Mesa can be told in no other way")]
+        #[allow(unsafe_code, reason = "these libraries can be told in no other way")]
         unsafe {
-            std::env::set_var(NAME, "/nonexistent");
+            std::env::set_var(name, value);
         }
     }
 }

@@ -1,5 +1,7 @@
-//! `hachure fly`, and `hachure` alone: a window to fly over a world in.
+//! `hachure fly`, and `hachure` alone: a window to fly over a world in, or with `--vr` a headset.
 
+#[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
+mod in_headset;
 #[cfg(feature = "window")]
 mod in_window;
 
@@ -9,6 +11,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
+use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 
 /// Arguments of `fly`.
@@ -40,6 +43,9 @@ pub struct FlyArgs {
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
+    /// Fly in a headset, through OpenXR; --size and --adapter are the headset's then
+    #[arg(long)]
+    pub vr: bool,
     /// Render without rest, print the frame times, and quit after this many pictures
     #[arg(long, hide = true, value_parser = arguments::whole::<u64>(1, u64::MAX))]
     pub frames: Option<u64>,
@@ -48,15 +54,36 @@ pub struct FlyArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// When there is no display, an input does not hold, or the GPU fails.
-#[cfg(feature = "window")]
-pub use in_window::run;
+/// When there is no display or no headset, an input does not hold, or the GPU fails.
+pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
+}
 
-/// Runs nothing.
-///
-/// # Errors
-/// Always: a window is not part of this build.
+/// A build without a window.
 #[cfg(not(feature = "window"))]
-pub fn run(_args: &FlyArgs, _adapter: &crate::gpu::device::AdapterWish) -> anyhow::Result<()> {
-    anyhow::bail!("this hachure was built without a window (the feature `window`); `hachure render` draws into a file")
+mod in_window {
+    /// Runs nothing.
+    ///
+    /// # Errors
+    /// Always: a window is not part of this build.
+    pub fn run(_args: &super::FlyArgs, _adapter: &super::AdapterWish) -> anyhow::Result<()> {
+        anyhow::bail!(
+            "this hachure was built without a window (the feature `window`); `hachure render` draws into a file"
+        )
+    }
+}
+
+/// A build without a headset.
+#[cfg(not(all(feature = "headset", any(target_os = "linux", target_os = "windows"))))]
+mod in_headset {
+    /// Runs nothing.
+    ///
+    /// # Errors
+    /// Always: a headset is not part of this build.
+    pub fn run(_args: &super::FlyArgs) -> anyhow::Result<()> {
+        anyhow::bail!(
+            "--vr: this hachure was built without a headset (the feature `headset`, for Linux and Windows); `hachure \
+             render --eyes side-by-side` draws both eyes into a file"
+        )
+    }
 }

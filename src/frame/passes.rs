@@ -71,8 +71,8 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
         finish_lines(cx, inputs, lines, &mut seen, eyes);
     }
     let shaded: Vec<Shaded> = (0..eyes.len()).map(|eye| shade(cx, inputs, &seen[eye], &mut eyes[eye])).collect();
-    for eye in 0..eyes.len() {
-        finish(cx, inputs, &seen, &shaded, eye, &mut eyes[eye]);
+    for (eye, memory) in eyes.iter_mut().enumerate() {
+        finish(cx, inputs, &seen, &shaded, eye, memory);
     }
 }
 

@@ -65,6 +65,12 @@ impl Frame {
         self.switch.shown.as_ref() == Some(style)
     }
 
+    /// Whether the last frame drew new pictures. If not, it lacked what is built beside, and the pictures are those of
+    /// before.
+    pub fn drew(&self) -> bool {
+        self.drew
+    }
+
     /// How many pipelines the thread that draws has built itself.
     pub fn built_at_once(&self) -> u64 {
         self.pools.pipelines.built_at_once()
@@ -107,6 +113,7 @@ impl Frame {
         }
         let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.record_ms = rehearsal_ms;
+        self.drew = false;
         let Some(shown) = self.switch.shown.take() else {
             // Tiles come meanwhile.
             return Ok(prepare(gpu, world, rig, style, light));

@@ -139,7 +139,16 @@ impl Gpu {
             ..Default::default()
         }))
         .map_err(|source| GpuError::NoDevice { adapter: adapter.get_info().name, source })?;
+        Ok(Self::of_device(instance, adapter, device, queue))
+    }
 
+    /// A device that somebody else opened: a headset's runtime.
+    pub fn of_device(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+    ) -> Self {
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
@@ -149,7 +158,7 @@ impl Gpu {
                 list.push(error.to_string());
             }
         }));
-        Ok(Self { instance, adapter, device, queue, errors, objects: Arc::default() })
+        Self { instance, adapter, device, queue, errors, objects: Arc::default() }
     }
 
     /// The adapter's name, driver and its version: what a report states.

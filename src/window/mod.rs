@@ -120,6 +120,12 @@ impl Windowing {
         Ok(Self { events })
     }
 
+    /// The system's events, for a window that is not a flight's.
+    #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
+    pub(crate) fn into_events(self) -> EventLoop<()> {
+        self.events
+    }
+
     /// Flies until the window is closed.
     ///
     /// # Errors

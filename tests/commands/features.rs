@@ -11,6 +11,10 @@ fn what_is_left_out_is_told() {
         "hachure: this hachure was built without a window (the feature `window`); `hachure render` draws into a file\n";
     assert_eq!(fly == without_window, cfg!(not(feature = "window")), "{fly}");
 
+    let vr = place.error(&["fly", "nowhere.tif", "--vr"]);
+    let without_headset = vr.starts_with("--vr: this hachure was built without a headset (the feature `headset`");
+    assert_eq!(without_headset, cfg!(not(feature = "headset")), "{vr}");
+
     // Nobody listens there: with a network it says so.
     let address = "http://127.0.0.1:9/land.tif";
     let error = place.error(&["render", address, "-o", "a.png"]);

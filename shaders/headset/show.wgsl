@@ -1,0 +1,34 @@
+// An eye's picture onto the image that the headset shows, pixel by pixel, with a border that darkens on the way.
+//
+// Within 22 degrees of the lens's axis nothing changes; beyond 37 degrees the picture is black while the room moves. What
+// streams by at the edge of the sight is what makes people sick.
+
+struct Show {
+    // The upper left corner of the picture in tangents from the lens's axis, x to the right and y down.
+    corner_tangent: vec2<f32>,
+    tangent_per_px: vec2<f32>,
+    // 0: all is seen. 1: the border is black.
+    vignette: f32,
+    pad: f32,
+}
+
+const CLEAR_TANGENT: f32 = 0.4;
+const BLACK_TANGENT: f32 = 0.75;
+
+@group(0) @binding(0) var<uniform> show: Show;
+@group(0) @binding(1) var picture: texture_2d<f32>;
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
+    return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let last = vec2<i32>(textureDimensions(picture)) - 1;
+    let color = textureLoad(picture, clamp(vec2<i32>(at.xy), vec2<i32>(0), last), 0).rgb;
+    let tangent = length(show.corner_tangent + at.xy * show.tangent_per_px);
+    let dark = show.vignette * smoothstep(CLEAR_TANGENT, BLACK_TANGENT, tangent);
+    return vec4<f32>(color * (1.0 - dark), 1.0);
+}

@@ -1,0 +1,43 @@
+//! What `fly --vr` does in a build with OpenXR.
+
+use super::FlyArgs;
+use crate::commands::misuse::Misuse;
+use crate::commands::{arguments, progress};
+use crate::headset::{self, HeadsetOptions, HeadsetWorld, Runtime};
+use crate::scene::reach::Reach;
+use crate::scene::stereo::Eyes;
+use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::world::{self, OpenWorld};
+
+/// Runs the command.
+///
+/// # Errors
+/// When there is no headset, an input does not hold, or the GPU fails.
+pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
+    if args.stereo.eyes != Eyes::Mono || args.stereo.ipd.is_some() || args.stereo.convergence.is_some() {
+        return Err(
+            Misuse("--vr: a headset has eyes of its own, without --eyes, --ipd and --convergence".into()).into()
+        );
+    }
+    // What is wrong is told before the world is baked.
+    arguments::style(&args.style)?;
+    arguments::check_world(args.world.as_deref())?;
+    let runtime = Runtime::connect()?;
+    let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
+    let store = world::open_store(&scene, &progress::Bar::default())?;
+    let options = HeadsetOptions { style: args.style.clone(), frames: args.frames };
+    let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
+    let start = args.camera;
+    let open = move |gpu: &crate::gpu::Gpu| {
+        let options =
+            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
+        let world = OpenWorld::on_gpu(gpu, scene, store, options)?;
+        let start = start.unwrap_or_else(|| world.default_camera());
+        let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
+        if let Err(error) = world.ground_was_read() {
+            tracing::warn!("{error}");
+        }
+        Ok(HeadsetWorld { light: world.light(), start, surfaces: world.surfaces })
+    };
+    Ok(headset::fly(runtime, &options, open)?)
+}

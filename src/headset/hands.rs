@@ -1,0 +1,161 @@
+//! What hands ask for: the actions, and which control of which controller suggests them.
+
+use glam::DVec2;
+use openxr as xr;
+
+use super::error::{During, HeadsetError};
+use super::travel::Asked;
+
+/// What a control does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Does {
+    Fly,
+    Turn,
+    Ahead,
+    Fast,
+    NextStyle,
+    Scale,
+    Reset,
+}
+
+/// Controllers with their controls. A runtime that does not know one of them goes on with the others.
+const CONTROLLERS: [(&str, &[(Does, &str)]); 5] = [
+    (
+        "/interaction_profiles/khr/simple_controller",
+        &[
+            (Does::Ahead, "/user/hand/left/input/select/click"),
+            (Does::Reset, "/user/hand/left/input/menu/click"),
+            (Does::NextStyle, "/user/hand/right/input/select/click"),
+            (Does::Scale, "/user/hand/right/input/menu/click"),
+        ],
+    ),
+    (
+        "/interaction_profiles/oculus/touch_controller",
+        &[
+            (Does::Fly, "/user/hand/left/input/thumbstick"),
+            (Does::Turn, "/user/hand/right/input/thumbstick"),
+            (Does::Fast, "/user/hand/left/input/squeeze/value"),
+            (Does::Reset, "/user/hand/left/input/x/click"),
+            (Does::Scale, "/user/hand/right/input/a/click"),
+            (Does::NextStyle, "/user/hand/right/input/b/click"),
+        ],
+    ),
+    (
+        "/interaction_profiles/valve/index_controller",
+        &[
+            (Does::Fly, "/user/hand/left/input/thumbstick"),
+            (Does::Turn, "/user/hand/right/input/thumbstick"),
+            (Does::Fast, "/user/hand/left/input/squeeze/value"),
+            (Does::Reset, "/user/hand/left/input/a/click"),
+            (Does::Scale, "/user/hand/right/input/a/click"),
+            (Does::NextStyle, "/user/hand/right/input/b/click"),
+        ],
+    ),
+    (
+        "/interaction_profiles/microsoft/motion_controller",
+        &[
+            (Does::Fly, "/user/hand/left/input/thumbstick"),
+            (Does::Turn, "/user/hand/right/input/thumbstick"),
+            (Does::Fast, "/user/hand/left/input/squeeze/click"),
+            (Does::Reset, "/user/hand/left/input/menu/click"),
+            (Does::Scale, "/user/hand/right/input/squeeze/click"),
+            (Does::NextStyle, "/user/hand/right/input/menu/click"),
+        ],
+    ),
+    (
+        "/interaction_profiles/htc/vive_controller",
+        &[
+            (Does::Fly, "/user/hand/left/input/trackpad"),
+            (Does::Turn, "/user/hand/right/input/trackpad"),
+            (Does::Fast, "/user/hand/left/input/squeeze/click"),
+            (Does::Reset, "/user/hand/left/input/menu/click"),
+            (Does::Scale, "/user/hand/right/input/squeeze/click"),
+            (Does::NextStyle, "/user/hand/right/input/menu/click"),
+        ],
+    ),
+];
+
+/// The actions of both hands.
+pub struct Hands {
+    set: xr::ActionSet,
+    fly: xr::Action<xr::Vector2f>,
+    turn: xr::Action<xr::Vector2f>,
+    ahead: xr::Action<bool>,
+    fast: xr::Action<bool>,
+    next_style: xr::Action<bool>,
+    scale: xr::Action<bool>,
+    reset: xr::Action<bool>,
+}
+
+impl Hands {
+    /// Makes the actions, suggests controls for them, and attaches them to the session, for good.
+    ///
+    /// # Errors
+    /// What the runtime says.
+    pub fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
+        let set = instance.create_action_set("flight", "Flight", 0).during("xrCreateActionSet")?;
+        let stick = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
+        let button = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
+        let hands = Self {
+            fly: stick("fly", "Fly ahead and aside")?,
+            turn: stick("turn_and_lift", "Turn, rise and sink")?,
+            ahead: button("ahead", "Fly ahead")?,
+            fast: button("fast", "Hurry")?,
+            next_style: button("next_style", "Next style")?,
+            scale: button("scale", "Giant or person")?,
+            reset: button("reset", "Back to the start")?,
+            set: set.clone(),
+        };
+        for (profile, controls) in CONTROLLERS {
+            if let Err(error) = hands.suggest(instance, profile, controls) {
+                tracing::warn!("the controls of {profile} are not known here: {error}");
+            }
+        }
+        session.attach_action_sets(&[&hands.set]).during("xrAttachSessionActionSets")?;
+        Ok(hands)
+    }
+
+    fn suggest(&self, instance: &xr::Instance, profile: &str, controls: &[(Does, &str)]) -> xr::Result<()> {
+        let mut bindings = Vec::with_capacity(controls.len());
+        for (does, control) in controls {
+            let path = instance.string_to_path(control)?;
+            bindings.push(match does {
+                Does::Fly => xr::Binding::new(&self.fly, path),
+                Does::Turn => xr::Binding::new(&self.turn, path),
+                Does::Ahead => xr::Binding::new(&self.ahead, path),
+                Does::Fast => xr::Binding::new(&self.fast, path),
+                Does::NextStyle => xr::Binding::new(&self.next_style, path),
+                Does::Scale => xr::Binding::new(&self.scale, path),
+                Does::Reset => xr::Binding::new(&self.reset, path),
+            });
+        }
+        instance.suggest_interaction_profile_bindings(instance.string_to_path(profile)?, &bindings)
+    }
+
+    /// What is asked for now. A session that is not focused hears nothing.
+    ///
+    /// # Errors
+    /// What the runtime says.
+    pub fn ask(&self, session: &xr::Session<xr::Vulkan>) -> Result<Asked, HeadsetError> {
+        session.sync_actions(&[(&self.set).into()]).during("xrSyncActions")?;
+        let stick = |action: &xr::Action<xr::Vector2f>| {
+            let state = action.state(session, xr::Path::NULL).during("xrGetActionStateVector2f")?;
+            let push = DVec2::new(state.current_state.x.into(), state.current_state.y.into());
+            Ok::<_, HeadsetError>(if state.is_active && push.is_finite() { push } else { DVec2::ZERO })
+        };
+        let button = |action: &xr::Action<bool>| {
+            let state = action.state(session, xr::Path::NULL).during("xrGetActionStateBoolean")?;
+            let is_down = state.is_active && state.current_state;
+            Ok::<_, HeadsetError>((is_down, is_down && state.changed_since_last_sync))
+        };
+        let ahead = if button(&self.ahead)?.0 { DVec2::Y } else { DVec2::ZERO };
+        Ok(Asked {
+            fly: (stick(&self.fly)? + ahead).clamp(DVec2::NEG_ONE, DVec2::ONE),
+            turn: stick(&self.turn)?,
+            fast: button(&self.fast)?.0,
+            next_style: button(&self.next_style)?.1,
+            scale: button(&self.scale)?.1,
+            reset: button(&self.reset)?.1,
+        })
+    }
+}

@@ -1,0 +1,151 @@
+//! A window that shows what the left eye sees, for those who stand beside.
+//!
+//! It is a courtesy: the flight does not wait for it, and goes on without it where there is no display, or where the
+//! headset's GPU cannot draw on it. Whoever closes it ends the flight.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::platform::pump_events::{EventLoopExtPumpEvents, PumpStatus};
+use winit::window::{Window, WindowId};
+
+use crate::composite::present::{PresentPass, Shown};
+use crate::gpu::Gpu;
+use crate::gpu::target::Target;
+use crate::window::Windowing;
+
+/// The longer side of the window, at most.
+const LARGEST_PX: f64 = 800.0;
+/// How often the window shows another picture: it shares the GPU with the headset.
+const STEP: Duration = Duration::from_millis(33);
+
+/// The window, if there is one.
+pub struct Mirror {
+    glass: Glass,
+    events: EventLoop<()>,
+    shown_at: Option<Instant>,
+}
+
+/// What winit calls.
+struct Glass {
+    pane: Option<Pane>,
+    gpu: Gpu,
+    size_px: [u32; 2],
+    is_over: bool,
+}
+
+/// The surface goes before its window.
+struct Pane {
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    present: PresentPass,
+    window: Arc<Window>,
+}
+
+impl Mirror {
+    /// A window of the shape of an eye's pictures. None, with a word in the log, where there is no display.
+    pub fn open(gpu: &Gpu, eye_px: [u32; 2]) -> Option<Self> {
+        let windowing = Windowing::new().inspect_err(|error| tracing::info!("no mirror: {error}")).ok()?;
+        let longer_px = f64::from(eye_px[0].max(eye_px[1]).max(1));
+        let size_px = eye_px.map(|side| ((f64::from(side) * LARGEST_PX / longer_px).round() as u32).max(1));
+        let glass = Glass { pane: None, gpu: gpu.clone(), size_px, is_over: false };
+        Some(Self { glass, events: windowing.into_events(), shown_at: None })
+    }
+
+    /// Hears what happens to the window. Whether somebody closed it.
+    pub fn is_closed(&mut self) -> bool {
+        let status = self.events.pump_app_events(Some(Duration::ZERO), &mut self.glass);
+        self.glass.is_over || matches!(status, PumpStatus::Exit(_))
+    }
+
+    /// Shows a picture, if the last one has been there for a moment.
+    pub fn show(&mut self, picture: &Target) {
+        let now = Instant::now();
+        if self.shown_at.is_some_and(|at| now - at < STEP) {
+            return;
+        }
+        let Some(pane) = &mut self.glass.pane else { return };
+        self.shown_at = Some(now);
+        pane.show(&self.glass.gpu, picture);
+    }
+}
+
+impl Pane {
+    fn open(events: &ActiveEventLoop, gpu: &Gpu, size_px: [u32; 2]) -> Result<Self, String> {
+        let attributes = Window::default_attributes()
+            .with_title("hachure: the left eye")
+            .with_inner_size(PhysicalSize::<u32>::from(size_px))
+            .with_resizable(false);
+        let window = Arc::new(events.create_window(attributes).map_err(|error| error.to_string())?);
+        let surface = gpu.instance.create_surface(Arc::clone(&window)).map_err(|error| error.to_string())?;
+        let [width, height] = size_px;
+        let mut config = surface
+            .get_default_config(&gpu.adapter, width, height)
+            .ok_or("the headset's GPU cannot draw on this display")?;
+        // The headset sets the pace: a display that has to be waited for is none.
+        let modes = surface.get_capabilities(&gpu.adapter).present_modes;
+        let free = [wgpu::PresentMode::Mailbox, wgpu::PresentMode::Immediate];
+        let mode = free.into_iter().find(|mode| modes.contains(mode));
+        config.present_mode = mode.ok_or("this display sets the pace of what draws on it")?;
+        surface.configure(&gpu.device, &config);
+        let present = PresentPass::new(gpu, config.format);
+        Ok(Self { surface, config, present, window })
+    }
+
+    fn show(&mut self, gpu: &Gpu, picture: &Target) {
+        use wgpu::CurrentSurfaceTexture as Current;
+        let frame = match self.surface.get_current_texture() {
+            Current::Success(frame) => frame,
+            // What is lost or too old is there again at the next picture.
+            Current::Suboptimal(_) | Current::Outdated | Current::Lost => {
+                self.surface.configure(&gpu.device, &self.config);
+                return;
+            }
+            Current::Timeout | Current::Occluded | Current::Validation => return,
+        };
+        let target = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let descriptor = wgpu::CommandEncoderDescriptor { label: Some("mirror") };
+        let mut encoder = gpu.device.create_command_encoder(&descriptor);
+        let size_px = [self.config.width, self.config.height];
+        self.present.run(gpu, &mut encoder, Shown::One(picture), &target, size_px);
+        gpu.queue.submit([encoder.finish()]);
+        self.window.pre_present_notify();
+        gpu.queue.present(frame);
+    }
+
+    fn resize(&mut self, gpu: &Gpu, size_px: [u32; 2]) {
+        if size_px.contains(&0) || size_px == [self.config.width, self.config.height] {
+            return;
+        }
+        let limit = gpu.device.limits().max_texture_dimension_2d;
+        [self.config.width, self.config.height] = size_px.map(|side| side.min(limit));
+        self.surface.configure(&gpu.device, &self.config);
+    }
+}
+
+impl ApplicationHandler for Glass {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.pane.is_none() {
+            match Pane::open(events, &self.gpu, self.size_px) {
+                Ok(pane) => self.pane = Some(pane),
+                Err(error) => tracing::warn!("no mirror: {error}"),
+            }
+        }
+    }
+
+    fn window_event(&mut self, _events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
+        match event {
+            WindowEvent::CloseRequested => self.is_over = true,
+            WindowEvent::Resized(size) => {
+                if let Some(pane) = &mut self.pane {
+                    pane.resize(&self.gpu, [size.width, size.height]);
+                }
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! A session of OpenXR: from the loader to an open session, and the states that it goes through.
+
+use openxr as xr;
+
+use super::binding::{self, Binding};
+use super::error::{During, HeadsetError};
+use super::swapchains::EyeImages;
+use crate::gpu::Gpu;
+
+/// Two eyes.
+pub const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
+
+/// A runtime that has a headset. Nothing is shown yet.
+pub struct Runtime {
+    instance: xr::Instance,
+    system: xr::SystemId,
+    name: String,
+}
+
+impl Runtime {
+    /// Finds the loader, the runtime and the headset.
+    ///
+    /// # Errors
+    /// [`HeadsetError`], in which one of them is missing.
+    pub fn connect() -> Result<Self, HeadsetError> {
+        let entry = binding::load()?;
+        let no_runtime = |cause| HeadsetError::NoRuntime { cause };
+        let offered = entry.enumerate_extensions().map_err(no_runtime)?;
+        if !offered.khr_vulkan_enable2 {
+            let runtime = "the OpenXR runtime".to_owned();
+            return Err(HeadsetError::Lacks { runtime, what: "XR_KHR_vulkan_enable2" });
+        }
+        let mut wanted = xr::ExtensionSet::default();
+        wanted.khr_vulkan_enable2 = true;
+        let application = xr::ApplicationInfo {
+            application_name: "hachure",
+            application_version: 1,
+            engine_name: "hachure",
+            engine_version: 1,
+            // Loaders of Linux distributions refuse 1.1, and nothing of it is needed.
+            api_version: xr::Version::new(1, 0, 0),
+        };
+        let instance = entry.create_instance(&application, &wanted, &[], &()).map_err(no_runtime)?;
+        let name = instance.properties().during("xrGetInstanceProperties")?.runtime_name;
+        let system = match instance.system(xr::FormFactor::HEAD_MOUNTED_DISPLAY) {
+            Ok(system) => system,
+            Err(xr::sys::Result::ERROR_FORM_FACTOR_UNAVAILABLE | xr::sys::Result::ERROR_FORM_FACTOR_UNSUPPORTED) => {
+                return Err(HeadsetError::NoHeadset { runtime: name });
+            }
+            Err(code) => return Err(HeadsetError::Runtime { call: "xrGetSystem", code }),
+        };
+        tracing::info!("OpenXR runtime: {name}");
+        Ok(Self { instance, system, name })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// What the session's state lets the program do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Life {
+    /// Nothing: the session has not begun, or has ended for now.
+    Rests,
+    /// Frames: they are waited for, begun and ended, seen or not.
+    Runs,
+    /// Nothing any more.
+    Over,
+}
+
+/// An open session with its GPU. The parts are dropped in this order: what draws on a swapchain's images before the
+/// swapchain, the session before its device, the device before the runtime.
+pub struct Headset {
+    /// The pictures of both eyes.
+    pub eyes: [EyeImages; 2],
+    /// Takes frames.
+    pub stream: xr::FrameStream<xr::Vulkan>,
+    /// Waits for frames.
+    pub waiter: xr::FrameWaiter,
+    /// What poses count from.
+    pub space: xr::Space,
+    /// Its states and actions.
+    pub session: xr::Session<xr::Vulkan>,
+    /// The runtime's device.
+    pub gpu: Gpu,
+    /// How what is drawn is laid over what is there.
+    pub blend: xr::EnvironmentBlendMode,
+    /// The height of the floor in [`Headset::space`].
+    pub floor_m: f64,
+    runtime: Runtime,
+    life: Life,
+    state: xr::SessionState,
+}
+
+/// Where a head is above the floor, if the runtime knows no floor.
+const EYES_ABOVE_FLOOR_M: f64 = 1.6;
+
+impl Headset {
+    /// Opens the GPU and a session of a runtime.
+    ///
+    /// # Errors
+    /// [`HeadsetError`].
+    pub fn open(runtime: Runtime) -> Result<Self, HeadsetError> {
+        let Runtime { instance, system, .. } = &runtime;
+        let views =
+            instance.enumerate_view_configuration_views(*system, VIEWS).during("xrEnumerateViewConfigurationViews")?;
+        let &[left, right] = views.as_slice() else {
+            return Err(HeadsetError::Lacks { runtime: runtime.name, what: "a view for each of two eyes" });
+        };
+        let blends =
+            instance.enumerate_environment_blend_modes(*system, VIEWS).during("xrEnumerateEnvironmentBlendModes")?;
+        // The runtime lists what it likes best first; a drawing covers what is behind it, if it can.
+        let opaque = blends.iter().copied().find(|blend| *blend == xr::EnvironmentBlendMode::OPAQUE);
+        let blend = opaque.or(blends.first().copied()).unwrap_or(xr::EnvironmentBlendMode::OPAQUE);
+        let most = instance.system_properties(*system).during("xrGetSystemProperties")?.graphics_properties;
+
+        let (gpu, binding) = binding::open_gpu(instance, *system)?;
+        let (session, waiter, stream) = open_session(&runtime, &gpu, binding)?;
+        let (space, floor_m) = open_space(&session)?;
+        let sizes_px = [left, right].map(|view| {
+            // A runtime that recommends more than it takes is taken at its word on what it takes.
+            let fit = |wish: u32, most: [u32; 2]| most.into_iter().filter(|most| *most > 0).fold(wish, u32::min).max(1);
+            [
+                fit(view.recommended_image_rect_width, [view.max_image_rect_width, most.max_swapchain_image_width]),
+                fit(view.recommended_image_rect_height, [view.max_image_rect_height, most.max_swapchain_image_height]),
+            ]
+        });
+        let [left, right] = sizes_px.map(|size_px| EyeImages::new(&gpu, &session, size_px));
+        Ok(Self {
+            eyes: [left?, right?],
+            stream,
+            waiter,
+            space,
+            session,
+            gpu,
+            blend,
+            floor_m,
+            runtime,
+            life: Life::Rests,
+            state: xr::SessionState::IDLE,
+        })
+    }
+
+    /// The sizes of the eyes' pictures.
+    pub fn sizes_px(&self) -> [[u32; 2]; 2] {
+        [self.eyes[0].size_px(), self.eyes[1].size_px()]
+    }
+
+    /// What the session lets the program do.
+    pub fn life(&self) -> Life {
+        self.life
+    }
+
+    /// Whether hands are heard: another program may lie over this one.
+    pub fn is_focused(&self) -> bool {
+        self.state == xr::SessionState::FOCUSED
+    }
+
+    /// The runtime.
+    pub fn instance(&self) -> &xr::Instance {
+        &self.runtime.instance
+    }
+
+    /// Follows the runtime's events, and begins and ends the session as they say.
+    ///
+    /// # Errors
+    /// [`HeadsetError::Lost`] when the session or the runtime goes, and what a call returns.
+    pub fn follow_events(&mut self) -> Result<Life, HeadsetError> {
+        let mut storage = xr::EventDataBuffer::new();
+        while let Some(event) = self.runtime.instance.poll_event(&mut storage).during("xrPollEvent")? {
+            match event {
+                xr::Event::SessionStateChanged(change) if change.session() == self.session.as_raw() => {
+                    tracing::debug!("the session is {:?}", change.state());
+                    self.state = change.state();
+                    match self.state {
+                        xr::SessionState::READY => {
+                            self.session.begin(VIEWS).during("xrBeginSession")?;
+                            self.life = Life::Runs;
+                        }
+                        xr::SessionState::STOPPING => {
+                            self.session.end().during("xrEndSession")?;
+                            self.life = Life::Rests;
+                        }
+                        xr::SessionState::EXITING => self.life = Life::Over,
+                        xr::SessionState::LOSS_PENDING => return Err(HeadsetError::Lost { cause: "its session" }),
+                        // Idle, synchronised, visible, focused: xrWaitFrame says whether there is something to draw.
+                        _ => {}
+                    }
+                }
+                xr::Event::InstanceLossPending(_) => return Err(HeadsetError::Lost { cause: "the runtime" }),
+                xr::Event::EventsLost(lost) => tracing::warn!("{} events were lost", lost.lost_event_count()),
+                _ => {}
+            }
+        }
+        Ok(self.life)
+    }
+
+    /// Asks the runtime for the end; it comes as events.
+    ///
+    /// # Errors
+    /// What the runtime says.
+    pub fn ask_for_end(&mut self) -> Result<(), HeadsetError> {
+        if self.life == Life::Runs {
+            self.session.request_exit().during("xrRequestExitSession")?;
+        } else {
+            // A session that does not run has nothing to end.
+            self.life = Life::Over;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Headset {
+    fn drop(&mut self) {
+        // Nothing may draw on an image that goes.
+        self.gpu.wait();
+    }
+}
+
+fn open_session(runtime: &Runtime, gpu: &Gpu, binding: Binding) -> Result<binding::Opened, HeadsetError> {
+    binding::open_session(&runtime.instance, runtime.system, gpu, binding)
+}
+
+/// What poses count from, and where its floor is: the room that somebody set up, else where the headset was.
+fn open_space(session: &xr::Session<xr::Vulkan>) -> Result<(xr::Space, f64), HeadsetError> {
+    let offered = session.enumerate_reference_spaces().during("xrEnumerateReferenceSpaces")?;
+    let (kind, floor_m) = if offered.contains(&xr::ReferenceSpaceType::STAGE) {
+        (xr::ReferenceSpaceType::STAGE, 0.0)
+    } else {
+        (xr::ReferenceSpaceType::LOCAL, -EYES_ABOVE_FLOOR_M)
+    };
+    let space = session.create_reference_space(kind, xr::Posef::IDENTITY).during("xrCreateReferenceSpace")?;
+    Ok((space, floor_m))
+}

@@ -1,0 +1,126 @@
+//! Flights from begin to end: styles, sizes, states of the session, buttons, and what is told when something is missing.
+
+use crate::Room;
+
+/// One of each kind: lines, chained strokes, marks, colour that runs.
+const STYLES: [&str; 4] = ["ink", "pen", "crosshatch", "wash"];
+
+#[test]
+fn flights_end_well_and_nobody_complains() {
+    let Some(room) = Room::with_hill() else { return };
+    for style in STYLES {
+        let told = room.fly(&[], &["--frames", "24", "--style", style]);
+        let report = told.well(style);
+        assert!(report.starts_with(&format!("96x80 and 96x80 {style}: 24 frames")), "{report}");
+        assert!(told.log.contains("ended after 24 frames"), "{}", told.log);
+    }
+}
+
+/// Some minutes: `cargo test --release --test headset -- --ignored a_thousand`.
+#[test]
+#[ignore = "it takes many minutes"]
+fn a_thousand_frames_of_every_style() {
+    let Some(room) = Room::with_hill() else { return };
+    for style in hachure::style::names() {
+        room.fly(&[("SIZES", "48x40,48x40")], &["--frames", "1000", "--style", style]).well(style);
+    }
+}
+
+#[test]
+fn eyes_of_any_size_are_drawn() {
+    let Some(room) = Room::with_hill() else { return };
+    for sizes in ["1x1,1x1", "33x17,96x80"] {
+        let report = room.fly(&[("SIZES", sizes)], &["--frames", "6", "--style", "ink"]);
+        let report = report.well(sizes);
+        assert!(report.starts_with(&sizes.replace(',', " and ")), "{report}");
+    }
+}
+
+#[test]
+fn every_kind_of_format_is_drawn_on() {
+    let Some(room) = Room::with_hill() else { return };
+    for format in ["50", "97", "37"] {
+        room.fly(&[("FORMATS", format)], &["--frames", "4", "--style", "plain"]).well(format);
+    }
+}
+
+#[test]
+fn the_session_goes_through_its_states() {
+    let Some(room) = Room::with_hill() else { return };
+    for (script, frames) in [
+        // Taken off and put on again: ten frames are not drawn.
+        (("OFF", "5-15"), 30),
+        // The runtime ends the session, and lets it begin again: one frame is still ended.
+        (("PAUSE", "5"), 21),
+        // Nobody knows where the head is for a while.
+        (("TRACKING", "4-9"), 25),
+        // No room was set up.
+        (("STAGE", "none"), 20),
+        // The user ends the program.
+        (("STOP", "7"), 8),
+    ] {
+        let told = room.fly(&[script], &["--frames", "20", "--style", "plain"]);
+        told.well(script.0);
+        assert!(told.log.contains(&format!("ended after {frames} frames")), "{script:?}: {}", told.log);
+    }
+}
+
+#[test]
+fn what_is_lost_is_one_line() {
+    let Some(room) = Room::with_hill() else { return };
+    for (name, lost) in [
+        ("LOSE_SESSION", "its session"),
+        ("BREAK_SESSION", "its session"),
+        ("LOSE_INSTANCE", "the runtime"),
+        ("BREAK_INSTANCE", "the runtime"),
+    ] {
+        let told = room.fly(&[(name, "5")], &["--frames", "20", "--style", "plain"]);
+        assert!(told.line().starts_with(&format!("--vr: the connection to the headset was lost ({lost})")), "{name}");
+        assert!(told.stdout.is_empty(), "{name}: {}", told.stdout);
+    }
+}
+
+#[test]
+fn what_is_missing_is_one_line() {
+    let Some(room) = Room::with_hill() else { return };
+    // A loader that is none.
+    std::fs::create_dir(room.path("libraries")).unwrap();
+    std::fs::write(room.path("libraries/libopenxr_loader.so.1"), "no library").unwrap();
+    let folder = room.path("libraries");
+    for (script, words) in [
+        (&[("=LD_LIBRARY_PATH", folder.to_str().unwrap())][..], "no OpenXR loader"),
+        (&[("=XR_RUNTIME_JSON", "/nonexistent/runtime.json")], "no OpenXR runtime is active"),
+        (&[("HEADSET", "none")], "finds no headset; connect it"),
+        (&[("VULKAN", "none")], "lacks XR_KHR_vulkan_enable2"),
+        (&[("FORMATS", "1")], "lacks a colour format"),
+        (&[("=VK_DRIVER_FILES", "/nonexistent"), ("=VK_ICD_FILENAMES", "/nonexistent")], "Vulkan cannot draw"),
+    ] {
+        let told = room.fly(script, &["--frames", "2"]);
+        let line = told.line();
+        assert!(line.starts_with("--vr: ") && line.contains(words), "{line}");
+    }
+    // The world is told of before the headset.
+    let mut command = room.command(env!("CARGO_BIN_EXE_hachure").as_ref(), &[("HEADSET", "none")]);
+    command.args(["fly", "nowhere.tif", "--vr"]);
+    assert!(room.told(command).line().contains("nowhere.tif"));
+}
+
+#[test]
+fn buttons_are_heard() {
+    let Some(room) = Room::with_hill() else { return };
+    let names = hachure::style::names();
+    let place = names.iter().position(|name| *name == "plain").unwrap();
+    let next = names[(place + 1) % names.len()];
+    let simple = "/interaction_profiles/khr/simple_controller";
+    for script in [
+        &[("PUSHES", "4-7:/user/hand/right/input/b/click")][..],
+        &[("PUSHES", "4-7:/user/hand/right/input/select/click"), ("PROFILE", simple)],
+    ] {
+        let told = room.fly(script, &["--frames", "16", "--style", "plain"]);
+        let report = told.well("a button");
+        assert!(report.starts_with(&format!("96x80 and 96x80 {next}: ")), "held once is one step: {report}");
+    }
+    // Another hand has no such button.
+    let told = room.fly(&[("PUSHES", "4-7:/user/hand/left/input/b/click")], &["--frames", "12", "--style", "plain"]);
+    assert!(told.well("no button").contains(" plain: "));
+}

@@ -1,0 +1,162 @@
+//! What each eye is shown is what the library draws for its pose, computed here from the runtime's numbers alone.
+
+use glam::{DMat3, DQuat, DVec3};
+use hachure::composite::PICTURE;
+use hachure::frame::{self, Frame};
+use hachure::scene::view::{Lens, Part, Pose, Rig, View};
+use hachure::style::Style;
+use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::OpenWorld;
+
+use crate::Room;
+use crate::common::draw::halves;
+
+const SIZES_PX: [[u32; 2]; 2] = [[96, 80], [80, 72]];
+/// As `Room::fly` has it.
+const YAW_DEG: f64 = 315.0;
+const CAMERA_EAST_NORTH_M: [f64; 2] = [900.0, -900.0];
+const CAMERA_ABOVE_GROUND_M: f64 = 20.0;
+const EYES_ABOVE_FLOOR_M: f64 = 1.6;
+
+/// What the runtime wrote of the last frame: position, orientation, angles of the lens; and the bytes.
+fn last_frame(room: &Room) -> [([f64; 11], Vec<u8>); 2] {
+    let table = std::fs::read_to_string(room.path("dump/poses.csv")).unwrap();
+    let rows: Vec<Vec<f64>> =
+        table.lines().map(|line| line.split(',').map(|text| text.parse().unwrap()).collect()).collect();
+    [0, 1].map(|eye| {
+        let row = &rows[rows.len() - 2 + eye];
+        assert_eq!(row[1], eye as f64);
+        let [width, height] = SIZES_PX[eye];
+        let name = format!("dump/{:05}-{eye}-{width}x{height}.raw", row[0]);
+        (std::array::from_fn(|i| row[2 + i]), std::fs::read(room.path(&name)).unwrap())
+    })
+}
+
+/// The eyes as the specification of OpenXR has them: y up, −z ahead, in a room whose floor is at `floor_m`.
+fn rig(eyes: &[[f64; 11]; 2], floor_m: DVec3, scale: f64) -> Rig {
+    let yaw = YAW_DEG.to_radians();
+    let north = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
+    let world_from_room = DMat3::from_rotation_z(-yaw) * north;
+    let views = [0, 1].map(|eye: usize| {
+        let [x, y, z, qx, qy, qz, qw, left, right, up, down] = eyes[eye];
+        let turn = world_from_room * DMat3::from_quat(DQuat::from_xyzw(qx, qy, qz, qw).normalize());
+        let pose = Pose {
+            position_m: floor_m + world_from_room * DVec3::new(x, y, z) * scale,
+            forward: turn * -DVec3::Z,
+            right: turn * DVec3::X,
+            up: turn * DVec3::Y,
+            fov_rad: up - down,
+        };
+        let lens = Some(Lens { left: -left.tan(), right: right.tan(), up: up.tan(), down: -down.tan() });
+        let (jitter_px, picture_px, part) = (glam::DVec2::ZERO, SIZES_PX[eye], Part::whole(SIZES_PX[eye]));
+        View { pose, previous: pose, lens, previous_lens: lens, jitter_px, picture_px, part }
+    });
+    let origin_m = 0.5 * (views[0].pose.position_m + views[1].pose.position_m);
+    Rig { origin_m, eyes: views.to_vec() }
+}
+
+/// The part of the pixels of which a channel is more than 2 of 255 off.
+fn off(shown: &[u8], drawn: &[[f64; 4]]) -> f64 {
+    let encoded = |linear: f64| {
+        let linear = linear.clamp(0.0, 1.0);
+        255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    };
+    let wrong = shown
+        .chunks_exact(4)
+        .zip(drawn)
+        .filter(|(shown, drawn)| (0..3).any(|i| (f64::from(shown[i]) - encoded(drawn[i])).abs() > 2.0));
+    wrong.count() as f64 / drawn.len() as f64
+}
+
+/// Flies with a script, and draws the last frame once more from a floor.
+fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
+    let _ = std::fs::remove_dir_all(room.path("dump"));
+    std::fs::create_dir(room.path("dump")).unwrap();
+    let dump = room.path("dump");
+    let sizes = SIZES_PX.map(|[width, height]| format!("{width}x{height}")).join(",");
+    let script = [script, &[("DUMP", dump.to_str().unwrap()), ("SIZES", &sizes)]].concat();
+    room.fly(&script, &["--frames", "14", "--style", style]).well(style);
+    let shown = last_frame(room);
+
+    let gpu = crate::common::gpu().unwrap();
+    let world = room.path("world.tif");
+    let mut world = OpenWorld::open(&gpu, Some(world.to_str().unwrap()), TerrainOptions::default()).unwrap();
+    let [east_m, north_m] = CAMERA_EAST_NORTH_M;
+    let mut floor_m =
+        DVec3::new(east_m, north_m, world.ground_m(east_m, north_m) + CAMERA_ABOVE_GROUND_M - EYES_ABOVE_FLOOR_M);
+    let eyes = [shown[0].0, shown[1].0];
+    if scale != 1.0 {
+        // A giant stands where the person's head was, and has the ground at a table's height.
+        let head_m = rig(&eyes, floor_m, 1.0).origin_m;
+        floor_m += head_m - rig(&eyes, floor_m, scale).origin_m;
+        floor_m.z = world.ground_m(head_m.x, head_m.y) - 0.7 * scale;
+    }
+    let rig = rig(&eyes, floor_m, scale);
+    let apart_m = rig.eyes[0].pose.position_m.distance(rig.eyes[1].pose.position_m);
+    assert!((apart_m - 0.063 * scale).abs() < 1e-3 * scale, "{apart_m} m");
+    let (light, style) = (world.light(), Style::load(style).unwrap());
+    let mut frame = Frame::new(&gpu).unwrap();
+    // Tiles and horizons come at once; the second frame has all of them.
+    for _ in 0..2 {
+        let prepared = frame::prepare(&gpu, &mut world.surfaces, &rig, &style, &light);
+        frame.render_rig(&gpu, &world.surfaces, &prepared, &rig, &style, &light).unwrap();
+    }
+    gpu.check().unwrap();
+    let drawn = [0, 1].map(|eye| halves(&gpu, frame.eye_target(eye, &PICTURE).unwrap()));
+    for eye in [0, 1] {
+        let off = off(&shown[eye].1, &drawn[eye]);
+        println!("{} at 1:{scale}, eye {eye}: {off} of the pixels differ", style.name);
+        assert!(off < 0.01, "{}, eye {eye}: {off} of the pixels differ", style.name);
+    }
+    // Planted: eyes exchanged. They are of different sizes here, so the lenses and poses are exchanged instead.
+    let mut exchanged = rig.clone();
+    exchanged.eyes.swap(0, 1);
+    for (view, size_px) in exchanged.eyes.iter_mut().zip(SIZES_PX) {
+        (view.picture_px, view.part) = (size_px, Part::whole(size_px));
+    }
+    let prepared = frame::prepare(&gpu, &mut world.surfaces, &exchanged, &style, &light);
+    frame.render_rig(&gpu, &world.surfaces, &prepared, &exchanged, &style, &light).unwrap();
+    for (eye, (_, shown)) in shown.iter().enumerate() {
+        let off = off(shown, &halves(&gpu, frame.eye_target(eye, &PICTURE).unwrap()));
+        assert!(off > 0.03, "{}: exchanged eyes are not noticed ({off})", style.name);
+    }
+}
+
+#[test]
+fn each_eye_is_shown_what_the_library_draws() {
+    let Some(room) = Room::with_hill() else { return };
+    for style in ["plain", "ink"] {
+        compare(&room, &[], style, 1.0);
+    }
+}
+
+#[test]
+fn a_giants_eyes_stand_far_apart() {
+    let Some(room) = Room::with_hill() else { return };
+    let script = [("MOTION", "none"), ("PUSHES", "3-5:/user/hand/right/input/a/click")];
+    compare(&room, &script, "ink", 1000.0);
+}
+
+#[test]
+fn the_border_is_dark_on_the_way() {
+    let Some(room) = Room::with_hill() else { return };
+    let dump = room.path("dump");
+    // The red of the upper left corner and of the middle, for each eye.
+    let seen = |script: &[(&str, &str)]| {
+        let _ = std::fs::remove_dir_all(&dump);
+        std::fs::create_dir(&dump).unwrap();
+        let script = [script, &[("DUMP", dump.to_str().unwrap()), ("SIZES", "96x80,80x72")]].concat();
+        room.fly(&script, &["--frames", "60", "--style", "plain"]).well("flying");
+        let shown = last_frame(&room);
+        [0, 1].map(|eye| {
+            let [width, height] = SIZES_PX[eye].map(|side| side as usize);
+            [0, 4 * (width * (height / 2) + width / 2)].map(|at| shown[eye].1[at])
+        })
+    };
+    let rest = seen(&[]);
+    let flying = seen(&[("PUSHES", "5-999:/user/hand/left/input/thumbstick:0:1")]);
+    for (rest, flying) in rest.iter().zip(flying) {
+        assert!(rest.iter().all(|red| *red > 60), "at rest the picture is bright: {rest:?}");
+        assert!(flying[0] < 48 && flying[1] > 60, "on the way: {flying:?}");
+    }
+}

@@ -1,0 +1,98 @@
+//! What is shown: whether it is as it was located, and a copy of it.
+
+use openxr_sys as xr;
+use xr::Handle as _;
+
+use super::state::{Frame, State, time_of};
+
+/// Whether a frame may end with these layers.
+pub fn check_layers(state: &mut State, frame: Frame, is_held: bool, info: &xr::FrameEndInfo) -> Result<(), xr::Result> {
+    const CALL: &str = "xrEndFrame";
+    let mut wrong = |what: &str, error| Err(state.violation(CALL, what, error));
+    if info.display_time.as_nanos() != time_of(frame.number) {
+        return wrong("another display time than that of the frame", xr::Result::ERROR_TIME_INVALID);
+    }
+    if info.environment_blend_mode != xr::EnvironmentBlendMode::OPAQUE {
+        return wrong("no such blend mode", xr::Result::ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED);
+    }
+    if is_held {
+        return wrong("an image is still acquired", xr::Result::ERROR_CALL_ORDER_INVALID);
+    }
+    if info.layer_count > 0 && !frame.should_render {
+        return wrong("layers, though nothing is to be rendered", xr::Result::ERROR_LAYER_INVALID);
+    }
+    for i in 0..info.layer_count as usize {
+        let base = unsafe { *info.layers.add(i) };
+        let layer = unsafe { &*base.cast::<xr::CompositionLayerProjection>() };
+        state.check(CALL, (layer.ty, layer.next), xr::CompositionLayerProjection::TYPE)?;
+        check_projection(state, frame, layer)?;
+    }
+    Ok(())
+}
+
+fn check_projection(state: &mut State, frame: Frame, layer: &xr::CompositionLayerProjection) -> Result<(), xr::Result> {
+    const CALL: &str = "xrEndFrame";
+    let located = state.session.as_ref().and_then(|session| session.located);
+    let Some((_, _, views)) =
+        located.filter(|(time, space, _)| *time == time_of(frame.number) && *space == layer.space.into_raw())
+    else {
+        let error = xr::Result::ERROR_LAYER_INVALID;
+        return Err(state.violation(CALL, "the views were not located for this time and space", error));
+    };
+    if layer.view_count != 2 {
+        return Err(state.violation(CALL, "not two views", xr::Result::ERROR_LAYER_INVALID));
+    }
+    // Images that are not new show what they did, from where that was seen.
+    let session = state.session.as_mut().ok_or(xr::Result::ERROR_HANDLE_INVALID)?;
+    let is_new = session.chains.values().any(|chain| chain.is_new);
+    session.chains.values_mut().for_each(|chain| chain.is_new = false);
+    let views = if is_new { views } else { session.shown.unwrap_or(views) };
+    session.shown = Some(views);
+    let mut bytes = Vec::new();
+    for (eye, located) in views.iter().enumerate() {
+        let view = unsafe { *layer.views.add(eye) };
+        state.check(CALL, (view.ty, view.next), xr::CompositionLayerProjectionView::TYPE)?;
+        if view.pose != located.pose || view.fov != located.fov {
+            let what = format!("eye {eye} has another pose or lens than was located");
+            return Err(state.violation(CALL, &what, xr::Result::ERROR_LAYER_INVALID));
+        }
+        let chains = state.session.as_ref().map(|session| &session.chains);
+        let Some(chain) = chains.and_then(|chains| chains.get(&view.sub_image.swapchain.into_raw())) else {
+            return Err(state.violation(CALL, "no such swapchain", xr::Result::ERROR_HANDLE_INVALID));
+        };
+        if !chain.was_released {
+            return Err(state.violation(CALL, "an image that was never released", xr::Result::ERROR_LAYER_INVALID));
+        }
+        let (rect, size_px) = (view.sub_image.image_rect, chain.size_px.map(|side| side as i32));
+        let is_inside = rect.offset.x >= 0
+            && rect.offset.y >= 0
+            && rect.extent.width > 0
+            && rect.extent.height > 0
+            && rect.offset.x + rect.extent.width <= size_px[0]
+            && rect.offset.y + rect.extent.height <= size_px[1]
+            && view.sub_image.image_array_index == 0;
+        if !is_inside {
+            return Err(state.violation(CALL, "a part beyond the image", xr::Result::ERROR_SWAPCHAIN_RECT_INVALID));
+        }
+        bytes.push((chain.number, chain.size_px, chain.bytes.clone()));
+    }
+    dump(state, &views, &bytes);
+    Ok(())
+}
+
+/// The images as they are, and a line for each eye: frame, eye, position, orientation, angles of the lens.
+fn dump(state: &State, views: &[xr::View; 2], shown: &[(usize, [u32; 2], Vec<u8>)]) {
+    use std::io::Write as _;
+    let Some(folder) = &state.script.dump else { return };
+    let table = std::fs::OpenOptions::new().create(true).append(true).open(folder.join("poses.csv"));
+    let mut table = table.unwrap();
+    for (eye, (view, (_, [width, height], bytes))) in views.iter().zip(shown).enumerate() {
+        let name = format!("{:05}-{eye}-{width}x{height}.raw", state.frames);
+        std::fs::write(folder.join(name), bytes).unwrap();
+        let (p, q, fov) = (view.pose.position, view.pose.orientation, view.fov);
+        let numbers =
+            [p.x, p.y, p.z, q.x, q.y, q.z, q.w, fov.angle_left, fov.angle_right, fov.angle_up, fov.angle_down];
+        let numbers = numbers.map(|number| number.to_string()).join(",");
+        writeln!(table, "{},{eye},{numbers}", state.frames).unwrap();
+    }
+}
