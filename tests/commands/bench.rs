@@ -269,3 +269,26 @@ fn the_table_has_a_row_for_each_style() {
     assert!(rows[0].contains("1.00") && table.contains("report.html"), "{table}");
     assert!(table.contains("flicker %"), "{table}");
 }
+
+#[test]
+fn a_bench_of_two_eyes_tells_how_they_agree() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "96x54", "--frames", "3", "--temporal", "1"];
+    let of = |more: &[&str]| {
+        let report = place.json(&[&flight[..], &["--styles", "ink,strokes", "-o", "out", "--json"], more].concat());
+        report["runs"].as_array().unwrap().clone()
+    };
+    for run in of(&["--eyes", "side-by-side", "--ipd", "auto"]) {
+        let stereo = &run["stereo"];
+        assert_eq!((&run["eyes"], &stereo["pairs"]), (&"side-by-side".into(), &1.0.into()));
+        assert!(stereo["line_correlation"].as_f64().unwrap() > 0.8, "{stereo}");
+        assert!(stereo["orphans"].as_f64().unwrap() < 0.02, "{stereo}");
+        assert_eq!(stereo["other_identity"].is_number(), run["style"] == "strokes", "{stereo}");
+        assert!(stereo["mark_correlation"].is_null(), "{stereo}");
+    }
+    // One eye has nobody to agree with.
+    assert!(of(&[]).iter().all(|run| run["stereo"].is_null()));
+}

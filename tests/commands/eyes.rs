@@ -58,6 +58,31 @@ fn a_pair_is_its_eyes_and_eyes_at_one_place_are_mono() {
 }
 
 #[test]
+fn a_grey_anaglyph_is_grey_and_eyes_may_follow_the_land() {
+    if has_no_gpu() {
+        return;
+    }
+    let place = Place::empty();
+    dem(&place);
+    let of = |eyes: &str| drawn(&place, "out.png", &["--style", "ink", "--eyes", eyes, "--ipd", "40"]);
+    let [grey, coloured, left] = ["grey-anaglyph", "anaglyph", "left"].map(of);
+    // Red is the left eye's luma; green and blue are the right eye's, and the same.
+    let is_grey = |picture: &[u8]| picture.chunks_exact(4).all(|texel| texel[1] == texel[2]);
+    assert!(is_grey(&grey) && !is_grey(&coloured));
+    let near = |a: u8, b: u8| a.abs_diff(b) < 16;
+    assert!(grey.chunks_exact(4).zip(left.chunks_exact(4)).all(|(grey, left)| near(grey[0], left[1])));
+    assert!(!grey.chunks_exact(4).zip(left.chunks_exact(4)).all(|(grey, left)| near(grey[1], left[1])), "planted");
+    let ipd_m = |more: &[&str]| {
+        let told = place.json(&[&RENDER[..], &["-o", "out.png", "--json"], more].concat());
+        told["ipd_m"].as_f64()
+    };
+    // 150 m above the ground, looking down by 12 degrees with 60 across: the nearest land is some 200 m away.
+    let auto_m = ipd_m(&["--eyes", "left", "--ipd", "auto"]).unwrap();
+    assert!((4.0..10.0).contains(&auto_m), "{auto_m}");
+    assert_eq!((ipd_m(&["--eyes", "left"]), ipd_m(&[])), (Some(0.065), None));
+}
+
+#[test]
 fn the_layers_of_a_pair_are_its_eyes() {
     if has_no_gpu() {
         return;
@@ -116,6 +141,7 @@ fn what_has_no_room_for_two_eyes_is_told() {
         (&["-o", "a.exr", "--aov", "depth", "--eyes", "anaglyph"], "an anaglyph is both eyes in one picture"),
         (&["-o", "a.png", "--eyes", "both"], "side-by-side"),
         (&["-o", "a.png", "--eyes", "left", "--convergence", "0"], "--convergence"),
+        (&["-o", "a.png", "--eyes", "left", "--ipd", "near"], "or auto"),
     ] {
         let error = place.misuse(&[&RENDER[..], more].concat());
         assert!(error.contains(words), "{error}");

@@ -115,7 +115,8 @@ fn misuse_exits_with_2() {
         &["bench", "-o", "out"],
         &["bench", "--path", "p.csv", "-o", "out", "--frames", "0"],
         &["bench", "--path", "p.csv", "-o", "out", "--size", "10"],
-        &["bench", "--path", "p.csv", "-o", "out", "--eyes", "anaglyph"],
+        &["bench", "--path", "p.csv", "-o", "out", "--eyes", "three"],
+        &["bench", "--path", "p.csv", "-o", "out", "--ipd", "0.1"],
         &["bench", "--path", "p.csv", "-o", "out", "--sweep", "size"],
         &["styles", "paint"],
     ] {
