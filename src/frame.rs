@@ -115,6 +115,11 @@ impl Frame {
         self.step_s = step_s.max(0.0);
     }
 
+    /// How much time passes from each frame to the next, in seconds.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
     /// The next frame takes nothing over from the last one: its strokes are made anew.
     pub fn forget(&mut self) {
         self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);

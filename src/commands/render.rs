@@ -65,6 +65,10 @@ pub struct RenderArgs {
     /// How many eyes, and how they stand.
     #[command(flatten)]
     pub stereo: StereoArgs,
+    /// Draw each picture so many times, moved by parts of a pixel, and take the mean: smooth edges at so many times the
+    /// cost. Channels of an EXR beside its colour keep one sample
+    #[arg(long, default_value_t = 1, value_parser = arguments::whole::<u32>(1, 1024))]
+    pub samples: u32,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
@@ -200,8 +204,10 @@ fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     if eyes == Eyes::Mono {
         return Ok(());
     }
-    if matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
-        return Err(Misuse(format!("--eyes {eyes}: an .svg is drawn for one eye, and the output is {output}")));
+    let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+    if is_svg && eyes == Eyes::SideBySide {
+        let misuse = format!("--eyes {eyes}: an .svg has one eye, or both as an anaglyph, and the output is {output}");
+        return Err(Misuse(misuse));
     }
     if args.show.is_some() {
         return Err(Misuse(format!("--eyes {eyes}: --show is of one eye's frame")));

@@ -58,6 +58,8 @@ pub struct Layer {
     pub id: &'static str,
     /// For people.
     pub label: &'static str,
+    /// Its colour, where it is not the drawing's.
+    pub ink: Option<&'static str>,
     /// In drawing order.
     pub strokes: Vec<Stroke>,
 }
@@ -104,7 +106,8 @@ fn write(out: &mut impl Write, drawing: &Drawing) -> std::io::Result<()> {
     writeln!(out, "<desc>{}</desc>", escaped(&drawing.description))?;
     for layer in &drawing.layers {
         writeln!(out, "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"", layer.id, layer.label)?;
-        writeln!(out, "   fill=\"none\" stroke=\"{}\"", escaped(&drawing.ink))?;
+        let ink = layer.ink.unwrap_or(&drawing.ink);
+        writeln!(out, "   fill=\"none\" stroke=\"{}\"", escaped(ink))?;
         writeln!(out, "   stroke-linecap=\"round\" stroke-linejoin=\"round\">")?;
         for stroke in &layer.strokes {
             write!(out, "<path stroke-width=\"{}\"", number(stroke.width))?;

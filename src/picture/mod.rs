@@ -11,9 +11,11 @@ pub mod nearest;
 mod report;
 pub mod show;
 pub mod strokes;
+pub mod supersampling;
 
 use std::path::Path;
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use aov::{Plane, PlaneSource};
@@ -66,6 +68,10 @@ impl PartRule {
 /// A stroke sees as far as its end, where it tapers: what is farther outside of a part does not show.
 const STROKE_MARGIN_PX: u32 = 256;
 
+/// Partners of lines are looked for in the other eye as far as nearest land moves between them, but no farther than
+/// this outside of a part.
+const PARALLAX_MARGIN_PX: f64 = 256.0;
+
 /// What to render.
 pub struct PictureRequest<'a> {
     /// The eye.
@@ -80,12 +86,15 @@ pub struct PictureRequest<'a> {
     pub light: Light,
     /// What is handed over.
     pub planes: &'a [Plane],
+    /// Of how many frames each pixel's colour is the mean, each moved by a part of a pixel ([`supersampling`]). Planes
+    /// have one sample at the pixel's centre.
+    pub samples: u32,
 }
 
 impl<'a> PictureRequest<'a> {
     /// Of an eye that does not move: colour and nothing else.
     pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
-        Self { pose, previous: pose, size_px, style, light, planes: &[] }
+        Self { pose, previous: pose, size_px, style, light, planes: &[], samples: 1 }
     }
 }
 
@@ -166,10 +175,12 @@ fn render_eyes<E>(
     parts: &PartRule,
     mut take: impl FnMut(Vec<Band>) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
-    let rig_of = |part| {
-        let camera = View::of_part(request.previous, request.pose, request.size_px, part);
+    let jittered = |previous: Pose, part: Part, jitter_px: DVec2| {
+        let camera = View { jitter_px, ..View::of_part(previous, request.pose, request.size_px, part) };
         pair.map_or_else(|| Rig::mono(camera), |pair| pair.rig(&camera))
     };
+    let rig_of = |part| jittered(request.previous, part, DVec2::ZERO);
+    let samples = supersampling::samples(request.samples, !request.planes.is_empty());
     let eyes = if pair.is_some() { 2 } else { 1 };
     let start = std::time::Instant::now();
     let [width, height] = request.size_px;
@@ -185,7 +196,12 @@ fn render_eyes<E>(
     let part_columns = if single { width } else { part_px };
     let stroke_px = if request.style.strokes.is_some() { STROKE_MARGIN_PX } else { 0 };
     let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
-    let margin_px = parts.margin_px.max(stroke_px).max(balance_px);
+    let parallax_px = pair.map_or(0.0, |pair| {
+        let camera = View::whole(request.pose, request.pose, request.size_px);
+        camera.focal_px() * pair.ipd_m / world.nearest_m(request.pose.position_m)
+    });
+    let parallax_px = parallax_px.min(PARALLAX_MARGIN_PX).ceil() as u32;
+    let margin_px = (parts.margin_px + parallax_px).max(stroke_px).max(balance_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {
@@ -221,18 +237,30 @@ fn render_eyes<E>(
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             let frame = Frame::or_new(frame, gpu)?;
             frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
-            let rig = rig_of(part);
-            let prepared = frame::prepare(gpu, world, &rig, request.style, &request.light);
-            frame.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
-            for (eye, band) in bands.iter_mut().enumerate() {
-                let window = Window { eye, inset, size_px: [columns, rows], first_column, width };
-                read_part(gpu, frame, &window, request, band)?;
+            let window = |eye| Window { eye, inset, size_px: [columns, rows], first_column, width };
+            let step_s = frame.step_s();
+            for (number, &(jitter_px, weight)) in samples.iter().enumerate() {
+                // No time passes between samples: strokes neither come nor go.
+                let previous = if number == 0 { request.previous } else { request.pose };
+                frame.set_step_s(if number == 0 { step_s } else { 0.0 });
+                let rig = jittered(previous, part, jitter_px);
+                let prepared = frame::prepare(gpu, world, &rig, request.style, &request.light);
+                frame.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
+                for (eye, band) in bands.iter_mut().enumerate() {
+                    if weight > 0.0 {
+                        add_picture(gpu, frame, &window(eye), weight, band)?;
+                    }
+                    if number == 0 {
+                        aov::read_planes(gpu, frame, &window(eye), request.planes, &mut band.planes)?;
+                    }
+                }
+                report.add(&prepared, frame);
             }
+            frame.set_step_s(step_s);
             if let Some(strokes) = frame.strokes() {
                 strokes.left_out(gpu)?.warn();
             }
             gpu.check()?;
-            report.add(&prepared, frame);
         }
         take(bands).map_err(PictureError::Sink)?;
     }
@@ -295,19 +323,14 @@ impl Window {
     }
 }
 
-fn read_part(
-    gpu: &Gpu,
-    frame: &Frame,
-    window: &Window,
-    request: &PictureRequest<'_>,
-    band: &mut Band,
-) -> Result<(), GpuError> {
-    let picture = &mut band.picture;
-    let drawn = frame.eye_target(window.eye, &PICTURE);
-    drawn.map_or(Ok(()), |drawn| {
-        window.scatter(gpu, drawn, |i, texel: [u16; 4]| picture[i] = texel.map(aov::f32_from_f16))
-    })?;
-    aov::read_planes(gpu, frame, window, request.planes, &mut band.planes)
+/// Adds so much of a part's picture to the band.
+fn add_picture(gpu: &Gpu, frame: &Frame, window: &Window, weight: f32, band: &mut Band) -> Result<(), GpuError> {
+    let Some(drawn) = frame.eye_target(window.eye, &PICTURE) else { return Ok(()) };
+    window.scatter(gpu, drawn, |i, texel: [u16; 4]| {
+        for (sum, value) in band.picture[i].iter_mut().zip(texel.map(aov::f32_from_f16)) {
+            *sum += weight * value;
+        }
+    })
 }
 
 /// Linear colour to sRGB bytes, rounded.

@@ -6,7 +6,8 @@
 use crate::frame::Frame;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
-use crate::scene::view::View;
+use crate::scene::stereo::Pair;
+use crate::scene::view::{Rig, View};
 use crate::world::Surfaces;
 
 use super::{PictureReport, PictureRequest};
@@ -40,7 +41,8 @@ pub enum StrokesError {
     },
 }
 
-/// Renders a picture and reads its strokes; the pixels stay on the GPU. `request.planes` are not looked at.
+/// Renders a picture and reads the strokes of each eye, of a pair the left one's first; the pixels stay on the GPU.
+/// `request.planes` and its samples are not looked at.
 ///
 /// # Errors
 /// [`StrokesError`].
@@ -49,7 +51,8 @@ pub fn render_strokes(
     frame: &mut Option<Frame>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
-) -> Result<(Vec<Polyline>, PictureReport), StrokesError> {
+    pair: Option<&Pair>,
+) -> Result<(Vec<Vec<Polyline>>, PictureReport), StrokesError> {
     let start = std::time::Instant::now();
     let size_px = request.size_px;
     let side_px = gpu.device.limits().max_texture_dimension_2d;
@@ -59,11 +62,14 @@ pub fn render_strokes(
     let frame = Frame::or_new(frame, gpu)?;
     frame.set_wants_motion(false);
     let view = View::whole(request.previous, request.pose, size_px);
-    let prepared = frame.render(gpu, world, &view, request.style, &request.light)?;
-    let Some(strokes) = frame.strokes() else {
-        return Err(StrokesError::NoStrokes { style: request.style.name.clone() });
+    let rig = pair.map_or_else(|| Rig::mono(view), |pair| pair.rig(&view));
+    let prepared = frame.render_eyes(gpu, world, &rig, request.style, &request.light)?;
+    let of_eye = |eye| {
+        let strokes = frame.eye_strokes(eye);
+        let strokes = strokes.ok_or_else(|| StrokesError::NoStrokes { style: request.style.name.clone() })?;
+        Ok(strokes.read_polylines(gpu)?)
     };
-    let polylines = strokes.read_polylines(gpu)?;
+    let polylines = (0..rig.eyes.len()).map(of_eye).collect::<Result<Vec<_>, StrokesError>>()?;
     gpu.check()?;
     let mut report = PictureReport::default();
     report.add(&prepared, frame);

@@ -134,9 +134,20 @@ pub fn layers(polylines: &[Polyline], settings: &Settings) -> (Vec<Layer>, Drawi
             EdgeKind::Crease => ("creases", "Creases", &mut report.creases),
         };
         *counted += count;
-        layers.push(Layer { id, label, strokes: drawn });
+        layers.push(Layer { id, label, ink: None, strokes: drawn });
     }
     (layers, report)
+}
+
+/// All strokes of an eye as one layer in an ink: an anaglyph has two of them.
+pub fn layer_of_eye(
+    polylines: &[Polyline],
+    settings: &Settings,
+    (id, label, ink): (&'static str, &'static str, &'static str),
+) -> (Layer, DrawingReport) {
+    let (layers, report) = layers(polylines, settings);
+    let strokes = layers.into_iter().flat_map(|layer| layer.strokes).collect();
+    (Layer { id, label, ink: Some(ink), strokes }, report)
 }
 
 fn segments(path: &BezPath) -> u64 {

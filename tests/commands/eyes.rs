@@ -130,13 +130,40 @@ fn the_layers_of_a_pair_are_its_eyes() {
 }
 
 #[test]
+fn a_drawing_of_two_eyes_has_two_inks() {
+    if has_no_gpu() {
+        return;
+    }
+    let place = Place::empty();
+    dem(&place);
+    let of = |eyes: &str| {
+        place.text(&[&RENDER[..], &["-o", "a.svg", "--style", "pen", "--ipd", "40", "--eyes", eyes]].concat());
+        std::fs::read_to_string(place.path("a.svg")).unwrap()
+    };
+    // The paths of each layer, without what stands at the layer.
+    let paths = |text: &str| -> Vec<Vec<String>> {
+        let layers = text.split("<g id=").skip(1);
+        layers
+            .map(|layer| layer.lines().filter(|line| line.starts_with("<path")).map(str::to_owned).collect())
+            .collect()
+    };
+    let both = of("anaglyph");
+    assert!(both.contains("id=\"left-eye\"") && both.contains("stroke=\"#00ffff\""));
+    assert!(both.contains("id=\"right-eye\"") && both.contains("stroke=\"#ff0000\""));
+    let inks = paths(&both);
+    let [left, right] = ["left", "right"].map(|eye| paths(&of(eye)).concat());
+    assert!(!left.is_empty() && inks == [left.clone(), right.clone()]);
+    assert!(left != right, "planted: eyes exchanged");
+}
+
+#[test]
 fn what_has_no_room_for_two_eyes_is_told() {
     let place = Place::empty();
     dem(&place);
     for (more, words) in [
         (&["-o", "a.png", "--ipd", "0.1"][..], "--ipd: it is for two eyes"),
         (&["-o", "a.png", "--convergence", "5"], "--convergence: it is for two eyes"),
-        (&["-o", "a.svg", "--style", "strokes", "--eyes", "left"], "an .svg is drawn for one eye"),
+        (&["-o", "a.svg", "--style", "strokes", "--eyes", "side-by-side"], "an .svg has one eye"),
         (&["-o", "a.png", "--show", "tone", "--eyes", "left"], "--show is of one eye"),
         (&["-o", "a.exr", "--aov", "depth", "--eyes", "anaglyph"], "an anaglyph is both eyes in one picture"),
         (&["-o", "a.png", "--eyes", "both"], "side-by-side"),

@@ -37,6 +37,8 @@ pub(super) struct Report {
     /// Of an eye's picture.
     size: [u32; 2],
     frames: u64,
+    /// Of each pixel.
+    samples: u32,
     wall_ms: f64,
     passes: Vec<PassReport>,
     triangles: u64,
@@ -221,6 +223,7 @@ impl Job<'_> {
             style: &self.style,
             light: self.world.light(),
             planes: &self.planes,
+            samples: self.args.samples,
         };
         if let Some(frame) = &mut self.frame {
             frame.set_step_s(1.0 / self.args.fps);
@@ -271,6 +274,7 @@ impl Job<'_> {
             ipd_m: self.pair.map(|pair| pair.ipd_m),
             size: self.args.size,
             frames: cameras.len() as u64,
+            samples: self.args.samples,
             wall_ms: report.wall_ms,
             passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),
             triangles: report.triangles,

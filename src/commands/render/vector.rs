@@ -11,6 +11,7 @@ use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::svg::{self, Drawing, Unit};
 use crate::picture::strokes::render_strokes;
 use crate::picture::{PictureReport, PictureRequest};
+use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
 use crate::style::Style;
 use crate::vector::sheet::Sheet;
@@ -18,6 +19,11 @@ use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 
 /// What stays free on paper, unless somebody says otherwise.
 const MARGIN_MM: f64 = 10.0;
+
+/// A layer of an anaglyph: its name, what it is, and its ink. Red glass shows cyan as black, and red as paper.
+type EyeInk = (&'static str, &'static str, &'static str);
+const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
+const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
 
 /// What the options say of an SVG.
 pub(super) struct SvgOptions(Settings);
@@ -87,10 +93,20 @@ impl Job<'_> {
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
         let request = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
-        let (polylines, report) = render_strokes(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request)
+        let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
+        let (eyes, report) = render_strokes(gpu, frame, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;
         let report = self.whole(report)?;
-        let (layers, drawn) = vector::layers(&polylines, settings);
+        let (layers, drawn) = match (self.args.stereo.eyes, eyes.as_slice()) {
+            (Eyes::Anaglyph | Eyes::GreyAnaglyph, [left, right]) => {
+                let (left, mut drawn) = vector::layer_of_eye(left, settings, LEFT_INK);
+                let (right, of_right) = vector::layer_of_eye(right, settings, RIGHT_INK);
+                drawn.append(&of_right);
+                (vec![left, right], drawn)
+            }
+            (Eyes::Right, [_, right]) => vector::layers(right, settings),
+            _ => vector::layers(eyes.first().map_or(&[], Vec::as_slice), settings),
+        };
         let [width, height] = self.args.size;
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),

@@ -72,9 +72,12 @@ impl History {
             Some(_) => {
                 let turned_rad = self.updated_forward.angle_between(view.pose.forward);
                 let moved_m = self.updated_m.distance(view.pose.position_m);
-                let is_due = self.frames_since_update + 1 >= strokes.update_every
+                // Another sample of the same picture: its strokes stay.
+                let is_sample = rests && step.step_s == 0.0 && !step.land_changes;
+                let is_late = self.frames_since_update + 1 >= strokes.update_every
                     || turned_rad > QUICK_TURN * view.fov_rad()
                     || moved_m > QUICK_MOVE * step.nearest_m;
+                let is_due = is_late && !is_sample;
                 Plan {
                     is_update: leader.unwrap_or(is_due),
                     takes_over: strokes.carry,
@@ -173,6 +176,18 @@ mod tests {
             frames += 1;
         }
         assert!((10..30).contains(&frames) && last == Some(true), "{frames} {last:?}");
+    }
+
+    #[test]
+    fn samples_of_a_picture_keep_its_strokes() {
+        let (mut history, strokes) = (History::default(), strokes(4, true));
+        history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP, None);
+        let mut again = |step_s| {
+            let step = Step { step_s, ..STEP };
+            (0..9).filter(|_| history.plan(&strokes, &view(pose(0.0), pose(0.0)), step, None).is_update).count()
+        };
+        assert_eq!(again(0.0), 0);
+        assert_eq!(again(0.1), 3, "planted: time passes");
     }
 
     #[test]

@@ -74,8 +74,12 @@ impl DrawnStrokes<'_> {
     }
 }
 
+/// A pressure of exactly 0 is that of a stroke that the other eye should have and has not.
 fn is_shown(sample: &Sample) -> bool {
-    sample.shown_px > 0.0 && sample.flags & Sample::FADING == 0 && sample.px.iter().all(|px| px.is_finite())
+    sample.shown_px > 0.0
+        && sample.pressure > 0.0
+        && sample.flags & Sample::FADING == 0
+        && sample.px.iter().all(|px| px.is_finite())
 }
 
 /// Of samples that follow each other, at least two.

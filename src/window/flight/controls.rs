@@ -178,6 +178,7 @@ impl Flight {
             style: &style,
             light: self.light(),
             planes: &[],
+            samples: 1,
         };
         // A file waits for what it needs.
         if let Some(frame) = &mut self.frame {
