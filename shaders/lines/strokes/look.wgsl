@@ -64,8 +64,12 @@ fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
 #ifdef PAIR
     let depth_cost_px = PAIR_DEPTH_COST_PX;
+    // A chain that joins a near edge to a far one has distances of neither, for one eye more than for the other: better
+    // the stroke of another distance than none.
+    let most_depth_ratio = 1e9;
 #else
     let depth_cost_px = FRAME_DEPTH_COST_PX;
+    let most_depth_ratio = MOST_DEPTH_RATIO;
 #endif
     var found = nothing;
     let size = vec2<i32>(textureDimensions(ids));
@@ -91,7 +95,7 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
         if is_seam(a.along_px, b.along_px, distance(a.px, b.px)) {
             continue;
         }
-        let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= MOST_DEPTH_RATIO;
+        let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= most_depth_ratio;
         let cost = apart_px + 4.0 * (1.0 - abs(sense)) + depth_cost_px * abs(log2(depth_ratio));
         if is_like && apart_px <= MOST_APART_PX && cost < best {
             best = cost;
