@@ -26,7 +26,8 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             let rig = rig(pose, IPD_M, SIZE_PX);
             let mut of = |style: &Style| agreement(&draw(&world.gpu, &mut world.surfaces, style, &rig));
             let (alone, full) = (of(&ink_alone()), of(&Style::load("ink").unwrap()));
-            let strokes = of(&Style::load("charcoal").unwrap());
+            let charcoal = Style::load("charcoal").unwrap();
+            let strokes = of(&charcoal);
             let part = |metrics: &Metrics, name: &str| metrics[name].unwrap_or(f64::NAN);
             println!(
                 "{shape} {away_m} m away: orphans {:.3} %, alone {:.3} %, coverage {:.3} of that alone; strokes: orphans \
@@ -43,6 +44,11 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             assert!(part(&full, "orphans") <= most, "{shape} {away_m}");
             assert!(part(&strokes, "orphans") <= most, "{shape} {away_m}");
             assert!(away_m < 0.5 || part(&strokes, "line_correlation") >= 0.95, "{shape} {away_m}");
+            // Planted: strokes of the right eye that lie four pixels lower.
+            let mut eyes = draw(&world.gpu, &mut world.surfaces, &charcoal, &rig);
+            eyes[1].ink.as_mut().unwrap().rotate_right(4 * SIZE_PX[0] as usize);
+            let lower = agreement(&eyes);
+            assert!(part(&lower, "orphans") > 0.05 && part(&lower, "line_correlation") < 0.9, "{shape} {away_m}");
         }
     }
 }
