@@ -5,6 +5,7 @@
 //! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and
 //! what is not called any more goes.
 
+mod antialias;
 mod eye;
 mod left;
 mod passes;
@@ -12,7 +13,9 @@ mod switch;
 
 use std::time::Instant;
 
+pub use self::antialias::{Antialias, SAMPLES_AT_REST};
 pub use self::eye::EyeMemory;
+use crate::composite::temporal_aa;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
 use crate::gpu::recorder::{Cx, Submits};
@@ -61,6 +64,7 @@ pub struct Frame {
     submits: Submits,
     /// Whether the motion of every pixel is asked for.
     wants_motion: bool,
+    samples: antialias::Samples,
     trace: Option<Vec<PassTrace>>,
     record_ms: f64,
     drew: bool,
@@ -77,6 +81,8 @@ struct FrameInputs<'a> {
     step_s: f64,
     land_changes: bool,
     wants_motion: bool,
+    /// Where frames are samples of one picture.
+    temporal_aa: Option<temporal_aa::Plan>,
 }
 
 impl Frame {
@@ -92,6 +98,7 @@ impl Frame {
             step_s: STEP_S,
             submits: Submits::default(),
             wants_motion: false,
+            samples: antialias::Samples::default(),
             trace: None,
             record_ms: 0.0,
             drew: false,
@@ -122,6 +129,7 @@ impl Frame {
 
     /// The next frame takes nothing over from the last one: its strokes are made anew.
     pub fn forget(&mut self) {
+        self.samples.forget();
         self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);
     }
 
@@ -133,6 +141,25 @@ impl Frame {
     /// Whether [`MOTION`](crate::surface::motion::MOTION) is made, which no style asks for by itself.
     pub fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
+    }
+
+    /// How frames smooth their edges. Those of [`Antialias::Temporal`] follow each other: each view's
+    /// [`previous`](View::previous) is what the last frame drew, or its picture begins anew.
+    pub fn set_antialias(&mut self, antialias: Antialias) {
+        self.samples.antialias = antialias;
+    }
+
+    /// How frames smooth their edges.
+    pub fn antialias(&self) -> Antialias {
+        self.samples.antialias
+    }
+
+    /// The eyes of `rig` as the next frame samples them: what [`Frame::render_rig`] and [`prepare`] are to be called
+    /// with where [`Frame::render_eyes`] is not.
+    pub fn jittered(&self, rig: &Rig, style: &Style) -> Rig {
+        let jitter_px = self.samples.jitter_px(rig, style, self.has_settling_strokes());
+        let eyes = rig.eyes.iter().map(|eye| View { jitter_px: eye.jitter_px + jitter_px, ..*eye });
+        Rig { eyes: eyes.collect(), ..*rig }
     }
 
     /// From the next frame on, keeps what its passes read and wrote.
@@ -174,6 +201,7 @@ impl Frame {
         style: &Style,
         light: &Light,
     ) -> Result<Prepared, GpuError> {
+        let rig = &self.jittered(rig, style);
         if self.pools.pipelines.builds() == Builds::Beside {
             return self.render_what_is_there(gpu, world, rig, style, light);
         }
@@ -224,12 +252,18 @@ impl Frame {
             self.pools.groups.clear();
         }
         let begun = Instant::now();
+        let strokes_settle = self.has_settling_strokes();
         let light = &light.from_above(rig.origin_m.z - f64::from(world.terrain.range_m()[1]));
         let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
-        let (step_s, wants_motion) = (self.step_s, self.wants_motion);
+        let wants_motion = self.wants_motion;
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
-        let inputs = FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion };
+        let changes = land_changes || strokes_settle;
+        let error_px = prepared.detail.error_px;
+        let temporal_aa = self.samples.plan(&antialias::Asked { rig, style, light, error_px, changes });
+        // No time passes between samples: strokes neither come nor go.
+        let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
+        let inputs = FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, temporal_aa };
         passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
         let is_complete = cx.is_complete();
         self.trace = cx.submit();

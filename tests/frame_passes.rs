@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::{self, Frame};
+use hachure::frame::{self, Antialias, Frame};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced};
@@ -125,6 +125,12 @@ fn traces() -> Option<Traces> {
         let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, &style, &north_west());
         frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
         traces.add("pairs of eyes", frame.trace());
+    }
+    for name in ["ink", "pen"] {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame.set_antialias(Antialias::Temporal);
+        let trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        traces.add("temporal anti-aliasing", &trace);
     }
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();

@@ -40,7 +40,7 @@ fn told(folder: &Path, preset: &str, enables: &str) -> Option<Told> {
     atomic::write(&folder.join("flight.csv"), flight.as_bytes()).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_hachure"))
         .args(["render", "hut", "--size", "96x54", "--style", preset, "--path", "flight.csv", "--fps", "25"])
-        .args(["-o", "frame%02d.png"])
+        .args(["-o", "frame%02d.png", "--antialias", "temporal"])
         .current_dir(folder)
         .env("HACHURE_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("validation-layer"))
         .env("XDG_RUNTIME_DIR", folder)

@@ -1,6 +1,6 @@
 // Paper, tones, haze and lines become a picture.
 #import hachure::view::{View, distance_from_eye, ray_of_pixel}
-#import hachure::color::noise
+#import hachure::paper::paper_grain
 
 struct Composite {
     paper: vec3<f32>,
@@ -22,7 +22,8 @@ struct Composite {
     // How much farther than tones lines reach into the haze.
     line_reach: f32,
     mark_ink: vec3<f32>,
-    pad: f32,
+    // 1: a sample of a mean: its fourth channel is the ink of lines.
+    is_sample: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -34,15 +35,8 @@ struct Composite {
 @group(0) @binding(5) var ink: texture_2d<f32>;
 // Ink of hatching.
 @group(0) @binding(6) var marks: texture_2d<f32>;
-// Linear, opaque.
+// Linear; opaque, or a sample.
 @group(0) @binding(7) var picture: texture_storage_2d<rgba16float, write>;
-
-// Fibres and tooth, fixed to the sheet.
-fn paper_grain(p: vec2<f32>) -> f32 {
-    let fibre = noise(p * vec2<f32>(0.11, 0.37)) + noise(p.yx * vec2<f32>(0.09, 0.33));
-    let tooth = noise(p * 0.83);
-    return (fibre - 1.0) * 0.6 + (tooth - 0.5) * 0.8;
-}
 
 // Clear near, then hazy: what is left of contrast at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
@@ -97,5 +91,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
     }
     color = mix(color, composite.stroke_ink, textureLoad(ink, pixel, 0).r);
-    textureStore(picture, pixel, vec4<f32>(color, 1.0));
+    // The ink of lines before haze takes its part: far ones are lines as well.
+    let alpha = select(1.0, textureLoad(line, pixel, 0).r, composite.is_sample == 1u);
+    textureStore(picture, pixel, vec4<f32>(color, alpha));
 }

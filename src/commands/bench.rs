@@ -26,6 +26,7 @@ use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
+use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::measure::report::{Report, WorldSize};
@@ -73,6 +74,9 @@ pub struct BenchArgs {
     /// How many eyes, and how they stand.
     #[command(flatten)]
     pub stereo: StereoArgs,
+    /// How frames smooth their edges: none, or temporal, by the mean of frames that follow each other
+    #[arg(long, default_value = "none")]
+    pub antialias: Antialias,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,

@@ -11,6 +11,7 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
+use crate::frame::Antialias;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 
@@ -37,6 +38,9 @@ pub struct FlyArgs {
     /// How many eyes, and how they stand.
     #[command(flatten)]
     pub stereo: StereoArgs,
+    /// How edges are smoothed: none, or temporal, by the mean of frames that follow each other
+    #[arg(long, default_value = "temporal")]
+    pub antialias: Antialias,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,

@@ -19,10 +19,11 @@ use super::stereo_args::StereoArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
-use crate::picture::PictureReport;
 use crate::picture::aov;
+use crate::picture::{PartRule, PictureReport};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
@@ -69,6 +70,9 @@ pub struct RenderArgs {
     /// cost. Channels of an EXR beside its colour keep one sample
     #[arg(long, default_value_t = 1, value_parser = arguments::whole::<u32>(1, 1024))]
     pub samples: u32,
+    /// How frames along a path smooth their edges: none, or temporal, by the mean of frames that follow each other
+    #[arg(long, default_value = "none")]
+    pub antialias: Antialias,
     /// Height error that may be seen, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
@@ -121,6 +125,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     check_path(args, &kind)?;
     show::check(args, &kind)?;
     check_eyes(args, &kind)?;
+    check_antialias(args, &kind)?;
     let style = arguments::style(&args.style)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
@@ -218,6 +223,24 @@ fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
         ));
     }
     Ok(())
+}
+
+/// The mean of frames is of frames that follow each other, each of one sample in one part.
+fn check_antialias(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
+    if args.antialias == Antialias::None {
+        return Ok(());
+    }
+    let why = match kind {
+        _ if args.path.is_none() => "it is for frames that follow each other, along a --path; a picture has --samples",
+        OutputKind::Frames(_, PictureFormat::Svg) => "the lines of an .svg have no pixels",
+        _ if args.samples > 1 => "a frame is one sample, and --samples asks for more",
+        _ if !args.aov.is_empty() => "--aov is of frames that are not moved",
+        _ if !PartRule::default().is_whole(args.size) => {
+            "frames as large as --size are drawn in parts; they have --samples"
+        }
+        _ => return Ok(()),
+    };
+    Err(Misuse(format!("--antialias temporal: {why}")))
 }
 
 /// What a picture, or some of a film's, is drawn with instead of `--lod-error`.

@@ -1,6 +1,7 @@
 //! Tones, lines, paper and haze → the picture. See `shaders/composite/composite.wgsl`.
 
 pub mod present;
+pub mod temporal_aa;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
@@ -33,6 +34,9 @@ pub struct Inputs<'a> {
     pub ink: &'a Target,
     /// Ink of hatching; a style without it hands [`NOTHING`].
     pub marks: &'a Target,
+    /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
+    /// fourth channel.
+    pub is_sample: bool,
     /// Out.
     pub picture: &'a Target,
 }
@@ -45,7 +49,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         paper: style.paper.color.linear(),
         haze_m: light.haze_m as f32,
         ink: lines.map_or([0.0; 3], |lines| lines.ink.linear()),
-        grain: style.paper.grain,
+        grain: if inputs.is_sample { 0.0 } else { style.paper.grain },
         sky_zenith: style.sky.zenith.linear(),
         faintest_line: lines.map_or(0.0, |lines| lines.faintest),
         sky_horizon: style.sky.horizon.linear(),
@@ -55,7 +59,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         line_reach: lines.map_or(1.0, |lines| lines.reach),
         stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
         mark_ink: style.hatching.as_ref().map_or([0.0; 3], |hatching| hatching.ink.linear()),
-        pad: 0.0,
+        is_sample: u32::from(inputs.is_sample),
     };
     let resources = [
         ("view", inputs.view.clone()),

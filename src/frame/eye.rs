@@ -40,6 +40,11 @@ impl EyeMemory {
         Ok(!stays)
     }
 
+    /// Whether strokes of the last frame are still coming or going.
+    pub(super) fn has_settling_strokes(&self) -> bool {
+        self.drawn_strokes().is_some_and(StrokeMemory::is_settling)
+    }
+
     /// The strokes of the last frame, if its style has any.
     pub(super) fn drawn_strokes(&self) -> Option<&StrokeMemory> {
         self.strokes.as_ref().filter(|_| self.drawn.is_some())

@@ -1,12 +1,13 @@
 //! What the last frame left, for windows, files and measurements.
 
 use super::{EyeMemory, Frame};
+use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::stereo::{agree, fade_out};
-use crate::lines::strokes::{self, DrawnStrokes};
+use crate::lines::strokes::DrawnStrokes;
 use crate::lines::{smooth, threshold};
 use crate::style::Style;
 use crate::surface::{land, meshes};
@@ -76,9 +77,15 @@ impl Frame {
         self.timer.take()
     }
 
-    /// Whether the next frame of the same view would be another picture: strokes are still coming or going.
+    /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
+    /// of a picture at rest are still to come.
     pub fn is_settling(&self) -> bool {
-        self.eyes.iter().filter_map(EyeMemory::drawn_strokes).any(strokes::StrokeMemory::is_settling)
+        self.samples.is_settling() || self.has_settling_strokes()
+    }
+
+    /// Whether strokes are still coming or going.
+    pub(super) fn has_settling_strokes(&self) -> bool {
+        self.eyes.iter().any(EyeMemory::has_settling_strokes)
     }
 
     /// The strokes of the first eye, if the style has any, with what the last frame left.
@@ -90,6 +97,16 @@ impl Frame {
     pub fn eye_strokes(&self, eye: usize) -> Option<DrawnStrokes<'_>> {
         let memory = self.eyes.get(eye)?.drawn_strokes()?;
         Some(DrawnStrokes::new(memory, &self.pools))
+    }
+
+    /// What an eye's next frame takes over, if frames are samples of one picture: of [`temporal_aa::HISTORY`] and
+    /// [`temporal_aa::SEEN`] what was written last.
+    pub fn history_targets(&self, eye: usize) -> Option<[&Target; 2]> {
+        let written = self.samples.writes()?;
+        Some([
+            self.eye_target(eye, &temporal_aa::HISTORY[written])?,
+            self.eye_target(eye, &temporal_aa::SEEN[written])?,
+        ])
     }
 
     /// Which line picture the composite of an eye read, if the style has lines.

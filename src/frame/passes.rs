@@ -5,7 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::{EyeMemory, FrameInputs};
-use crate::composite;
+use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
@@ -25,6 +25,8 @@ use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
 struct Seen {
     /// `View`.
     view: Resource,
+    /// The same without its jitter: strokes cover their borders exactly.
+    still_view: Resource,
     surface_id: Target,
     position: Target,
     normal: Target,
@@ -64,7 +66,7 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
     if let (true, [leader, follower]) = (inputs.rig.is_pair(), order.as_slice()) {
         let follower = seen[*follower].strokes.as_ref().and_then(|strokes| strokes.drawn.as_ref());
         if let Some((strokes, follower)) = seen[*leader].strokes.as_ref().zip(follower) {
-            strokes.frame.draw_agreed(cx, &seen[*leader].view, &mut eyes[*leader].targets, follower);
+            strokes.frame.draw_agreed(cx, &seen[*leader].still_view, &mut eyes[*leader].targets, follower);
         }
     }
     if let Some(lines) = &inputs.style.lines {
@@ -91,6 +93,7 @@ fn see(
     let gpu = cx.gpu();
     let view_of_eye = &rig.eyes[eye];
     let view = cx.uniform("view", &view_of_eye.uniform(rig.origin_m));
+    let still_view = cx.uniform("view", &view_of_eye.still_uniform(rig.origin_m));
     let heights = &terrain.resources();
     let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
 
@@ -132,7 +135,7 @@ fn see(
         let (position, normal) = (&position, &normal);
         meshes::resolve::run(cx, &meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal });
     }
-    if inputs.wants_motion {
+    if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);
         motion::run(cx, &motion::Inputs { view: &view, position: &position, motion });
     }
@@ -157,12 +160,15 @@ fn see(
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
         let resolution = style.resolution;
-        let ink = frame.draw(cx, strokes::Inputs { view: &view, depth, edges, targets, resolution, leader });
+        let ink = frame.draw(
+            cx,
+            strokes::Inputs { view: &view, still_view: &still_view, depth, edges, targets, resolution, leader },
+        );
         let surface = SeenSurface { depth: depth.clone(), position: position.clone(), normal: normal.clone() };
-        let drawn = if rig.is_pair() { frame.partner(cx, &view, surface, targets) } else { None };
+        let drawn = if rig.is_pair() { frame.partner(cx, &still_view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
-    Seen { view, surface_id: surface_id.clone(), position, normal, line, strokes }
+    Seen { view, still_view, surface_id: surface_id.clone(), position, normal, line, strokes }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
@@ -270,7 +276,17 @@ fn finish(
     });
     let picture = &targets.whole(gpu, &composite::PICTURE);
     let line = line.as_ref().unwrap_or(&nothing);
-    let ink = strokes.as_ref().map_or(&nothing, |strokes| &strokes.ink);
+    let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
+    let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, tone) = (marks.unwrap_or(&nothing), &shaded[eye].colors);
-    composite::run(cx, &composite::Inputs { view, style, light, position, tone, line, ink, marks, picture });
+    let drawn = composite::Inputs { view, style, light, position, tone, line, ink, marks, is_sample: false, picture };
+    let Some(plan) = inputs.temporal_aa else {
+        composite::run(cx, &drawn);
+        return;
+    };
+    let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
+    composite::run(cx, &composite::Inputs { ink: &nothing, is_sample: true, picture: sample, ..drawn });
+    let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
+    let ink = stroke_ink;
+    temporal_aa::run(cx, &temporal_aa::Inputs { view, plan, style, sample, position, motion, ink, histories, picture });
 }

@@ -12,9 +12,11 @@ use std::time::Instant;
 
 use glam::{DQuat, DVec3};
 
+use super::antialias::Antialias;
 use super::eye::EyeMemory;
 use super::passes::render_eyes;
 use super::{Frame, FrameInputs, prepare};
+use crate::composite::temporal_aa::Plan;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Cx;
 use crate::gpu::shader::ShaderError;
@@ -154,8 +156,10 @@ impl Frame {
             let rig = &Rig { eyes, ..*rig };
             let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
-            let (step_s, wants_motion) = (self.step_s, self.wants_motion);
-            let inputs = FrameInputs { world, mesh, rig, style, light, step_s, land_changes: false, wants_motion };
+            let (step_s, wants_motion, land_changes) = (self.step_s, self.wants_motion, false);
+            let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
+            let inputs =
+                FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, temporal_aa };
             render_eyes(&mut cx, &inputs, memories);
             is_complete &= cx.is_complete();
         }

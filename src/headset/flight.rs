@@ -71,6 +71,7 @@ impl Flight {
         // A headset waits for no compiler, and a frame is one submit.
         frame.set_builds(gpu, Builds::Beside);
         frame.set_submits(Submits::Whole);
+        frame.set_antialias(options.antialias);
         let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&end);

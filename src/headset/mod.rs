@@ -28,7 +28,7 @@ use no_mirror as mirror;
 pub use error::HeadsetError;
 pub use session::{Headset, Runtime};
 
-use crate::frame::Light;
+use crate::frame::{Antialias, Light};
 use crate::gpu::Gpu;
 use crate::scene::camera::Camera;
 use crate::world::Surfaces;
@@ -48,6 +48,8 @@ pub struct HeadsetWorld {
 pub struct HeadsetOptions {
     /// A preset or a style file.
     pub style: String,
+    /// How frames smooth their edges.
+    pub antialias: Antialias,
     /// Print the frame times and end after so many pictures.
     pub frames: Option<u64>,
 }

@@ -41,6 +41,8 @@ pub struct Run {
     pub style: String,
     /// mono, side-by-side or anaglyph.
     pub eyes: String,
+    /// none or temporal.
+    pub antialias: String,
     /// How many were drawn.
     pub frames: u64,
     /// From the begin of a frame to its end, by the CPU's clock.

@@ -25,7 +25,7 @@ use crate::composite::PICTURE;
 use crate::file::FileError;
 use crate::file::exr::Samples;
 use crate::file::png::PngWriter;
-use crate::frame::{self, Frame, Light, terrain_view_of};
+use crate::frame::{self, Antialias, Frame, Light, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
@@ -89,12 +89,14 @@ pub struct PictureRequest<'a> {
     /// Of how many frames each pixel's colour is the mean, each moved by a part of a pixel ([`supersampling`]). Planes
     /// have one sample at the pixel's centre.
     pub samples: u32,
+    /// How frames that follow each other smooth their edges: those of one part, of one sample.
+    pub antialias: Antialias,
 }
 
 impl<'a> PictureRequest<'a> {
     /// Of an eye that does not move: colour and nothing else.
     pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
-        Self { pose, previous: pose, size_px, style, light, planes: &[], samples: 1 }
+        Self { pose, previous: pose, size_px, style, light, planes: &[], samples: 1, antialias: Antialias::None }
     }
 }
 
@@ -201,6 +203,8 @@ fn render_eyes<E>(
         camera.focal_px() * pair.ipd_m / world.nearest_m(request.pose.position_m)
     });
     let parallax_px = parallax_px.min(PARALLAX_MARGIN_PX).ceil() as u32;
+    let is_flight = single && request.samples <= 1;
+    let antialias = if is_flight { request.antialias } else { Antialias::None };
     let margin_px = (parts.margin_px + parallax_px).max(stroke_px).max(balance_px);
 
     world.terrain.hold_error_px(0.0);
@@ -236,6 +240,7 @@ fn render_eyes<E>(
             let (part, inset) =
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             let frame = Frame::or_new(frame, gpu)?;
+            frame.set_antialias(antialias);
             frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
             let window = |eye| Window { eye, inset, size_px: [columns, rows], first_column, width };
             let step_s = frame.step_s();
@@ -243,7 +248,7 @@ fn render_eyes<E>(
                 // No time passes between samples: strokes neither come nor go.
                 let previous = if number == 0 { request.previous } else { request.pose };
                 frame.set_step_s(if number == 0 { step_s } else { 0.0 });
-                let rig = jittered(previous, part, jitter_px);
+                let rig = frame.jittered(&jittered(previous, part, jitter_px), request.style);
                 let prepared = frame::prepare(gpu, world, &rig, request.style, &request.light);
                 frame.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
                 for (eye, band) in bands.iter_mut().enumerate() {

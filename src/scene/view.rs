@@ -182,6 +182,12 @@ impl View {
         }
     }
 
+    /// As [`View::uniform`], of the picture without its jitter, of which the shaders are told all the same.
+    pub fn still_uniform(&self, origin_m: DVec3) -> ViewUniform {
+        let still = Self { jitter_px: DVec2::ZERO, ..*self };
+        ViewUniform { jitter_px: self.jitter_px.as_vec2().to_array(), ..still.uniform(origin_m) }
+    }
+
     /// Of this frame, jitter and all. The motion of a pixel is without it: the previous frame's has none.
     fn projection(&self) -> Projection {
         let Projection { focal_px, axis_px } = Projection::new(self.lens, &self.pose, self.picture_px);

@@ -123,6 +123,7 @@ impl Flight {
         let settings = Settings {
             style,
             scale: 0,
+            antialias: options.antialias,
             lod_error_px: world.surfaces.terrain.options().lod_error_px,
             sun: world.sun,
             haze_m: world.light.haze_m,
@@ -311,6 +312,7 @@ impl Flight {
         let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px), &self.last.pair);
         self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
+        frame.set_antialias(self.settings.antialias);
         // A window never waits for a compiler.
         frame.set_builds(&self.gpu, Builds::Beside);
         let prepared = frame.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;

@@ -22,7 +22,7 @@ mod toasts;
 use winit::event_loop::EventLoop;
 
 use crate::file::FileError;
-use crate::frame::Light;
+use crate::frame::{Antialias, Light};
 use crate::gpu::device::AdapterWish;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::Sun;
@@ -90,6 +90,8 @@ pub struct FlightOptions {
     pub style: String,
     /// Of the window, to begin with.
     pub size_px: [u32; 2],
+    /// How frames smooth their edges, to begin with.
+    pub antialias: Antialias,
     /// Which GPU.
     pub adapter: AdapterWish,
     /// Render without rest, and quit after so many pictures.

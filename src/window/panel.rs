@@ -6,6 +6,7 @@ use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, LEAST_CLEARANCE_M, SPEED_RANGE
 use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
+use crate::frame::Antialias;
 use crate::lines::strokes::StrokeNumbers;
 use crate::scene::stereo::Eyes;
 
@@ -147,6 +148,10 @@ fn picture(ui: &mut Ui, facts: &Facts<'_>, styles: &Styles, settings: &mut Setti
             ui.label(RichText::new(format!("{}×{}", facts.picture_px[0], facts.picture_px[1])).weak());
         });
     });
+    let mut smooths = settings.antialias == Antialias::Temporal;
+    let hint = "Edges are the mean of frames that follow each other (--antialias)";
+    knob(ui, "Smooth edges", hint, egui::Checkbox::new(&mut smooths, ""));
+    settings.antialias = if smooths { Antialias::Temporal } else { Antialias::None };
     eyes(ui, settings);
     let slider = Slider::new(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
     knob(ui, "Height error", "How far the drawn surface may lie from the exact one", slider);

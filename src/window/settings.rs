@@ -1,5 +1,6 @@
 //! What can be changed while flying.
 
+use crate::frame::Antialias;
 use crate::scene::Sun;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, Pair};
 use crate::scene::view::{Rig, View};
@@ -9,6 +10,8 @@ use crate::tones::hatching::maps;
 /// The picture's size as parts of the window's.
 pub const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
 
+/// Of a file, where the window smooths edges.
+const SCREENSHOT_SAMPLES: u32 = 16;
 /// In this time eyes come nearer by 63 % to where the land wants them.
 const FOLLOWS_IN_S: f64 = 0.8;
 
@@ -19,6 +22,8 @@ pub struct Settings {
     pub style: usize,
     /// Which of [`SCALES`].
     pub scale: usize,
+    /// How frames smooth their edges.
+    pub antialias: Antialias,
     /// The height error that may be seen.
     pub lod_error_px: f64,
     /// The light.
@@ -39,6 +44,11 @@ impl Settings {
         let [width, height] = window_px;
         let eye_px = [if self.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height];
         eye_px.map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
+    }
+
+    /// Of which a screenshot is the mean.
+    pub fn samples(&self) -> u32 {
+        if self.antialias == Antialias::Temporal { SCREENSHOT_SAMPLES } else { 1 }
     }
 
     /// The eyes at a camera; two of them stood as `before` a frame ago.
@@ -110,7 +120,9 @@ mod tests {
     fn settings() -> Settings {
         let (eyes, pair) = (Eyes::Mono, Pair::default());
         let sun = Sun::default();
-        Settings { style: 0, scale: 0, lod_error_px: 1.0, sun, haze_m: 1000.0, eyes, pair, follows_land: false }
+        let antialias = Antialias::None;
+        let (style, scale, lod_error_px, haze_m, follows_land) = (0, 0, 1.0, 1000.0, false);
+        Settings { style, scale, antialias, lod_error_px, sun, haze_m, eyes, pair, follows_land }
     }
 
     #[test]

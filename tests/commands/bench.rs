@@ -284,10 +284,16 @@ fn a_bench_of_two_eyes_tells_how_they_agree() {
     for run in of(&["--eyes", "side-by-side", "--ipd", "auto"]) {
         let stereo = &run["stereo"];
         assert_eq!((&run["eyes"], &stereo["pairs"]), (&"side-by-side".into(), &1.0.into()));
+        assert_eq!(run["antialias"], "none");
         assert!(stereo["line_correlation"].as_f64().unwrap() > 0.8, "{stereo}");
         assert!(stereo["orphans"].as_f64().unwrap() < 0.02, "{stereo}");
         assert_eq!(stereo["other_identity"].is_number(), run["style"] == "strokes", "{stereo}");
         assert!(stereo["mark_correlation"].is_null(), "{stereo}");
+    }
+    for run in of(&["--antialias", "temporal"]) {
+        let passes: Vec<&str> =
+            run["passes"].as_array().unwrap().iter().filter_map(|pass| pass["name"].as_str()).collect();
+        assert!(run["antialias"] == "temporal" && passes.contains(&"composite/temporal_aa"), "{passes:?}");
     }
     // One eye has nobody to agree with.
     assert!(of(&[]).iter().all(|run| run["stereo"].is_null()));

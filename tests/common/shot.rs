@@ -52,7 +52,8 @@ pub fn shoot_style(
     parts: &PartRule,
 ) -> Shot {
     let planes = aov::planes("depth,position,normal,surface,motion,lsa,tone", style).unwrap();
-    let request = PictureRequest { pose, previous, size_px, style, light: north_west(), planes: &planes, samples: 1 };
+    let request =
+        PictureRequest { previous, planes: &planes, ..PictureRequest::still(pose, size_px, style, north_west()) };
     let mut picture = Vec::new();
     let mut floats: Vec<Vec<f64>> = vec![Vec::new(); planes.len()];
     let mut id = Vec::new();

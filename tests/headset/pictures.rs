@@ -75,7 +75,7 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
     let dump = room.path("dump");
     let sizes = SIZES_PX.map(|[width, height]| format!("{width}x{height}")).join(",");
     let script = [script, &[("DUMP", dump.to_str().unwrap()), ("SIZES", &sizes)]].concat();
-    room.fly(&script, &["--frames", "14", "--style", style]).well(style);
+    room.fly(&script, &["--frames", "14", "--style", style, "--antialias", "none"]).well(style);
     let shown = last_frame(room);
 
     let gpu = crate::common::gpu().unwrap();

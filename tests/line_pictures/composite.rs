@@ -108,7 +108,8 @@ fn the_composite_is_its_twin() {
             let (style, light) = (&style, &light);
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, picture) = (&ink, &marks, &picture);
-            let inputs = composite::Inputs { view, style, light, position, tone, line, ink, marks, picture };
+            let inputs =
+                composite::Inputs { view, style, light, position, tone, line, ink, marks, is_sample: false, picture };
             composite::run(cx, &inputs);
         });
         let found: Vec<f64> =

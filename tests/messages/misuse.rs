@@ -48,6 +48,30 @@ fn misuse_is_told_in_one_line() {
         (&["bake", "x.tif", "-o", "y.tif"], &["--spacing", "0"], &["--spacing", "above 0"]),
         (&["bake", "x.tif", "-o", "y.tif"], &["--raw-size", "3"], &["--raw-size"]),
         (&["styles", "show"], &["pencl"], &["did you mean \"pencil\"?"]),
+        // Samples.
+        (&render, &["--samples", "0"], &["--samples", "1 to 1024"]),
+        (&render, &["--antialias", "fxaa"], &["--antialias", "none or temporal"]),
+        (&render, &["--antialias", "temporal"], &["--antialias temporal", "--path", "--samples"]),
+        (
+            &["render", "-o", "o%d.png", "--path", "p.csv", "--antialias", "temporal"],
+            &["--samples", "4"],
+            &["--antialias temporal", "--samples"],
+        ),
+        (
+            &["render", "-o", "o%d.png", "--path", "p.csv", "--antialias", "temporal"],
+            &["--size", "9000x1000"],
+            &["--antialias temporal", "--size", "parts"],
+        ),
+        (
+            &["render", "-o", "o%d.exr", "--path", "p.csv", "--antialias", "temporal"],
+            &["--aov", "depth"],
+            &["--antialias temporal", "--aov"],
+        ),
+        (
+            &["render", "-o", "o%d.svg", "--path", "p.csv", "--style", "strokes"],
+            &["--antialias", "temporal"],
+            &["--antialias temporal", ".svg"],
+        ),
         // Outputs.
         (&["render", "x.tif"], &["-o", "o.gif"], &["o.gif", ".png"]),
         (&["render", "x.tif"], &["-o", "o"], &["o: an output ends in"]),

@@ -66,8 +66,8 @@ fn changed(old: &str, new: &str) -> String {
     COMPOSITE.replace(old, new)
 }
 
-const LAST: &str = "textureStore(picture, pixel, vec4<f32>(color, 1.0));";
-const LAST_INVERTED: &str = "textureStore(picture, pixel, vec4<f32>(1.0 - color, 1.0));";
+const LAST: &str = "textureStore(picture, pixel, vec4<f32>(color, alpha));";
+const LAST_INVERTED: &str = "textureStore(picture, pixel, vec4<f32>(1.0 - color, alpha));";
 
 #[test]
 fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
@@ -81,8 +81,8 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
 
     let wrong = [
         // Not WGSL, and not a name.
-        (changed("if any(id.xy", "if any id.xy"), ":70:"),
-        (changed("composite.paper;", "composite.papyrus;"), ":85:"),
+        (changed("if any(id.xy", "if any id.xy"), ":64:"),
+        (changed("composite.paper;", "composite.papyrus;"), ":79:"),
         (changed("#import hachure::view::{View, ", "#import hachure::viw::{View, "), "viw"),
         ("@compute @workgroup_size(8, 8)\nfn other() {}\n".to_owned(), "no entry point main"),
         // What nobody hands.
@@ -94,7 +94,10 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         // What is handed as something else.
         (changed("rgba16float", "rgba32float"), "composite/composite.wgsl: "),
         // More than is handed.
-        (changed("    pad: f32,\n", "    pad: f32,\n    more: array<vec4<f32>, 64>,\n"), "composite/composite.wgsl: "),
+        (
+            changed("    is_sample: u32,\n", "    is_sample: u32,\n    more: array<vec4<f32>, 64>,\n"),
+            "composite/composite.wgsl: ",
+        ),
         // What no GPU has.
         (changed("@workgroup_size(8, 8)", "@workgroup_size(2048, 2048)"), "composite/composite.wgsl: "),
     ];
@@ -142,7 +145,7 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
     let drawn = live.frame.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light());
     let error = drawn.map(|_| ()).unwrap_err();
     assert!(matches!(&error, GpuError::Shader(_)), "{error}");
-    assert!(error.to_string().starts_with("composite/composite.wgsl:85:"), "{error}");
+    assert!(error.to_string().starts_with("composite/composite.wgsl:79:"), "{error}");
     live.write("composite/composite", COMPOSITE);
     assert!(!live.picture().is_empty());
 }

@@ -5,6 +5,7 @@
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, nearest_on, LAST}
 
+// Not moved; the depth is.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
 @group(0) @binding(2) var<storage, read> old_list: SampleCounts;
@@ -41,6 +42,7 @@ fn is_gone(number: u32) -> bool {
     let beside = old_samples[select(number + 1u, max(number, 1u) - 1u, is_last)];
     let way = normalize(on_picture(beside.position_m + temporal.step_m).xy - at.xy + vec2<f32>(1e-6, 0.0));
     let middle = vec2<i32>(floor(at.xy));
+    let seen = vec2<i32>(floor(at.xy + view.jitter_px));
     var farthest = 1.0;
     for (var i = 0; i < 49; i++) {
         let offset = vec2<i32>(i % 7, i / 7) - 3;
@@ -49,7 +51,7 @@ fn is_gone(number: u32) -> bool {
             continue;
         }
         if all(abs(offset) <= vec2<i32>(1)) {
-            farthest = min(farthest, textureLoad(depth, pixel, 0));
+            farthest = min(farthest, textureLoad(depth, clamp(seen + offset, vec2<i32>(0), size - 1), 0));
         }
         let id = textureLoad(ids, pixel, 0).r;
         if id == 0u {

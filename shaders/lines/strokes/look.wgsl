@@ -22,6 +22,7 @@
 @group(0) @binding(4) var ids: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read_write> matches: array<Match>;
 #ifdef PAIR
+// Not moved, as the strokes; the next three are.
 @group(0) @binding(6) var<uniform> other_view: View;
 // Reversed: near / distance; 0 is the sky.
 @group(0) @binding(7) var depth: texture_depth_2d;
@@ -115,9 +116,13 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
 }
 
 #ifdef PAIR
+// The pixel of the surface at a place on the picture of strokes.
+fn pixel_at(px: vec2<f32>) -> vec2<i32> {
+    return clamp(vec2<i32>(floor(px + other_view.jitter_px)), vec2<i32>(0), vec2<i32>(other_view.size_px) - 1);
+}
+
 fn depth_at_m(px: vec2<f32>) -> f32 {
-    let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(other_view.size_px) - 1);
-    return other_view.near_m / max(textureLoad(depth, pixel, 0), 1e-30);
+    return other_view.near_m / max(textureLoad(depth, pixel_at(px), 0), 1e-30);
 }
 
 // Whether the other eye sees a place: no surface is before it all around.
@@ -131,7 +136,7 @@ fn is_seen(place: vec3<f32>) -> bool {
 
 // The viewpoint between the eyes, 0 for this one and 1 for the other, that sees a place as a contour (Eq. 3).
 fn viewpoint(px: vec2<f32>) -> f32 {
-    let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(other_view.size_px) - 1);
+    let pixel = pixel_at(px);
     let n = textureLoad(normal, pixel, 0).xyz;
     let across = dot(other_view.eye_m - view.eye_m, n);
     return dot(textureLoad(position, pixel, 0).xyz - view.eye_m, n) / select(across, 1e-9, abs(across) < 1e-9);

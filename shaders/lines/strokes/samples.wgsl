@@ -8,6 +8,7 @@
 #import hachure::stroke_style::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
 
+// Not moved.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
 @group(0) @binding(2) var<uniform> temporal: Temporal;
@@ -63,7 +64,8 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     let t = clamp((at_units - begin) / max(length, 1e-3), 0.0, 1.0);
     let a = points[low];
     let b = points[high];
-    return OnStroke(mix(a.px, b.px, t), 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
+    // Edges were seen in a picture that may be moved; strokes cover their borders exactly, and are not.
+    return OnStroke(mix(a.px, b.px, t) - view.jitter_px, 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
 }
 
 @compute @workgroup_size(64)

@@ -71,11 +71,13 @@ impl StyleRun {
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let bytes_before = gpu.memory_bytes() as i64;
+        let mut frame = Frame::new(gpu)?;
+        frame.set_antialias(args.antialias);
         let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
         Ok(Self {
             world,
             gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
-            frame: Frame::new(gpu)?,
+            frame,
             passes: TracedPasses::default(),
             style,
             previous: None,
@@ -104,14 +106,14 @@ impl StyleRun {
     }
 
     /// Draws a frame and waits for the GPU.
-    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(View, Drawn), GpuError> {
+    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(Rig, Drawn), GpuError> {
         let pose = self.world.pose(camera);
         let previous = self.previous.replace(pose).unwrap_or(pose);
         let view = View::whole(previous, pose, size_px);
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
-        let rig = self.rig(&view);
+        let rig = self.frame.jittered(&self.rig(&view), &self.style);
         let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
         self.frame.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
         gpu.wait();
@@ -120,7 +122,7 @@ impl StyleRun {
         self.gpu_bytes += gpu.memory_bytes() as i64 - bytes_before;
         let times = std::iter::from_fn(|| self.frame.take_times()).last().unwrap_or_default();
         let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
-        Ok((view, Drawn { frame_ms, gpu_ms, prepared }))
+        Ok((rig, Drawn { frame_ms, gpu_ms, prepared }))
     }
 
     /// Draws a few frames that do not count, until the tiles of the first are there.
@@ -164,7 +166,7 @@ impl StyleRun {
         if let Some(last) = self.records.last() {
             self.frame.set_step_s(t_s - last.t_s);
         }
-        let (view, drawn) = self.draw(gpu, size_px, camera)?;
+        let (rig, drawn) = self.draw(gpu, size_px, camera)?;
         let wall_s = self.wall_s();
         let mut record = self.record(t_s, wall_s, drawn);
         let start = Instant::now();
@@ -172,13 +174,13 @@ impl StyleRun {
         record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
         if checks.lod_error {
             let terrain = &self.world.surfaces.terrain;
-            record.lod_error_px = lod_error::largest_px(gpu, &self.frame, &view, terrain, record.frame as u32)?;
+            record.lod_error_px = lod_error::largest_px(gpu, &self.frame, &rig.eyes[0], terrain, record.frame as u32)?;
         }
         if checks.lod_error || is_pair {
             record.strokes = temporal::count_strokes(gpu, &self.frame, &self.style)?;
         }
         if is_pair {
-            self.compare(gpu, &view, record.jumped == Some(true), checks.begins_pair)?;
+            self.compare(gpu, &rig, record.jumped == Some(true), checks.begins_pair)?;
         }
         self.checks += start.elapsed();
         self.records.push(record);
@@ -186,11 +188,10 @@ impl StyleRun {
     }
 
     /// Compares the frame with the one before, if that began a pair, and keeps it if it begins one itself.
-    fn compare(&mut self, gpu: &Gpu, view: &View, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
-        let rig = self.rig(view);
-        let drawn = temporal::read_drawn(gpu, &self.frame, &rig, 0, &self.style)?;
+    fn compare(&mut self, gpu: &Gpu, rig: &Rig, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
+        let drawn = temporal::read_drawn(gpu, &self.frame, rig, 0, &self.style)?;
         if begins_pair && rig.eyes.len() > 1 {
-            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.frame, &rig, 1, &self.style)?)?;
+            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.frame, rig, 1, &self.style)?)?;
         }
         // After a jump there is nothing that could be steady.
         if let Some(before) = self.before_it.take().filter(|_| !jumped) {
@@ -227,6 +228,7 @@ impl StyleRun {
     pub(super) fn run(&self, eyes: Eyes) -> Run {
         let mut run = Run::of_frames(&self.style.name, &eyes.to_string(), &self.records);
         self.passes.fill(&mut run);
+        run.antialias = self.frame.antialias().to_string();
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
         let counts = self.world.surfaces.terrain.tile_counts();

@@ -25,7 +25,7 @@ pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
     let runtime = Runtime::connect()?;
     let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
     let store = world::open_store(&scene, &progress::Bar::default())?;
-    let options = HeadsetOptions { style: args.style.clone(), frames: args.frames };
+    let options = HeadsetOptions { style: args.style.clone(), antialias: args.antialias, frames: args.frames };
     let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
     let start = args.camera;
     let open = move |gpu: &crate::gpu::Gpu| {

@@ -224,6 +224,7 @@ impl Job<'_> {
             light: self.world.light(),
             planes: &self.planes,
             samples: self.args.samples,
+            antialias: self.args.antialias,
         };
         if let Some(frame) = &mut self.frame {
             frame.set_step_s(1.0 / self.args.fps);

@@ -202,6 +202,8 @@ pub struct FrameStrokes {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
+    /// The same without its jitter: what is seen of edges is sampled, and strokes are not.
+    pub still_view: &'a Resource,
     /// Of the surface.
     pub depth: &'a Target,
     /// The edges of the surface, if they were [wanted](FrameStrokes::wants_edges).
@@ -254,15 +256,16 @@ impl FrameStrokes {
     /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
     /// with the world.
     pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
-        let Inputs { view, depth, edges, targets, resolution, leader } = inputs;
+        let Inputs { view, still_view, depth, edges, targets, resolution, leader } = inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
-        let drawn = stroke::Inputs { view, lists, work, texture: self.texture.as_deref(), ink: &ink, ids: &ids };
+        let (texture, ink, ids) = (self.texture.as_deref(), &ink, &ids);
+        let drawn = stroke::Inputs { view: still_view, lists, work, texture, ink, ids };
         let Some(edges) = edges else {
-            temporal::advance(cx, view, work);
+            temporal::advance(cx, still_view, work);
             stroke::run(cx, Which::Fresh, &drawn);
-            return ink;
+            return ink.clone();
         };
         let image_px = image_px(targets.size_px(), resolution);
         let edge_ids = targets.sized(gpu, &id_image::EDGE_IDS, image_px);
@@ -272,9 +275,10 @@ impl FrameStrokes {
         let (segments, counts) = (&lists.segments, &lists.counts);
         let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
         let points = &points::run(cx, lists, edges, chains);
+        let view = still_view;
         samples::run(cx, &samples::Inputs { view, lists, chains, points, work });
         if plan.takes_over {
-            temporal::look(cx, view, work, &ids);
+            temporal::look(cx, view, work, ids);
         }
         temporal::take_over(cx, view, lists, chains, points, work);
         if let Some(leader) = leader {
@@ -282,10 +286,10 @@ impl FrameStrokes {
         }
         stroke::run(cx, Which::Fresh, &drawn);
         if plan.takes_over {
-            temporal::keep(cx, view, work, &ids, depth);
+            temporal::keep(cx, view, work, ids, depth);
             stroke::run(cx, Which::Fading, &drawn);
         }
-        ink
+        ink.clone()
     }
 
     /// Draws the strokes of the leading eye once more, without those that the other one should have and has not.
@@ -324,12 +328,12 @@ fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::
     let history::Plan { is_update, takes_over, step_m, rests, frame } = *plan;
     let origin_m = step.origin_m;
     // By how much of the whole strokes come or go in this frame.
-    let progress = step.step_s / f64::from(strokes.fade_s.max(1e-6));
+    let progress = step.progress(strokes);
     TemporalUniform {
         step_m: step_m.as_vec3().to_array(),
         has_history: u32::from(takes_over || !is_update),
-        pressure_step: progress.min(1.0) as f32,
-        growth_px: (progress * samples::GROWTH_PX).min(8.0) as f32,
+        pressure_step: progress as f32,
+        growth_px: (progress * samples::GROWTH_PX) as f32,
         hold: strokes.hold,
         capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
         // A picture that stands for itself is always the same.

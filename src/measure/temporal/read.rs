@@ -1,7 +1,10 @@
-//! What a frame drew, from the GPU.
+//! What a frame drew, from the GPU: `rig` is what was sampled, and what comes out is where the picture shows it.
 //!
 //! The ink of strokes is what haze has left of it; that of line pictures is what the composite reads, before haze takes
 //! its part. Where a style has both, the darker one counts.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::{DrawnFrame, read_stroke_pictures};
 use crate::composite::PICTURE;
@@ -10,7 +13,7 @@ use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::lines::strokes::centres::CENTRES;
 use crate::lines::strokes::stroke::{INK, STROKE_IDS};
-use crate::scene::view::Rig;
+use crate::scene::view::{Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
 use crate::surface::POSITION;
@@ -25,19 +28,29 @@ pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style
         return Err(GpuError::Readback("no frame was drawn".to_owned()));
     };
     let size_px = picture.size_px();
-    let line = frame.line_target(eye, style);
-    let line: Option<Vec<f32>> = line.map(|line| readback::read_as(gpu, line, [0, 0], size_px)).transpose()?;
-    let drawn = frame.eye_target(eye, &INK).filter(|_| style.strokes.is_some());
-    let ink = drawn.map(|drawn| halves::<1>(gpu, drawn, size_px)).transpose()?;
-    let ink = ink.map(|ink| ink.into_iter().map(|[ink]| ink).collect::<Vec<f32>>());
+    // What is shown of lines and strokes may be the mean of several frames.
+    let mean = frame.history_targets(eye);
+    let line: Option<Vec<f32>> = match (frame.line_target(eye, style), mean) {
+        (Some(_), Some([history, _])) => Some(channel::<4>(gpu, history, size_px, 3)?),
+        (line, _) => line.map(|line| readback::read_as(gpu, line, [0, 0], size_px)).transpose()?,
+    };
+    let ink = match (frame.eye_target(eye, &INK).filter(|_| style.strokes.is_some()), mean) {
+        (Some(_), Some([_, seen])) => Some(channel::<4>(gpu, seen, size_px, 2)?),
+        (drawn, _) => drawn.map(|drawn| channel::<1>(gpu, drawn, size_px, 0)).transpose()?,
+    };
     let marks = frame.eye_target(eye, &MARKS).filter(|_| style.hatching.is_some());
     let luma = halves::<4>(gpu, picture, size_px)?
         .into_iter()
         .map(|[red, green, blue, _]| srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
+    let view = View { jitter_px: DVec2::ZERO, ..rig.eyes[eye] };
+    let mut position: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], size_px)?;
+    if view != rig.eyes[eye] {
+        unmove(&mut position, &view, rig.origin_m);
+    }
     Ok(DrawnFrame {
-        view: rig.eyes[eye],
+        view,
         origin_m: rig.origin_m,
-        position: readback::read_as(gpu, position, [0, 0], size_px)?,
+        position,
         ink: match (line, ink) {
             (Some(line), Some(ink)) => Some(line.into_iter().zip(ink).map(|(line, ink)| line.max(ink)).collect()),
             (line, ink) => line.or(ink),
@@ -47,6 +60,26 @@ pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style
         marks: marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?,
         luma: luma.collect(),
     })
+}
+
+/// Positions that a moved picture has: to where the centres of the pixels are, at the same distances.
+fn unmove(position: &mut [[f32; 4]], view: &View, origin_m: DVec3) {
+    let width = view.part.size_px[0] as usize;
+    let origin_px = DVec2::new(view.part.origin_px[0].into(), view.part.origin_px[1].into());
+    position.par_iter_mut().enumerate().filter(|(_, at)| at[3] > 0.0).for_each(|(pixel, at)| {
+        let centre_px = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5) + origin_px;
+        let place_m = view.ray(centre_px) * f64::from(at[3]) + (view.pose.position_m - origin_m);
+        [at[0], at[1], at[2]] = place_m.as_vec3().to_array();
+    });
+}
+
+fn channel<const CHANNELS: usize>(
+    gpu: &Gpu,
+    target: &Target,
+    size_px: [u32; 2],
+    channel: usize,
+) -> Result<Vec<f32>, GpuError> {
+    Ok(halves::<CHANNELS>(gpu, target, size_px)?.into_iter().map(|texel| texel[channel]).collect())
 }
 
 fn halves<const CHANNELS: usize>(

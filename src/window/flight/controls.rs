@@ -7,7 +7,7 @@ use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
 use super::{Flight, Next};
-use crate::frame::Frame;
+use crate::frame::{Antialias, Frame};
 use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
 use crate::window::input::Heard;
@@ -178,7 +178,8 @@ impl Flight {
             style: &style,
             light: self.light(),
             planes: &[],
-            samples: 1,
+            samples: self.settings.samples(),
+            antialias: Antialias::None,
         };
         // A file waits for what it needs.
         if let Some(frame) = &mut self.frame {

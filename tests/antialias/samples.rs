@@ -1,16 +1,13 @@
 //! A picture of several samples is what a much larger one would be, made small; its channels are not touched.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
-mod common;
-
-use common::draw::north_west;
-use common::{World, grid_of, rough_height_m};
 use hachure::file::exr::Samples;
 use hachure::picture::{Band, PictureRequest, aov, render};
 use hachure::style::Style;
 
+use crate::common::World;
+use crate::common::draw::north_west;
+
 const SIZE_PX: [u32; 2] = [96, 54];
-const VIEW: &str = "-300,-2500,+350,20,-14,60";
 
 /// Flat colours without lines: what a larger picture has as well.
 fn plain() -> Style {
@@ -20,7 +17,7 @@ fn plain() -> Style {
 }
 
 fn shoot(world: &mut World, style: &Style, size_px: [u32; 2], samples: u32) -> Band {
-    let pose = world.pose(VIEW);
+    let pose = world.pose(crate::VIEW);
     let planes = aov::planes("depth,normal", style).unwrap();
     let still = PictureRequest::still(pose, size_px, style, north_west());
     let request = PictureRequest { planes: &planes, samples, ..still };
@@ -52,7 +49,7 @@ fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
 
 #[test]
 fn samples_are_a_larger_picture_made_small() {
-    let Some(mut world) = World::new(grid_of(257, 257, 30.0, rough_height_m), 0.25) else { return };
+    let Some(mut world) = crate::rough() else { return };
     let style = plain();
     let truth = shrunk(&shoot(&mut world, &style, SIZE_PX.map(|side| 6 * side), 1).picture, 6);
     let off = [1, 4, 16, 64].map(|samples| apart(&shoot(&mut world, &style, SIZE_PX, samples).picture, &truth));
@@ -66,7 +63,7 @@ fn samples_are_a_larger_picture_made_small() {
 
 #[test]
 fn lines_converge_and_channels_stay() {
-    let Some(mut world) = World::new(grid_of(257, 257, 30.0, rough_height_m), 0.25) else { return };
+    let Some(mut world) = crate::rough() else { return };
     for name in ["ink", "pen"] {
         let style = Style::load(name).unwrap();
         let [one, few, more, most] = [1, 8, 32, 64].map(|samples| shoot(&mut world, &style, SIZE_PX, samples));

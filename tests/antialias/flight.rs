@@ -1,0 +1,130 @@
+//! Frames that follow each other: lines that do not flicker, that stay sharp, and that leave nothing behind.
+
+use glam::{DQuat, DVec3};
+use hachure::frame::{Antialias, Frame};
+use hachure::measure::temporal::{TemporalTotals, compare, read_drawn};
+use hachure::picture::{PictureRequest, render};
+use hachure::scene::view::{Pose, Rig, View};
+use hachure::style::Style;
+
+use crate::common::World;
+use crate::common::draw::{draw, north_west};
+use crate::{SIZE_PX, VIEW, apart, picture, sharpness};
+
+const FRAMES: u32 = 44;
+/// So many frames have no history to be steady by.
+const SETTLING: u32 = 12;
+/// Near the ground.
+const LOW: &str = "-300,-2500,+60,20,-4,60";
+
+/// A slow path: a metre and an eighth of a degree in a frame, as `--test coherence` has it.
+fn slow(world: &World, frame: u32) -> Pose {
+    let mut pose = world.pose(VIEW);
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(frame);
+    let turn = DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(frame));
+    for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
+        *axis = turn * *axis;
+    }
+    pose
+}
+
+struct Flown {
+    totals: TemporalTotals,
+    picture: Vec<[f64; 4]>,
+    last: Pose,
+}
+
+fn fly(world: &mut World, style: &Style, antialias: Antialias, frames: u32) -> Flown {
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    frame.set_antialias(antialias);
+    let (mut totals, mut before) = (TemporalTotals::default(), None);
+    let mut last = slow(world, 0);
+    for number in 0..frames {
+        let pose = slow(world, number);
+        let view = View::whole(std::mem::replace(&mut last, pose), pose, SIZE_PX);
+        let rig = frame.jittered(&Rig::mono(view), style);
+        let prepared = hachure::frame::prepare(&world.gpu, &mut world.surfaces, &rig, style, &north_west());
+        frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, style, &north_west()).unwrap();
+        if number >= SETTLING {
+            let drawn = read_drawn(&world.gpu, &frame, &rig, 0, style).unwrap();
+            if let Some(before) = &before {
+                totals.add(compare(before, &drawn).unwrap());
+            }
+            before = Some(drawn);
+        }
+    }
+    Flown { totals, picture: picture(world, &frame), last }
+}
+
+/// The picture of many samples.
+fn supersampled(world: &mut World, style: &Style, pose: Pose) -> Vec<[f64; 4]> {
+    let request = PictureRequest { samples: 32, ..PictureRequest::still(pose, SIZE_PX, style, north_west()) };
+    let mut texels = Vec::new();
+    render(&world.gpu, &mut None, &mut world.surfaces, &request, |band| {
+        texels.extend(band.picture.into_iter().map(|texel| texel.map(f64::from)));
+        Ok::<_, ()>(())
+    })
+    .unwrap();
+    texels
+}
+
+#[test]
+fn lines_flicker_half_as_much_and_stay_sharp() {
+    let Some(mut world) = crate::rough() else { return };
+    for name in ["ink", "strokes"] {
+        let style = Style::load(name).unwrap();
+        let [alone, together] =
+            [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, FRAMES));
+        let number = |flown: &Flown, name: &str| flown.totals.metrics().unwrap()[name].unwrap();
+        for metric in ["flicker", "flicker_ink", "e_warp", "line_coverage"] {
+            println!("{name}: {metric} {:.6} → {:.6}", number(&alone, metric), number(&together, metric));
+        }
+        let truth = supersampled(&mut world, &style, together.last);
+        let sharp = [&alone.picture, &together.picture].map(|picture| sharpness(picture) / sharpness(&truth));
+        println!("{name}: sharpness {:.3} and {:.3} of the supersampled picture's", sharp[0], sharp[1]);
+        assert!(number(&together, "flicker") <= 0.5 * number(&alone, "flicker"), "{name}");
+        assert!(number(&together, "e_warp") <= 0.7 * number(&alone, "e_warp"), "{name}");
+        assert!(sharp[1] >= 0.8, "{name}: {sharp:?}");
+    }
+}
+
+/// A fast flight past near land: what comes into the picture, and what comes to light behind a ridge, has no history.
+#[test]
+fn nothing_is_left_behind() {
+    let Some(mut world) = crate::rough() else { return };
+    let style = Style::load("ink").unwrap();
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    frame.set_antialias(Antialias::Temporal);
+    let mut one = Frame::new(&world.gpu).unwrap();
+    let mut previous = world.pose(LOW);
+    let mut off = [0.0; 3];
+    let mut stale = None;
+    for number in 0..8 {
+        let mut pose = world.pose(LOW);
+        pose.position_m += pose.right * (30.0 * f64::from(number)) + pose.forward * (10.0 * f64::from(number));
+        for frame in [&mut frame, &mut one] {
+            let view = View::whole(previous, pose, SIZE_PX);
+            draw(&world.gpu, &mut world.surfaces, frame, &view, &style, &north_west());
+        }
+        previous = pose;
+        let truth = supersampled(&mut world, &style, pose);
+        let shown = picture(&world, &frame);
+        // Planted: the picture of the frame before.
+        let stale = stale.replace(shown.clone()).unwrap_or_else(|| shown.clone());
+        for (off, picture) in off.iter_mut().zip([&shown, &picture(&world, &one), &stale]) {
+            *off += apart(picture, &truth) / 8.0;
+        }
+    }
+    println!("off by {off:.4?}: temporal, alone, the frame before");
+    assert!(off[0] < 1.1 * off[1] && off[2] > 1.3 * off[0], "{off:?}");
+    // After a cut there is no history: nothing of the other place shows.
+    let there = slow(&world, 0);
+    let rig = frame.jittered(&Rig::mono(View::whole(there, there, SIZE_PX)), &style);
+    let mut fresh = Frame::new(&world.gpu).unwrap();
+    for frame in [&mut frame, &mut fresh] {
+        let prepared = hachure::frame::prepare(&world.gpu, &mut world.surfaces, &rig, &style, &north_west());
+        frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
+    }
+    let off = apart(&picture(&world, &frame), &picture(&world, &fresh));
+    assert!(off < 1e-3, "{off}");
+}
