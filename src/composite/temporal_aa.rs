@@ -77,8 +77,10 @@ impl Histories {
 
 /// The part of the mean that a frame of a rest is; 0 for one of a flight.
 fn rest_weight(frames_at_rest: u32) -> f32 {
-    let weight = |frame: u32| (frame as f32).min(MOST_WEIGHT);
-    weight(frames_at_rest) / (BEFORE_REST + (1..=frames_at_rest).map(weight).sum::<f32>())
+    let frames = frames_at_rest as f32;
+    let rising = frames.min(MOST_WEIGHT);
+    let sum = 0.5 * rising * (rising + 1.0) + MOST_WEIGHT * (frames - rising);
+    rising / (BEFORE_REST + sum)
 }
 
 /// Adds a frame to the mean, and lays the grain of the paper and the strokes over it.

@@ -57,7 +57,8 @@ fn check_schema(report: &Value) -> Result<(), String> {
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is no list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
-        let more = ["triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"];
+        let more =
+            ["antialias", "triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"];
         keys(run, &[&names[..], &more, &["allowed_error_px", "over_budget_frames"]].concat())?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
         // Null where the GPU has no timers.

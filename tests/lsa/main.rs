@@ -2,7 +2,10 @@
 //! drawn.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+#[path = "../common/mod.rs"]
 mod common;
+
+mod scales;
 
 use common::World;
 use common::equations::{self, Far, Reading};
