@@ -182,7 +182,7 @@ fn a_shader_changes_while_it_flies() {
     let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
     let start = settled(&display, folder);
 
-    let inverted = text.replace("vec4<f32>(color, 1.0)", "vec4<f32>(1.0 - color, 1.0)");
+    let inverted = text.replace("vec4<f32>(color, alpha)", "vec4<f32>(1.0 - color, alpha)");
     assert!(inverted != text);
     std::fs::write(&composite, &inverted).unwrap();
     let brightness = |picture: &Picture| {
@@ -195,7 +195,7 @@ fn a_shader_changes_while_it_flies() {
     // What does not hold is told in one line, and changes nothing.
     std::fs::write(&composite, text.replace("composite.paper;", "composite.papyrus;")).unwrap();
     let line = until("the message", || told().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
-    assert!(line.contains("composite/composite.wgsl:85:"), "{line}");
+    assert!(line.contains("composite/composite.wgsl:79:"), "{line}");
     assert!(take_picture(&display, folder) == other);
     std::fs::write(&composite, text).unwrap();
     until("the mended one", || (take_picture(&display, folder) == start).then_some(()));

@@ -58,8 +58,13 @@ impl Frame {
 
     /// Takes what was made beside; waits for nothing.
     pub fn take_built(&mut self) {
+        let was_building = self.is_building();
         self.pools.pipelines.take_built();
         self.pools.kept.take_made();
+        if was_building && !self.is_building() {
+            // What was drawn before is another picture.
+            self.samples.forget();
+        }
     }
 
     /// Whether the last picture is of `style`.
@@ -86,7 +91,11 @@ impl Frame {
     /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
     /// that are. Each replaces the old one when it holds; what is wrong is told by [`Frame::shader_troubles`].
     pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
-        self.pools.pipelines.reload(gpu)
+        let reloaded = self.pools.pipelines.reload(gpu);
+        if reloaded > 0 {
+            self.samples.forget();
+        }
+        reloaded
     }
 
     /// Whether shaders are files that may change.
