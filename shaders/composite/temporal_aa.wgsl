@@ -13,7 +13,7 @@
 // The grain of the paper is fixed to the sheet and does not move with what is drawn: it is laid over the mean. So are
 // strokes (STROKES): they cover their borders exactly and follow their world by themselves, and would only lose by being
 // fetched from between pixels again and again. Of their ink just the half is new, which takes the flicker out of it.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, motion_of, ray_of_pixel}
 #import hachure::color::hash
 #import hachure::paper::paper_grain
 
@@ -122,14 +122,6 @@ fn dithered(mean: vec4<f32>, pixel: vec2<i32>) -> vec4<f32> {
     return floor(mean / unit + hash(pixel + vec2<i32>(7919 * temporal_aa.frame, 0))) * unit;
 }
 
-// The motion of what is infinitely far away.
-fn turned_px(pixel: vec2<i32>) -> vec2<f32> {
-    let clip = view.previous_clip_from_camera * vec4<f32>(ray_of_pixel(view, pixel), 0.0);
-    let ndc = clip.xy / max(clip.w, 1e-6 * length(clip.xyz));
-    let before_px = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(view.size_px);
-    return vec2<f32>(pixel) + 0.5 - view.jitter_px - before_px;
-}
-
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size_px) {
@@ -172,7 +164,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let before = drawn_before(place, select(SKY, log_of(was_m), at.w > 0.0));
             let is_same = before.age >= 0.0;
             // How far it moved because the eye did, and did not only turn.
-            let slid_px = length(moved_px - turned_px(nearest));
+            let turned_px = motion_of(view, nearest, vec4<f32>(ray_of_pixel(view, nearest), 0.0));
+            let slid_px = length(moved_px - turned_px);
             let kept = select(0.0, KEPT * (1.0 - smoothstep(SLOW_PX, QUICK_PX, slid_px)), is_same);
             let clamped = mix(clamp(before.drawn, least, most), before.drawn, kept);
             age = min(before.age + 1.0, MOST_AGE);

@@ -48,6 +48,16 @@ fn place_at(view: View, px: vec2<f32>, depth_m: f32) -> vec3<f32> {
     return ray_at(view, px) * depth_m + view.eye_m;
 }
 
+// How far what a pixel shows moved since the previous frame, in pixels: `point` is its place, or with 0 in its last
+// coordinate a direction, which the eye's step does not move. Jitter is no motion.
+fn motion_of(view: View, pixel: vec2<i32>, point: vec4<f32>) -> vec2<f32> {
+    let clip = view.previous_clip_from_camera * point;
+    // What was beside or behind the previous eye has no place in its picture: it comes from far outside.
+    let ndc = clip.xy / max(clip.w, 1e-6 * length(clip.xyz));
+    let before_px = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(view.size_px);
+    return vec2<f32>(pixel) + 0.5 - view.jitter_px - before_px;
+}
+
 // From the eye to a place.
 fn from_eye(view: View, at_m: vec3<f32>) -> vec3<f32> {
     return at_m - view.eye_m;

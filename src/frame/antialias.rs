@@ -6,7 +6,7 @@
 use glam::DVec2;
 
 use crate::composite::temporal_aa::{self, Plan};
-use crate::picture::supersampling::jitters_px;
+use crate::picture::supersampling;
 use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
@@ -90,7 +90,7 @@ impl Samples {
         if self.antialias == Antialias::None || makes_strokes {
             return DVec2::ZERO;
         }
-        jitters_px(SAMPLES_AT_REST)[self.frames % SAMPLES_AT_REST as usize]
+        supersampling::jitter_px(1 + self.frames as u32 % SAMPLES_AT_REST)
     }
 
     /// What the frame makes of those before it; the next one follows on it. None where frames stand for themselves.

@@ -11,7 +11,12 @@ pub fn jitters_px(samples: u32) -> Vec<DVec2> {
     if samples <= 1 {
         return vec![DVec2::ZERO];
     }
-    (1..=samples).map(|number| DVec2::new(halton(number, 2), halton(number, 3)) - 0.5).collect()
+    (1..=samples).map(jitter_px).collect()
+}
+
+/// A point of the sequence, from 1.
+pub fn jitter_px(number: u32) -> DVec2 {
+    DVec2::new(halton(number, 2), halton(number, 3)) - 0.5
 }
 
 /// The frames of a picture: by how much each is moved, and its weight. Planes are read from the first one, which then is

@@ -11,10 +11,13 @@ mod rest;
 mod samples;
 mod still_strokes;
 
-use common::draw::halves;
+use common::draw::{halves, north_west};
 use common::{World, grid_of, rough_height_m};
 use hachure::composite::PICTURE;
 use hachure::frame::Frame;
+use hachure::picture::{Band, PictureRequest, render};
+use hachure::scene::view::Pose;
+use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [192, 108];
 const VIEW: &str = "-300,-2500,+350,20,-14,60";
@@ -26,6 +29,24 @@ fn rough() -> Option<World> {
 /// What the last frame shows.
 fn picture(world: &World, frame: &Frame) -> Vec<[f64; 4]> {
     halves(&world.gpu, frame.target(&PICTURE).unwrap())
+}
+
+/// The picture of so many samples.
+fn supersampled(
+    world: &mut World,
+    frame: &mut Option<Frame>,
+    style: &Style,
+    pose: Pose,
+    samples: u32,
+) -> Vec<[f64; 4]> {
+    let request = PictureRequest { samples, ..PictureRequest::still(pose, SIZE_PX, style, north_west()) };
+    let mut texels = Vec::new();
+    let take = |band: Band| {
+        texels.extend(band.picture.into_iter().map(|texel| texel.map(f64::from)));
+        Ok::<_, ()>(())
+    };
+    render(&world.gpu, frame, &mut world.surfaces, &request, take).unwrap();
+    texels
 }
 
 /// Root of the mean squared difference.

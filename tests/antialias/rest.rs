@@ -2,13 +2,12 @@
 
 use glam::DVec3;
 use hachure::frame::{Antialias, Frame, SAMPLES_AT_REST};
-use hachure::picture::{PictureRequest, render};
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 
 use crate::common::World;
 use crate::common::draw::{draw, north_west};
-use crate::{SIZE_PX, apart, picture};
+use crate::{SIZE_PX, apart, picture, supersampled};
 
 /// From a frame to the next.
 const STEP_S: f64 = 1.0 / 30.0;
@@ -16,21 +15,6 @@ const STEP_S: f64 = 1.0 / 30.0;
 fn flies(frame: &mut Frame, world: &mut World, style: &Style, previous: Pose, pose: Pose) {
     let view = View::whole(previous, pose, SIZE_PX);
     draw(&world.gpu, &mut world.surfaces, frame, &view, style, &north_west());
-}
-
-/// The picture of so many samples, of the strokes that `frame` drew.
-fn supersampled(frame: Frame, world: &mut World, style: &Style, pose: Pose) -> Vec<[f64; 4]> {
-    let request =
-        PictureRequest { samples: SAMPLES_AT_REST, ..PictureRequest::still(pose, SIZE_PX, style, north_west()) };
-    let mut texels = Vec::new();
-    let mut frame = Some(frame);
-    frame.as_mut().unwrap().set_step_s(0.0);
-    render(&world.gpu, &mut frame, &mut world.surfaces, &request, |band| {
-        texels.extend(band.picture.into_iter().map(|texel| texel.map(f64::from)));
-        Ok::<_, ()>(())
-    })
-    .unwrap();
-    texels
 }
 
 #[test]
@@ -57,7 +41,9 @@ fn a_picture_at_rest_converges() {
             assert!(frames < 200, "{name} does not settle");
         }
         let at_rest = picture(&world, &frame);
-        let truth = supersampled(frame, &mut world, &style, pose);
+        // Of the strokes that it drew.
+        frame.set_step_s(0.0);
+        let truth = supersampled(&mut world, &mut Some(frame), &style, pose, SAMPLES_AT_REST);
         let mut one = Frame::new(&world.gpu).unwrap();
         flies(&mut one, &mut world, &style, pose, pose);
         let off = [&at_rest, &on_the_way, &picture(&world, &one)].map(|picture| apart(picture, &truth));

@@ -4,8 +4,10 @@
 //! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible segments ([`extract`]) →
 //! chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take over from the
 //! frame before ([`temporal`], when [`history`] says so) and agree with the other eye's ([`partner`]) → ink
-//! ([`stroke`]), solid or through a [`texture`]. What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`] reads
-//! the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
+//! ([`stroke`]), solid or through a [`texture`].
+//!
+//! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
+//! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
 //!
 //! Why: `docs/decisions/stroke-pipeline.md`.
 
