@@ -26,6 +26,7 @@ use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
+use crate::surface::hidden::HiddenArea;
 use crate::surface::land::vertices::PatchMesh;
 use crate::tiles::terrain::{Prepared, TerrainView};
 use crate::world::Surfaces;
@@ -64,6 +65,8 @@ pub struct Frame {
     submits: Submits,
     /// Whether the motion of every pixel is asked for.
     wants_motion: bool,
+    /// Of each eye, if there is any.
+    hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
     trace: Option<Vec<PassTrace>>,
     record_ms: f64,
@@ -81,6 +84,7 @@ struct FrameInputs<'a> {
     step_s: f64,
     land_changes: bool,
     wants_motion: bool,
+    hidden: &'a [HiddenArea],
     /// Where frames are samples of one picture.
     temporal_aa: Option<temporal_aa::Plan>,
 }
@@ -98,6 +102,7 @@ impl Frame {
             step_s: STEP_S,
             submits: Submits::default(),
             wants_motion: false,
+            hidden: Vec::new(),
             samples: antialias::Samples::default(),
             trace: None,
             record_ms: 0.0,
@@ -141,6 +146,11 @@ impl Frame {
     /// Whether [`MOTION`](crate::surface::motion::MOTION) is made, which no style asks for by itself.
     pub fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
+    }
+
+    /// What nobody sees of each eye's picture, and is not drawn; an eye that is not in the list is seen whole.
+    pub fn set_hidden(&mut self, hidden: Vec<HiddenArea>) {
+        self.hidden = hidden;
     }
 
     /// How frames smooth their edges. Those of [`Antialias::Temporal`] follow each other: each view's
@@ -263,7 +273,9 @@ impl Frame {
         let temporal_aa = self.samples.plan(&antialias::Asked { rig, style, light, error_px, changes });
         // No time passes between samples: strokes neither come nor go.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
-        let inputs = FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, temporal_aa };
+        let hidden = &self.hidden;
+        let inputs =
+            FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, hidden, temporal_aa };
         passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
         let is_complete = cx.is_complete();
         self.trace = cx.submit();

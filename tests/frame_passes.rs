@@ -20,6 +20,7 @@ use hachure::picture::show::{self, ShowError};
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
+use hachure::surface::hidden::HiddenArea;
 
 use crate::common::World;
 use crate::common::draw::{draw, north_west};
@@ -137,6 +138,10 @@ fn traces() -> Option<Traces> {
     frame.set_wants_motion(true);
     let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("channel `motion`", &trace);
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    frame.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
+    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    traces.add("headsets that hide areas", &trace);
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
     shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));

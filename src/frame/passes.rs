@@ -108,11 +108,17 @@ fn see(
 
     // Surface: place the vertices, rasterise depth and id, compute the rest.
     let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
+    let hidden = inputs.hidden.get(eye).filter(|area| !area.corners.is_empty());
+    if let Some(area) = hidden {
+        surface::hidden::run(cx, area, depth, surface_id);
+    }
     for &batch in &mesh.batches {
+        let clears = batch[0] == 0 && hidden.is_none();
         if is_first || mesh.batches.len() > 1 {
             mesh.place(cx, batch, heights);
         }
-        land::raster::run(cx, &land::raster::Inputs { view: &view, terrain: heights, mesh, batch, depth, surface_id });
+        let raster = land::raster::Inputs { view: &view, terrain: heights, mesh, batch, clears, depth, surface_id };
+        land::raster::run(cx, &raster);
         if let Some(edges) = edges {
             land::edges::run(cx, edges, &land::edges::Inputs { view: &view, terrain: heights, mesh, batch });
         }

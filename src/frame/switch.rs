@@ -167,8 +167,9 @@ impl Frame {
             let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
             let (step_s, wants_motion, land_changes) = (self.step_s, self.wants_motion, false);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
+            let hidden = &self.hidden;
             let inputs =
-                FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, temporal_aa };
+                FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, hidden, temporal_aa };
             render_eyes(&mut cx, &inputs, memories);
             is_complete &= cx.is_complete();
         }

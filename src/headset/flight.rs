@@ -9,6 +9,7 @@ use openxr as xr;
 
 use super::error::{During, HeadsetError};
 use super::hands::Hands;
+use super::hidden;
 use super::mirror::Mirror;
 use super::session::{Headset, Life, VIEWS};
 use super::show::ShowPass;
@@ -192,6 +193,7 @@ impl Flight {
             tracing::info!("style: {}", self.styles[self.style].name);
         }
         let rig = self.traveller.stage().rig(&eyes, headset.sizes_px(), self.before.as_ref());
+        self.frame.set_hidden(hidden::areas(&headset.hidden, &eyes, headset.sizes_px()));
         self.frame.set_step_s(step_s);
         let style = &self.styles[self.style];
         self.frame.render_eyes(&headset.gpu, &mut self.world.surfaces, &rig, style, &self.world.light)?;

@@ -12,6 +12,7 @@ mod binding;
 mod error;
 mod flight;
 mod hands;
+mod hidden;
 #[cfg(feature = "window")]
 mod mirror;
 #[cfg(not(feature = "window"))]

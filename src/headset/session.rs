@@ -4,6 +4,7 @@ use openxr as xr;
 
 use super::binding::{self, Binding};
 use super::error::{During, HeadsetError};
+use super::hidden;
 use super::swapchains::EyeImages;
 use crate::gpu::Gpu;
 
@@ -15,6 +16,8 @@ pub struct Runtime {
     instance: xr::Instance,
     system: xr::SystemId,
     name: String,
+    /// It tells what nobody sees.
+    has_masks: bool,
 }
 
 impl Runtime {
@@ -32,6 +35,7 @@ impl Runtime {
         }
         let mut wanted = xr::ExtensionSet::default();
         wanted.khr_vulkan_enable2 = true;
+        wanted.khr_visibility_mask = offered.khr_visibility_mask;
         let application = xr::ApplicationInfo {
             application_name: "hachure",
             application_version: 1,
@@ -50,7 +54,7 @@ impl Runtime {
             Err(code) => return Err(HeadsetError::Runtime { call: "xrGetSystem", code }),
         };
         tracing::info!("OpenXR runtime: {name}");
-        Ok(Self { instance, system, name })
+        Ok(Self { instance, system, name, has_masks: offered.khr_visibility_mask })
     }
 
     /// Its name.
@@ -89,6 +93,8 @@ pub struct Headset {
     pub blend: xr::EnvironmentBlendMode,
     /// The height of the floor in [`Headset::space`].
     pub floor_m: f64,
+    /// What nobody sees of each eye's picture.
+    pub hidden: hidden::Triangles,
     runtime: Runtime,
     life: Life,
     state: xr::SessionState,
@@ -119,6 +125,7 @@ impl Headset {
         let (gpu, binding) = binding::open_gpu(instance, *system)?;
         let (session, waiter, stream) = open_session(&runtime, &gpu, binding)?;
         let (space, floor_m) = open_space(&session)?;
+        let hidden = if runtime.has_masks { hidden::ask(&session)? } else { hidden::Triangles::default() };
         let sizes_px = [left, right].map(|view| {
             // A runtime that recommends more than it takes is taken at its word on what it takes.
             let fit = |wish: u32, most: [u32; 2]| most.into_iter().filter(|most| *most > 0).fold(wish, u32::min).max(1);
@@ -137,6 +144,7 @@ impl Headset {
             gpu,
             blend,
             floor_m,
+            hidden,
             runtime,
             life: Life::Rests,
             state: xr::SessionState::IDLE,
@@ -190,6 +198,10 @@ impl Headset {
                     }
                 }
                 xr::Event::InstanceLossPending(_) => return Err(HeadsetError::Lost { cause: "the runtime" }),
+                // It may come for each eye; both are asked for.
+                xr::Event::VisibilityMaskChangedKHR(_) if self.runtime.has_masks => {
+                    self.hidden = hidden::ask(&self.session)?;
+                }
                 xr::Event::EventsLost(lost) => tracing::warn!("{} events were lost", lost.lost_event_count()),
                 _ => {}
             }

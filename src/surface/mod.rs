@@ -5,6 +5,7 @@
 
 pub mod id;
 pub mod edges;
+pub mod hidden;
 pub mod land;
 pub mod meshes;
 pub mod mark_normal;

@@ -8,8 +8,9 @@ const STYLES: [&str; 4] = ["ink", "pen", "crosshatch", "wash"];
 #[test]
 fn flights_end_well_and_nobody_complains() {
     let Some(room) = Room::with_hill() else { return };
-    for style in STYLES {
-        let told = room.fly(&[], &["--frames", "24", "--style", style]);
+    // With a mask of what nobody sees, and without; and one that changes.
+    for (style, mask) in STYLES.into_iter().zip([&[][..], &[("MASK", "corners")], &[("MASK", "7")], &[]]) {
+        let told = room.fly(mask, &["--frames", "24", "--style", style]);
         let report = told.well(style);
         assert!(report.starts_with(&format!("96x80 and 96x80 {style}: 24 frames")), "{report}");
         assert!(told.log.contains("ended after 24 frames"), "{}", told.log);

@@ -160,3 +160,44 @@ fn the_border_is_dark_on_the_way() {
         assert!(flying[0] < 48 && flying[1] > 60, "on the way: {flying:?}");
     }
 }
+
+#[test]
+fn what_nobody_sees_is_not_drawn() {
+    let Some(room) = Room::with_hill() else { return };
+    let dump = room.path("dump");
+    let shown = |style: &str, mask: &[(&str, &str)]| {
+        let _ = std::fs::remove_dir_all(&dump);
+        std::fs::create_dir(&dump).unwrap();
+        let script = [mask, &[("DUMP", dump.to_str().unwrap()), ("SIZES", "96x80,80x72"), ("MOTION", "none")]].concat();
+        room.fly(&script, &["--frames", "14", "--style", style, "--antialias", "none"]).well(style);
+        last_frame(&room).map(|(_, bytes)| bytes)
+    };
+    for style in ["plain", "ink"] {
+        let whole = shown(style, &[]);
+        // The runtime's corners are a quarter of each side; after frame 5 they are two fifths.
+        for (mask, part) in [("corners", 0.25), ("5", 0.4)] {
+            let masked = shown(style, &[("MASK", mask)]);
+            for eye in [0, 1] {
+                let [width, height] = SIZES_PX[eye].map(|side| side as usize);
+                // 0 in the corner, 1 at the edge of what is hidden.
+                let depth = |pixel: usize| {
+                    let along = |at: usize, side: usize| (at.min(side - 1 - at) as f64 + 0.5) / (part * side as f64);
+                    along(pixel % width, width) + along(pixel / width, height)
+                };
+                let differs = |pixel: usize| whole[eye][4 * pixel..][..3] != masked[eye][4 * pixel..][..3];
+                let all = 0..width * height;
+                let seen = all.clone().filter(|pixel| depth(*pixel) >= 1.0 && differs(*pixel)).count();
+                // Of the land: the upper corners are sky all the same.
+                let below = width * height / 2;
+                let hidden: Vec<_> = all.filter(|pixel| *pixel > below && depth(*pixel) < 0.5).collect();
+                let undrawn = hidden.iter().filter(|pixel| differs(**pixel)).count();
+                println!(
+                    "{style}, {mask}, eye {eye}: {seen} seen pixels differ, {undrawn} of {} hidden ones",
+                    hidden.len()
+                );
+                assert_eq!(seen, 0, "{style}, {mask}, eye {eye}");
+                assert!(undrawn * 10 > hidden.len() * 9, "{style}, {mask}, eye {eye}: {undrawn} of {}", hidden.len());
+            }
+        }
+    }
+}

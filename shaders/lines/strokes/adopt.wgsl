@@ -19,7 +19,7 @@
 #endif
 
 // Farther from what the other eye has nothing is left of a stroke.
-const TAPERED_PX: f32 = 6.0;
+const TAPERED_PX: f32 = 4.0;
 const MOVED_PX: f32 = 1.0;
 const FAR_PX: f32 = 1e3;
 
@@ -72,7 +72,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         samples[id.x].pressure = max(before, own.pressure);
         samples[id.x].shown_px = max(samples[id.x].shown_px, own.shown_px);
     } else if own.is_seen == 1u {
-        let left = before * clamp((TAPERED_PX - apart_px) / (TAPERED_PX - SPACING_PX), 0.0, 1.0);
+        let left = before * clamp(1.0 - apart_px / TAPERED_PX, 0.0, 1.0);
         // In a flight it goes as slowly as strokes come.
         samples[id.x].pressure = select(left, max(left, before - 2.0 * temporal.pressure_step), temporal.has_history == 1u);
     }

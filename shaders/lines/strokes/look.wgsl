@@ -32,10 +32,13 @@
 #endif
 
 const REACH_PX: i32 = 3;
-const MOST_APART_PX: f32 = 2.5;
 // cos 45 degrees.
 const LEAST_ALIKE: f32 = 0.7;
 const MOST_DEPTH_RATIO: f32 = 1.25;
+// A line may move between frames. Ink that lies farther away for the other eye is no partner, for it is as wide as one
+// pixel or two.
+const FRAME_APART_PX: f32 = 2.5;
+const PAIR_APART_PX: f32 = 1.5;
 // Twice as far away is as bad as so many pixels beside. Both eyes see one surface at one time.
 const FRAME_DEPTH_COST_PX: f32 = 4.0;
 const PAIR_DEPTH_COST_PX: f32 = 40.0;
@@ -43,6 +46,9 @@ const PAIR_DEPTH_COST_PX: f32 = 40.0;
 const SLIDE_PX: i32 = 12;
 // From a pixel to the next the same surface is no farther or nearer than by this ratio.
 const JUMP_RATIO: f32 = 1.05;
+const GRAZING_RATIO: f32 = 1.5;
+// Sine of the angle by which one plane may waver.
+const LEVEL: f32 = 0.1;
 // How far t may turn back: normals of land are rough.
 const EXTREME: f32 = 0.1;
 // Behind the surface by this part of the distance, a place is hidden.
@@ -64,11 +70,13 @@ fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 // What is drawn about a place that runs along `way`; `found` if that is nothing, or nothing like it.
 fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
 #ifdef PAIR
+    let most_apart_px = PAIR_APART_PX;
     let depth_cost_px = PAIR_DEPTH_COST_PX;
     // A chain that joins a near edge to a far one has distances of neither, for one eye more than for the other: better
     // the stroke of another distance than none.
     let most_depth_ratio = 1e9;
 #else
+    let most_apart_px = FRAME_APART_PX;
     let depth_cost_px = FRAME_DEPTH_COST_PX;
     let most_depth_ratio = MOST_DEPTH_RATIO;
 #endif
@@ -98,7 +106,7 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
         }
         let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= most_depth_ratio;
         let cost = apart_px + 4.0 * (1.0 - abs(sense)) + depth_cost_px * abs(log2(depth_ratio));
-        if is_like && apart_px <= MOST_APART_PX && cost < best {
+        if is_like && apart_px <= most_apart_px && cost < best {
             best = cost;
             found.stroke = a.stroke;
             // Beyond an end of the old stroke: what is shown of it ends there.
@@ -142,6 +150,15 @@ fn viewpoint(px: vec2<f32>) -> f32 {
     return dot(textureLoad(position, pixel, 0).xyz - view.eye_m, n) / select(across, 1e-9, abs(across) < 1e-9);
 }
 
+// Whether the surface of a pixel goes on from a place of the pixel before (with its distance along the view axis): it is
+// as far away, or, where it is seen at a grazing angle, in one plane.
+fn goes_on(before: vec4<f32>, pixel: vec2<i32>) -> bool {
+    let at = textureLoad(position, pixel, 0);
+    let way_m = at.xyz - before.xyz;
+    let is_level = abs(dot(way_m, textureLoad(normal, pixel, 0).xyz)) <= LEVEL * length(way_m);
+    return max(at.w / before.w, before.w / max(at.w, 1e-30)) <= select(JUMP_RATIO, GRAZING_RATIO, is_level);
+}
+
 // Goes along the epipolar line of a sample, pixel by pixel and both ways, as far as the surface goes on.
 fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let farther = on_picture(place_at(view, own.px, 2.0 * own.depth_m));
@@ -153,15 +170,15 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
     let step = normalize(along);
     for (var turn = 0; turn < 2; turn++) {
         let sense = select(1.0, -1.0, turn == 1);
-        var last_m = place.z;
-        var last = viewpoint(place.xy);
+        var before = vec4<f32>(own.position_m, place.z);
+        // Its own eye sees it as a contour.
+        var last = 0.0;
         for (var i = 2; i <= SLIDE_PX; i += 2) {
             let at = place.xy + step * (sense * f32(i));
-            let at_m = depth_at_m(at);
-            if max(at_m / last_m, last_m / at_m) > JUMP_RATIO {
+            if !goes_on(before, pixel_at(at)) {
                 break;
             }
-            last_m = at_m;
+            before = textureLoad(position, pixel_at(at), 0);
             let now = viewpoint(at);
             if now < last - EXTREME {
                 break;

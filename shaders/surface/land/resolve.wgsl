@@ -14,6 +14,9 @@
 @group(0) @binding(2) var position: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(3) var normal: texture_storage_2d<rgba32float, write>;
 
+// Of what nobody sees (hidden.wgsl): as near as can be.
+const HIDDEN: f32 = 1.0;
+
 // Where the ray meets the surface, as a distance along the view axis from the mesh's hit; 0 where it does not.
 fn step_to_surface(above_m: f32, closing: f32, bend: f32) -> f32 {
     // above + closing t - bend t^2 / 2 = 0, the root that is nearer.
@@ -48,7 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let z = textureLoad(depth, pixel, 0);
-    if z <= 0.0 {
+    if z <= 0.0 || z >= HIDDEN {
         // Sky: no normal, and a position without a length.
         textureStore(position, pixel, vec4<f32>(0.0));
         textureStore(normal, pixel, vec4<f32>(0.0));

@@ -28,8 +28,10 @@ pub struct Inputs<'a> {
     pub terrain: &'a [Named],
     /// The patches and their vertices.
     pub mesh: &'a PatchMesh,
-    /// Of the mesh. The first batch clears the pictures.
+    /// Of the mesh.
     pub batch: [u32; 2],
+    /// Whether the pictures are cleared before.
+    pub clears: bool,
     /// [`DEPTH`](crate::surface::DEPTH).
     pub depth: &'a Target,
     /// [`SURFACE_ID`](crate::surface::SURFACE_ID).
@@ -46,7 +48,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let with_holes = cx.drawing(&WITH_HOLES, &resources);
     let indices = indices(cx);
     let [first, count] = inputs.batch;
-    let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), is_cleared: first == 0 };
+    let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), is_cleared: inputs.clears };
     let solid_count = inputs.mesh.solid.saturating_sub(first).min(count);
     cx.render(SOLID.name, &[&solid, &with_holes], on, |pass| {
         pass.set_index_buffer(indices.0.buffer().slice(..), wgpu::IndexFormat::Uint16);

@@ -78,6 +78,16 @@ pub unsafe extern "system" fn poll_event(instance: xr::Instance, out: *mut xr::E
                 let event = xr::EventDataSessionStateChanged { ty, next, session, state: now, time };
                 unsafe { (&raw mut *out).cast::<xr::EventDataSessionStateChanged>().write(event) };
             }
+            Event::Mask(view_index) => {
+                let event = xr::EventDataVisibilityMaskChangedKHR {
+                    ty: xr::EventDataVisibilityMaskChangedKHR::TYPE,
+                    next,
+                    session: xr::Session::from_raw(SESSION),
+                    view_configuration_type: VIEWS,
+                    view_index,
+                };
+                unsafe { (&raw mut *out).cast::<xr::EventDataVisibilityMaskChangedKHR>().write(event) };
+            }
             Event::InstanceLoss => {
                 let ty = xr::EventDataInstanceLossPending::TYPE;
                 let event = xr::EventDataInstanceLossPending { ty, next, loss_time: time };
@@ -131,7 +141,7 @@ pub unsafe extern "system" fn end_session(session: xr::Session) -> xr::Result {
 fn go_down(state: &mut State) {
     let last = state.events.iter().rev().find_map(|event| match event {
         Event::Session(state) => Some(*state),
-        Event::InstanceLoss => None,
+        Event::InstanceLoss | Event::Mask(_) => None,
     });
     let from = last.or(state.session.as_ref().map(|session| session.state)).unwrap_or(xr::SessionState::IDLE);
     let way = [
@@ -380,6 +390,9 @@ fn events_of(state: &mut State) {
     }
     if at(state.script.lose_session) {
         to(state, &[S::LOSS_PENDING]);
+    }
+    if at(state.script.change_mask) {
+        state.events.extend([Event::Mask(0), Event::Mask(1)]);
     }
     if at(state.script.lose_instance) {
         state.events.push_back(Event::InstanceLoss);

@@ -17,12 +17,17 @@ pub fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr:
         let aside = rotated(turn, [0.5 * side * state.script.ipd_m, 0.0, 0.0]);
         let orientation = xr::Quaternionf { x: turn[0], y: turn[1], z: turn[2], w: turn[3] };
         let position = xr::Vector3f { x: head[0] + aside[0], y: head[1] + aside[1] - floor, z: head[2] + aside[2] };
-        // Farther outward than toward the nose.
-        let (outward, inward) = (0.9, 0.7);
-        let (left, right) = if side < 0.0 { (outward, inward) } else { (inward, outward) };
-        let fov = xr::Fovf { angle_left: -left, angle_right: right, angle_up: 0.75, angle_down: -0.85 };
+        let fov = lens(side);
         xr::View { ty: xr::View::TYPE, next: std::ptr::null_mut(), pose: xr::Posef { orientation, position }, fov }
     })
+}
+
+/// What an eye sees: that on the left for −1, that on the right for 1.
+pub fn lens(side: f32) -> xr::Fovf {
+    // Farther outward than toward the nose.
+    let (outward, inward) = (0.9, 0.7);
+    let (left, right) = if side < 0.0 { (outward, inward) } else { (inward, outward) };
+    xr::Fovf { angle_left: -left, angle_right: right, angle_up: 0.75, angle_down: -0.85 }
 }
 
 fn product([ax, ay, az, aw]: [f32; 4], [bx, by, bz, bw]: [f32; 4]) -> [f32; 4] {

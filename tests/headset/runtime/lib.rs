@@ -14,6 +14,7 @@ mod frames;
 mod head;
 mod input;
 mod layers;
+mod masks;
 mod script;
 mod state;
 mod swapchains;
@@ -96,6 +97,7 @@ unsafe extern "system" fn get_instance_proc_addr(
         "xrWaitFrame" => frames::wait_frame => WaitFrame,
         "xrBeginFrame" => frames::begin_frame => BeginFrame,
         "xrEndFrame" => frames::end_frame => EndFrame,
+        "xrGetVisibilityMaskKHR" => masks::visibility_mask => GetVisibilityMaskKHR,
         "xrLocateViews" => frames::locate_views => LocateViews,
         "xrEnumerateSwapchainFormats" => swapchains::formats => EnumerateSwapchainFormats,
         "xrCreateSwapchain" => swapchains::create => CreateSwapchain,

@@ -42,6 +42,9 @@ pub struct Script {
     /// `HACHURE_XR_PUSHES=A-B:/user/hand/left/input/thumbstick:X:Y,…`: held from frame A to before frame B. A button is
     /// down without X and Y.
     pub pushes: Vec<Push>,
+    /// `HACHURE_XR_MASK=corners | N`: a mask of hidden areas, which is another one after frame N.
+    pub has_mask: bool,
+    pub change_mask: Option<u64>,
     /// `HACHURE_XR_DUMP=folder`: every image that is shown, and a table of poses.
     pub dump: Option<PathBuf>,
 }
@@ -96,6 +99,8 @@ impl Script {
             untracked: variable("TRACKING").map(|text| range(&text)),
             profile: variable("PROFILE").unwrap_or_else(|| "/interaction_profiles/oculus/touch_controller".to_owned()),
             pushes: pushes.split(',').filter(|text| !text.is_empty()).map(Push::read).collect(),
+            has_mask: variable("MASK").is_some(),
+            change_mask: variable("MASK").and_then(|text| text.parse().ok()),
             dump: variable("DUMP").map(PathBuf::from),
         }
     }

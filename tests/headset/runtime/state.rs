@@ -19,6 +19,8 @@ pub const SESSION: u64 = 0x301;
 pub struct State {
     pub script: Script,
     pub has_instance: bool,
+    /// `XR_KHR_visibility_mask`.
+    pub enabled_masks: bool,
     pub asked_requirements: bool,
     pub vulkan: Option<Vulkan>,
     pub session: Option<Session>,
@@ -39,6 +41,8 @@ unsafe impl Send for State {}
 pub enum Event {
     Session(xr::SessionState),
     InstanceLoss,
+    /// Of an eye.
+    Mask(u32),
 }
 
 pub struct Session {
@@ -101,6 +105,7 @@ impl State {
         Self {
             script: Script::read(),
             has_instance: false,
+            enabled_masks: false,
             asked_requirements: false,
             vulkan: None,
             session: None,

@@ -21,7 +21,8 @@ pub unsafe extern "system" fn enumerate_extensions(
     if !layer.is_null() {
         return xr::Result::ERROR_API_LAYER_NOT_PRESENT;
     }
-    let names: &[&str] = if state.script.has_vulkan { &["XR_KHR_vulkan_enable2"] } else { &["XR_KHR_opengl_enable"] };
+    let mut names = vec![if state.script.has_vulkan { "XR_KHR_vulkan_enable2" } else { "XR_KHR_opengl_enable" }];
+    names.extend(state.script.has_mask.then_some("XR_KHR_visibility_mask"));
     unsafe { *count = names.len() as u32 };
     if capacity == 0 {
         return xr::Result::SUCCESS;
@@ -62,9 +63,11 @@ pub unsafe extern "system" fn create_instance(
     }
     for i in 0..info.enabled_extension_count as usize {
         let name = unsafe { CStr::from_ptr(*info.enabled_extension_names.add(i)) };
-        if !state.script.has_vulkan || name != c"XR_KHR_vulkan_enable2" {
+        let is_mask = state.script.has_mask && name == c"XR_KHR_visibility_mask";
+        if !is_mask && (!state.script.has_vulkan || name != c"XR_KHR_vulkan_enable2") {
             return xr::Result::ERROR_EXTENSION_NOT_PRESENT;
         }
+        state.enabled_masks |= is_mask;
     }
     state.has_instance = true;
     unsafe { *instance = xr::Instance::from_raw(INSTANCE) };

@@ -1,0 +1,41 @@
+//! What nobody sees through the lenses of a headset: the corners of an eye's picture, mostly.
+//!
+//! Runtimes tell these areas as triangles (`XR_KHR_visibility_mask`). They are drawn first and as near as can be, so no
+//! surface is drawn behind them, and what comes after takes them for sky. See `shaders/surface/hidden.wgsl`.
+//!
+//! Why: `docs/decisions/headset.md`.
+
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::pipelines::{Draw, replaced};
+use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::target::Target;
+use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
+
+/// [`HiddenArea::corners`].
+const HIDDEN: BufferKind = BufferKind::storage("hidden area");
+
+const DRAW: Draw = Draw {
+    name: "surface/hidden",
+    fragment: "fragment",
+    colors: [replaced(ID_FORMAT), None],
+    depth: Some(DEPTH_FORMAT),
+    topology: wgpu::PrimitiveTopology::TriangleList,
+};
+
+/// The area of an eye's picture that nobody sees.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HiddenArea {
+    /// Three to a triangle, in normalised device coordinates (−1 to 1, y up).
+    pub corners: Vec<[f32; 2]>,
+}
+
+/// Clears depth and id, and draws the area into them. A rehearsal draws nothing.
+pub fn run(cx: &mut Cx<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
+    let resources = [("corners", cx.upload(&HIDDEN, &area.corners).binding())];
+    let drawing = cx.drawing(&DRAW, &resources);
+    let on = Attachments { colors: &[surface_id], depth: Some(depth), is_cleared: true };
+    cx.render(DRAW.name, &[&drawing], on, |pass| {
+        drawing.set(pass);
+        pass.draw(0..area.corners.len() as u32, 0..1);
+    });
+}
