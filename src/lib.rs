@@ -18,6 +18,7 @@ pub mod source;
 pub mod pyramid;
 pub mod mesh;
 pub mod scene;
+pub mod forest;
 pub mod style;
 pub mod tiles;
 pub mod world;

@@ -67,3 +67,14 @@ fn from_eye(view: View, at_m: vec3<f32>) -> vec3<f32> {
 fn distance_from_eye(view: View, at_m: vec3<f32>) -> f32 {
     return length(from_eye(view, at_m));
 }
+
+// Whether a sphere lies beside the picture.
+fn is_beside(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
+    var m = transpose(view.clip_from_camera);
+    var beside = false;
+    for (var side = 0u; side < 4u; side++) {
+        let plane = m[3] + m[side / 2u] * select(-1.0, 1.0, side % 2u == 0u);
+        beside = beside || dot(plane, vec4<f32>(at_m, 1.0)) < -radius_m * length(plane.xyz);
+    }
+    return beside;
+}

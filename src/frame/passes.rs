@@ -18,7 +18,8 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, land, mark_normal, meshes, motion};
+use crate::surface::trees::DrawnTrees;
+use crate::surface::{self, land, mark_normal, meshes, motion, trees};
 use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -134,12 +135,27 @@ fn see(
         }
         meshes
     });
+    let trees = world.forest().map(|forest| {
+        let trees = DrawnTrees::of(cx);
+        trees::place::run(cx, (&view, view_of_eye), rig.origin_m, terrain, forest, &trees);
+        let tree_normal = targets.whole(gpu, &trees::raster::TREE_NORMAL);
+        let terrain = terrain.uniform();
+        let raster =
+            trees::raster::Inputs { view: &view, terrain, trees: &trees, depth, surface_id, tree_normal: &tree_normal };
+        trees::raster::run(cx, raster);
+        tree_normal
+    });
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
     land::resolve::run(cx, &resolved);
     if let Some(meshes) = &meshes {
         let (position, normal) = (&position, &normal);
         meshes::resolve::run(cx, &meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal });
+    }
+    if let Some(tree_normal) = &trees {
+        let (position, normal) = (&position, &normal);
+        let resolved = trees::resolve::Inputs { view: &view, surface_id, depth, tree_normal, position, normal };
+        trees::resolve::run(cx, &resolved);
     }
     if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);

@@ -39,8 +39,32 @@ pub struct Scene {
     pub vertical_exaggeration: f64,
     /// What stands on the land.
     pub meshes: Vec<MeshPlacement>,
+    /// Trees.
+    pub forest: Option<Forest>,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
+}
+
+/// Where trees stand: by rules, which the land answers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forest {
+    /// Another seed is another forest.
+    pub seed: u32,
+    /// Where nothing is against them; at most [`Forest::MOST_TREES_PER_HA`].
+    pub trees_per_ha: f64,
+    /// They stand below this height.
+    pub tree_line_m: f64,
+    /// By how much the tree line strays, and over how much height the forest thins out below it.
+    pub raggedness_m: f64,
+    /// Where the land is steeper there is none.
+    pub steepest_deg: f64,
+    /// Of a tree in the mean.
+    pub height_m: f64,
+}
+
+impl Forest {
+    /// There are no more points for trees.
+    pub const MOST_TREES_PER_HA: f64 = 625.0;
 }
 
 /// A model and where it stands.
@@ -124,6 +148,7 @@ impl Scene {
             earth: None,
             vertical_exaggeration: 1.0,
             meshes: Vec::new(),
+            forest: None,
             heights: OpenOptions::default(),
         }
     }

@@ -31,6 +31,14 @@
 //! yaw_deg = 30                      # clockwise from above; without it, 0
 //! scale = 1                         # metres for each unit of the file
 //! up = "y"                          # or "z": what points up in the file
+//!
+//! [forest]                          # trees by rules; every key is optional
+//! seed = 1
+//! trees_per_ha = 300                # at most 625
+//! tree_line_m = 2000                # without it, they stand at any height
+//! raggedness_m = 80                 # of the tree line
+//! steepest_deg = 38
+//! height_m = 18                     # of a tree in the mean
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -40,7 +48,7 @@ use serde::Deserialize;
 
 use super::camera::{Camera, LARGEST_COORDINATE_M};
 use super::earth::Earth;
-use super::{Haze, MeshPlacement, Scene, Sun, World};
+use super::{Forest, Haze, MeshPlacement, Scene, Sun, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -90,6 +98,7 @@ struct FileToml {
     camera: CameraToml,
     #[serde(default)]
     meshes: Vec<MeshToml>,
+    forest: Option<ForestToml>,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -170,6 +179,62 @@ struct MeshToml {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ForestToml {
+    #[serde(default = "one")]
+    seed: u32,
+    trees_per_ha: Option<f64>,
+    tree_line_m: Option<f64>,
+    raggedness_m: Option<f64>,
+    steepest_deg: Option<f64>,
+    height_m: Option<f64>,
+}
+
+impl ForestToml {
+    fn checked(&self) -> Result<Forest, (&'static str, &'static str)> {
+        let within = |value: Option<f64>, default: f64, range: std::ops::RangeInclusive<f64>, key, cause| {
+            let value = value.unwrap_or(default);
+            if range.contains(&value) { Ok(value) } else { Err((key, cause)) }
+        };
+        Ok(Forest {
+            seed: self.seed,
+            trees_per_ha: within(
+                self.trees_per_ha,
+                300.0,
+                0.0..=Forest::MOST_TREES_PER_HA,
+                "forest.trees_per_ha",
+                "it must lie within 0 to 625",
+            )?,
+            // No land is as high.
+            tree_line_m: within(
+                self.tree_line_m,
+                HIGHEST_TREE_LINE_M,
+                -HIGHEST_TREE_LINE_M..=HIGHEST_TREE_LINE_M,
+                "forest.tree_line_m",
+                "it must lie within -1000000 to 1000000",
+            )?,
+            raggedness_m: within(
+                self.raggedness_m,
+                80.0,
+                0.0..=10_000.0,
+                "forest.raggedness_m",
+                "it must lie within 0 to 10000",
+            )?,
+            steepest_deg: within(
+                self.steepest_deg,
+                38.0,
+                1.0..=89.0,
+                "forest.steepest_deg",
+                "it must lie within 1 to 89",
+            )?,
+            height_m: within(self.height_m, 18.0, 0.01..=1000.0, "forest.height_m", "it must lie within 0.01 to 1000")?,
+        })
+    }
+}
+
+const HIGHEST_TREE_LINE_M: f64 = 1e6;
+
+#[derive(Deserialize)]
 #[serde(untagged, expecting = "z must be a number, or \"+h\" for h metres above the ground")]
 enum HeightToml {
     Height(f64),
@@ -243,6 +308,9 @@ impl Scene {
             return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
         }
         scene.earth = file.earth.curvature.then_some(Earth { refraction });
+        if let Some(forest) = &file.forest {
+            scene.forest = Some(forest.checked().map_err(|(key, cause)| wrong(key, cause))?);
+        }
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

@@ -8,6 +8,7 @@ pub mod edges;
 pub mod hidden;
 pub mod land;
 pub mod meshes;
+pub mod trees;
 pub mod mark_normal;
 pub mod motion;
 

@@ -10,6 +10,7 @@ use glam::DVec3;
 
 pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
 use crate::mesh::placed::Placed;
+use crate::scene::Forest;
 use crate::tiles::Terrain;
 
 /// The surfaces of a world, of every kind.
@@ -17,12 +18,13 @@ pub struct Surfaces {
     /// The land.
     pub terrain: Terrain,
     meshes: Option<Arc<Placed>>,
+    forest: Option<Forest>,
 }
 
 impl From<Terrain> for Surfaces {
     /// Bare land.
     fn from(terrain: Terrain) -> Self {
-        Self { terrain, meshes: None }
+        Self { terrain, meshes: None, forest: None }
     }
 }
 
@@ -35,6 +37,16 @@ impl Surfaces {
     /// Puts meshes onto the land, in place of those that stood there.
     pub fn set_meshes(&mut self, placed: Placed) {
         self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
+    }
+
+    /// Its trees, if it has any.
+    pub fn forest(&self) -> Option<&Forest> {
+        self.forest.as_ref()
+    }
+
+    /// Grows another forest, or none.
+    pub fn set_forest(&mut self, forest: Option<Forest>) {
+        self.forest = forest;
     }
 
     /// No part of any surface is nearer to a camera than this.

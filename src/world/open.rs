@@ -224,6 +224,7 @@ impl OpenWorld {
         let mut world = Self { scene, surfaces: terrain.into() };
         let placed = world.place_meshes().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_meshes(placed);
+        world.surfaces.set_forest(world.scene.forest.clone());
         Ok(world)
     }
 

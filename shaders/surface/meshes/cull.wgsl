@@ -10,7 +10,7 @@
 // A mesh's place in the world has more digits than f32. It comes in units of 64 m and of 2^-24 m, so that the
 // difference to the rig's origin is rounded once.
 #import hachure::dispatch::GROUPS_IN_ROW
-#import hachure::view::{View, distance_from_eye}
+#import hachure::view::{View, distance_from_eye, is_beside}
 #import hachure::terrain::terrain
 #import hachure::earth::{bend, camera_z_m}
 #import hachure::meshes::MeshInstance
@@ -97,16 +97,6 @@ fn middle_m(standing: Standing) -> vec3<f32> {
     return most + vec3<f32>(fine & vec3<i32>(4095)) * 0x1p-24;
 }
 
-fn is_beside(at_m: vec3<f32>, radius_m: f32) -> bool {
-    var m = transpose(view.clip_from_camera);
-    var beside = false;
-    for (var side = 0u; side < 4u; side++) {
-        let plane = m[3] + m[side / 2u] * select(-1.0, 1.0, side % 2u == 0u);
-        beside = beside || dot(plane, vec4<f32>(at_m, 1.0)) < -radius_m * length(plane.xyz);
-    }
-    return beside;
-}
-
 // Whether the earth itself hides what lies at a place of the flat map: it rises to a place beyond the horizon of a
 // camera that stands on the lowest land.
 fn is_beyond_horizon(flat_m: vec3<f32>, radius_m: f32) -> bool {
@@ -130,7 +120,7 @@ fn counts_of(number: u32) -> vec3<u32> {
         * max(1.0 + (flat_m.z + camera_z_m() + standing.radius_m) * terrain.inverse_radius, 1.0);
     let away_m = distance_from_eye(view, at_m);
     let is_small = 2.0 * radius_m * view.focal_px < cull.smallest_px * away_m;
-    if is_small || is_beside(at_m, radius_m) || is_beyond_horizon(flat_m, radius_m) {
+    if is_small || is_beside(view, at_m, radius_m) || is_beyond_horizon(flat_m, radius_m) {
         return vec3<u32>(0u);
     }
     let is_near = standing.mean_edge_m * view.focal_px >= cull.shortest_edge_px * (away_m - radius_m);

@@ -1,0 +1,26 @@
+// Position and normal where a tree is seen, over those of the land.
+#import hachure::view::{View, place_of_pixel}
+#import hachure::surface_id::{kind_of, TREE}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var surface_id: texture_2d<u32>;
+@group(0) @binding(2) var depth: texture_depth_2d;
+// As it was rasterised; elsewhere it means nothing.
+@group(0) @binding(3) var tree_normal: texture_2d<f32>;
+@group(0) @binding(4) var position: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(5) var normal: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    if kind_of(textureLoad(surface_id, pixel, 0).r) != TREE {
+        return;
+    }
+    let along_m = view.near_m / textureLoad(depth, pixel, 0);
+    let n = textureLoad(tree_normal, pixel, 0).xyz;
+    textureStore(position, pixel, vec4<f32>(place_of_pixel(view, pixel, along_m), along_m));
+    textureStore(normal, pixel, vec4<f32>(normalize(n), 1.0));
+}

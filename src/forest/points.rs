@@ -1,0 +1,213 @@
+//! The points at which trees can stand: evenly spread over a square that fits to itself at its borders, in an order of
+//! which each beginning is spread evenly as well.
+//!
+//! Sample elimination (Yuksel 2015, sections 3 and 4): of five times as many points at random, the one that is crowded
+//! most goes, again and again, until as many are left as were asked for. Going on to the half, the quarter and so on
+//! gives the order: what went last comes first.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::{CELLS, POINTS};
+
+/// A point of a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// In the tile, whose side is 1.
+    pub at: [f64; 2],
+    /// Of a tree that exists where the density is above it: 0 to 1.
+    pub rank: f64,
+}
+
+/// The points of a tile, cell by cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points {
+    /// All of them, those of a cell one after the other, by rank.
+    pub points: Vec<Point>,
+    /// Where the points of each cell begin, row by row, and their end.
+    pub starts: Vec<u32>,
+}
+
+impl Points {
+    /// The same on every machine.
+    pub fn new() -> Self {
+        let order = progressive(&random(5 * POINTS as usize), POINTS as usize);
+        let mut points: Vec<Point> = order
+            .iter()
+            .enumerate()
+            .map(|(number, at)| Point { at: *at, rank: (number as f64 + 0.5) / f64::from(POINTS) })
+            .collect();
+        // Stable: by rank within a cell.
+        points.sort_by_key(|point| cell_of(point.at));
+        let mut starts = vec![0; (CELLS * CELLS + 1) as usize];
+        for point in &points {
+            starts[cell_of(point.at) as usize + 1] += 1;
+        }
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        Self { points, starts }
+    }
+}
+
+impl Default for Points {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn cell_of(at: [f64; 2]) -> u32 {
+    let [x, y] = at.map(|along| ((along * f64::from(CELLS)) as u32).min(CELLS - 1));
+    y * CELLS + x
+}
+
+/// How far two points of a square that repeats itself are from each other.
+pub fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let along = |i: usize| {
+        let d = (a[i] - b[i]).abs();
+        d.min(1.0 - d)
+    };
+    along(0).hypot(along(1))
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+fn random(count: usize) -> Vec<[f64; 2]> {
+    let mut state = 0x7ee5_u64;
+    let mut next = || {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    (0..count).map(|_| [next(), next()]).collect()
+}
+
+/// The best `count` of the points, in an order of which each beginning is good.
+fn progressive(points: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
+    let (mut kept, _) = eliminate(points, count);
+    let mut order = Vec::with_capacity(count);
+    // From the end of the order to its beginning.
+    while kept.len() > 1 {
+        let (fewer, gone) = eliminate(&kept, kept.len() / 2);
+        order.extend(gone);
+        kept = fewer;
+    }
+    order.extend(kept);
+    order.reverse();
+    order
+}
+
+/// A point with how crowded it was when it was looked at: points only become less crowded.
+struct Crowded(f64, usize);
+
+impl PartialEq for Crowded {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Crowded {}
+
+impl PartialOrd for Crowded {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Crowded {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0).then(other.1.cmp(&self.1))
+    }
+}
+
+/// Those that are left, and those that went, in the order in which they did.
+fn eliminate(points: &[[f64; 2]], left: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+    // The greatest radius of so many discs (section 3.2), doubled.
+    let reach = 2.0 * (1.0 / (2.0 * 3.0_f64.sqrt() * left as f64)).sqrt();
+    let neighbours = neighbours(points, reach);
+    let weight = |d: f64| (1.0 - d / reach).powi(8);
+    let mut crowd: Vec<f64> = neighbours.iter().map(|near| near.iter().map(|(_, d)| weight(*d)).sum()).collect();
+    let mut heap: BinaryHeap<Crowded> = crowd.iter().enumerate().map(|(i, crowd)| Crowded(*crowd, i)).collect();
+    let mut is_gone = vec![false; points.len()];
+    let mut gone = Vec::with_capacity(points.len() - left);
+    while gone.len() < points.len() - left {
+        let Some(Crowded(before, i)) = heap.pop() else { break };
+        if before > crowd[i] {
+            heap.push(Crowded(crowd[i], i));
+            continue;
+        }
+        is_gone[i] = true;
+        gone.push(points[i]);
+        for (near, d) in neighbours[i].iter().filter(|(near, _)| !is_gone[*near]) {
+            crowd[*near] -= weight(*d);
+        }
+    }
+    let kept = points.iter().zip(&is_gone).filter(|(_, is_gone)| !**is_gone).map(|(point, _)| *point).collect();
+    (kept, gone)
+}
+
+/// Of each point those within `reach`, with their distances.
+fn neighbours(points: &[[f64; 2]], reach: f64) -> Vec<Vec<(usize, f64)>> {
+    let side = ((1.0 / reach).floor() as usize).clamp(1, 256);
+    let place = |at: f64| ((at * side as f64) as usize).min(side - 1);
+    let mut boxes = vec![Vec::new(); side * side];
+    for (i, [x, y]) in points.iter().enumerate() {
+        boxes[place(*y) * side + place(*x)].push(i);
+    }
+    let around = |at: usize| {
+        // Fewer than three boxes are their own neighbours.
+        let mut all: Vec<usize> = [side - 1, 0, 1].map(|by| (at + by) % side).to_vec();
+        all.sort_unstable();
+        all.dedup();
+        all
+    };
+    let of = |(i, point): (usize, &[f64; 2])| {
+        let (rows, columns, boxes) = (around(place(point[1])), around(place(point[0])), &boxes);
+        let near = rows.iter().flat_map(|row| columns.iter().flat_map(move |column| &boxes[row * side + column]));
+        near.filter(|j| **j != i).map(|j| (*j, apart(*point, points[*j]))).filter(|(_, d)| *d < reach).collect()
+    };
+    points.iter().enumerate().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The least distance of the points of a rank below `density`, by the greatest that so many could have.
+    fn evenness(points: &[Point], density: f64) -> f64 {
+        let some: Vec<[f64; 2]> = points.iter().filter(|point| point.rank < density).map(|point| point.at).collect();
+        let most = 2.0 * (1.0 / (2.0 * 3.0_f64.sqrt() * some.len() as f64)).sqrt();
+        let near = neighbours(&some, most);
+        near.iter().flatten().map(|(_, d)| d / most).fold(1.0, f64::min)
+    }
+
+    #[test]
+    fn points_lie_evenly_at_every_density_and_across_borders() {
+        let points = Points::new();
+        assert_eq!(points.points.len(), POINTS as usize);
+        assert_eq!(points, Points::new(), "they are the same each time");
+        for density in [1.0, 0.7, 0.5, 0.3, 0.25, 0.1, 0.05] {
+            let even = evenness(&points.points, density);
+            assert!(even > 0.6, "{density}: {even}");
+        }
+        // Planted: points at random, and a border that is not the other one's.
+        let at_random: Vec<Point> = random(POINTS as usize).into_iter().map(|at| Point { at, rank: 0.0 }).collect();
+        assert!(evenness(&at_random, 1.0) < 0.1);
+        let shrunk = |point: &Point| Point { at: point.at.map(|along| 0.5 * along), ..*point };
+        let shrunk: Vec<Point> = points.points.iter().map(shrunk).collect();
+        assert!(evenness(&shrunk, 1.0) < 0.5);
+    }
+
+    #[test]
+    fn cells_have_their_points() {
+        let Points { points, starts } = Points::new();
+        assert_eq!((starts.len(), starts[0], starts.last()), ((CELLS * CELLS + 1) as usize, 0, Some(&POINTS)));
+        for cell in 0..CELLS * CELLS {
+            let own = &points[starts[cell as usize] as usize..starts[cell as usize + 1] as usize];
+            assert!(own.iter().all(|point| cell_of(point.at) == cell) && own.is_sorted_by(|a, b| a.rank < b.rank));
+            // Evenly: no cell is empty or crowded.
+            assert!((40..90).contains(&own.len()), "{}", own.len());
+        }
+    }
+}
