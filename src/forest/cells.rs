@@ -26,8 +26,8 @@ impl Cell {
 /// and are at most `tree_m` tall; tile by tile.
 pub fn in_view(eye_m: DVec3, frustum: &Frustum, reach_m: f64, range_m: [f64; 2], tree_m: f64) -> Vec<Cell> {
     let sees = |corner_m: DVec2, side_m: f64| {
-        // Crowns lean over the borders of their cells.
-        let margin_m = DVec3::new(0.5 * tree_m, 0.5 * tree_m, 0.0);
+        // Crowns lean over the borders of their cells, and the earth bends down.
+        let margin_m = DVec3::splat(0.5 * tree_m);
         let bounds = Bounds {
             low_m: corner_m.extend(range_m[0]) - margin_m - eye_m,
             high_m: (corner_m + side_m).extend(range_m[1] + tree_m) + margin_m - eye_m,

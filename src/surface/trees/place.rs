@@ -20,6 +20,8 @@ pub const MOST_TREES: u32 = 1 << 18;
 pub const SMALLEST_PX: f64 = 3.0;
 /// Where trees are smaller than this on the picture, fewer of them are drawn.
 pub const FULL_PX: f64 = 20.0;
+/// Trees that are farther away are not drawn, however large they are on the picture: a frame lists every cell.
+pub const FARTHEST_M: f64 = 8000.0;
 /// The height of the tallest tree, by that of the mean one.
 pub const TALLEST: f64 = 1.35;
 /// Workgroups in a row of a dispatch.
@@ -39,7 +41,7 @@ pub fn run(
 ) {
     let tallest_m = forest.height_m * TALLEST;
     // Beyond it no tree is large enough.
-    let reach_m = tallest_m * eye.focal_px() / SMALLEST_PX;
+    let reach_m = (tallest_m * eye.focal_px() / SMALLEST_PX).min(FARTHEST_M);
     let range_m = terrain.range_m().map(f64::from);
     let mut cells = cells::in_view(eye.pose.position_m, &eye.frustum(), reach_m, range_m, tallest_m);
     let eye_m = eye.pose.position_m.truncate();
