@@ -110,6 +110,11 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             // Planted: strokes of the right eye that lie four pixels lower.
             let charcoal = Style::load("charcoal").unwrap();
             let mut eyes = draw(&world.gpu, &mut world.surfaces, &charcoal, &rig);
+            // Planted: a column of cells that one eye lost.
+            let mut lost = eyes.clone();
+            let columns = (210..270).flat_map(|column| (0..SIZE_PX[1] as usize).map(move |row| (row, column)));
+            columns.for_each(|(row, column)| lost[0].ink.as_mut().unwrap()[row * SIZE_PX[0] as usize + column] = 0.0);
+            assert!(least_left(&lost, &eyes) < LEAST_LEFT && least_left(&eyes, &eyes) == 1.0, "{thing}");
             eyes[1].ink.as_mut().unwrap().rotate_right(4 * SIZE_PX[0] as usize);
             let lower = agreement(&eyes);
             assert!(lower["orphans"].unwrap() > 0.05 && lower["line_correlation"].unwrap() < 0.9, "{thing}");

@@ -14,7 +14,7 @@ use crate::scene::Forest;
 use crate::scene::view::View;
 use crate::tiles::Terrain;
 
-/// Trees in view, at most: of the nearest cells.
+/// Trees in view, at most. Cells are asked from near to far, as far as the GPU keeps to that order.
 pub const MOST_TREES: u32 = 1 << 18;
 /// What is smaller on the picture is not drawn.
 pub const SMALLEST_PX: f64 = 3.0;
