@@ -25,7 +25,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
-use crate::style::Style;
+use crate::style::{Lines, Style};
 use crate::surface::hidden::HiddenArea;
 use crate::surface::land::vertices::PatchMesh;
 use crate::tiles::terrain::{Prepared, TerrainView};
@@ -51,6 +51,11 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     let terrain = &mut world.terrain;
     terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig))
+}
+
+/// The lines of trees in a style that has strokes instead of lines.
+fn tree_lines(world: &Surfaces, style: &Style) -> Option<Lines> {
+    world.forest().and(style.strokes.as_ref()).map(Lines::of_trees)
 }
 
 /// From a frame to the next.
@@ -80,6 +85,8 @@ struct FrameInputs<'a> {
     mesh: &'a PatchMesh,
     rig: &'a Rig,
     style: &'a Style,
+    /// The style's, or those of trees where it has strokes instead.
+    lines: Option<&'a Lines>,
     light: &'a Light,
     step_s: f64,
     land_changes: bool,
@@ -274,8 +281,21 @@ impl Frame {
         // No time passes between samples: strokes neither come nor go.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
         let hidden = &self.hidden;
-        let inputs =
-            FrameInputs { world, mesh, rig, style, light, step_s, land_changes, wants_motion, hidden, temporal_aa };
+        let of_trees = tree_lines(world, style);
+        let lines = style.lines.as_ref().or(of_trees.as_ref());
+        let inputs = FrameInputs {
+            world,
+            mesh,
+            rig,
+            style,
+            lines,
+            light,
+            step_s,
+            land_changes,
+            wants_motion,
+            hidden,
+            temporal_aa,
+        };
         passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
         let is_complete = cx.is_complete();
         self.trace = cx.submit();

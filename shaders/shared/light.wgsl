@@ -22,8 +22,10 @@ struct Light {
     faintest: f32,
 }
 
-// 0 black to 1 white. `seen` is which parts of the sun and of the sky the place sees.
-fn light_tone(light: Light, n: vec3<f32>, seen: vec2<f32>) -> f32 {
+// 0 black to 1 white. `surface` is a normal, and the lightness of what is there: 1 is bare land. `seen` is which parts of
+// the sun and of the sky the place sees.
+fn light_tone(light: Light, surface: vec4<f32>, seen: vec2<f32>) -> f32 {
+    let n = surface.xyz;
     let cosine = (dot(n, light.to_sun) + light.wrap) / (1.0 + light.wrap);
     let diffuse = pow(max(cosine, 0.0), 1.0 + light.wrap);
     let sun = diffuse * mix(1.0, seen.x, light.shadow);
@@ -32,7 +34,9 @@ fn light_tone(light: Light, n: vec3<f32>, seen: vec2<f32>) -> f32 {
     // The angle in parts of 45 degrees, within 0.2 degrees (atan by a parabola).
     let steep = length(n.xy) / max(n.z, 1e-3);
     let by_slope = 1.0 - clamp(steep * (1.0 + 0.3476 * (1.0 - steep)), 0.0, 1.0);
-    return pow(clamp(mix(lit, by_slope, light.slope) * light.exposure, 0.0, 1.0), light.contrast);
+    // The sides of a tree are no slopes.
+    let lightness = mix(lit, by_slope, select(0.0, light.slope, surface.w == 1.0));
+    return pow(surface.w * clamp(lightness * light.exposure, 0.0, 1.0), light.contrast);
 }
 
 // What haze leaves of contrast at a distance.

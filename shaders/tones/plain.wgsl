@@ -42,7 +42,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
     }
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let surface = textureLoad(normal, pixel, 0);
+    let n = surface.xyz;
     let to_eye = -normalize(from_eye(view, at.xyz));
     let diffuse = max(dot(n, plain.to_sun), 0.0);
     let half_way = normalize(to_eye + plain.to_sun);
@@ -50,6 +51,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sky_light = 0.22 + 0.10 * n.z;
     // The earth bends away; heights above the sea do not sink with it.
     let height_m = unbend(at.xyz).flat_m.z + plain.camera_z_m;
-    let color = tint(height_m, n.z) * (sky_light + 0.95 * diffuse) + gloss;
-    textureStore(tone, pixel, vec4<f32>(color, clamp(sky_light + 0.7 * diffuse, 0.0, 1.0)));
+    let color = surface.w * (tint(height_m, n.z) * (sky_light + 0.95 * diffuse) + gloss);
+    textureStore(tone, pixel, vec4<f32>(color, surface.w * clamp(sky_light + 0.7 * diffuse, 0.0, 1.0)));
 }

@@ -8,6 +8,9 @@
 #ifdef HORIZON_MAPS
 #import hachure::horizon_maps::visibility_at
 #endif
+#ifdef MARKED_TREES
+#import hachure::mark_normal::mark_normal_at
+#endif
 
 const HEIGHT: u32 = 0u;
 const SLOPE: u32 = 1u;
@@ -42,6 +45,9 @@ struct Toon {
 @group(0) @binding(5) var ramp: texture_2d<f32>;
 // rgb: colour before lines and haze; a: the tone asked for, haze included.
 @group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
+#ifdef MARKED_TREES
+@group(0) @binding(7) var mark_normal: texture_2d<f32>;
+#endif
 
 fn stepped(lit: f32) -> f32 {
     if toon.steps < 1.0 {
@@ -87,14 +93,22 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
     }
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let n = textureLoad(normal, pixel, 0);
 #ifdef HORIZON_MAPS
     let seen = visibility_at(at.xyz, light.to_sun);
 #else
     let seen = vec2<f32>(1.0);
 #endif
     let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, seen)));
-    let asked = 1.0 - (1.0 - value) * haze_clear(light, distance_from_eye(view, at.xyz));
-    let color = ramp_color(value, attribute_at(at.xyz, n));
+    var marked = value;
+#ifdef MARKED_TREES
+    // Marks do not follow each leaf.
+    if n.w < 1.0 {
+        let at_marks = vec4<f32>(mark_normal_at(view, mark_normal, pixel, at, n.xyz), n.w);
+        marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, seen)));
+    }
+#endif
+    let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz));
+    let color = ramp_color(value, attribute_at(at.xyz, n.xyz));
     textureStore(tone, pixel, vec4<f32>(mix(vec3<f32>(1.0), color, toon.wash), asked));
 }

@@ -8,8 +8,8 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::composite::composite::Composite as CompositeUniform;
 use crate::scene::Light;
-use crate::style::Style;
 use crate::style::color::linear_from_srgb;
+use crate::style::{Lines, Style};
 
 /// The result: linear colour, opaque.
 pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
@@ -22,6 +22,8 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Paper, inks, sky.
     pub style: &'a Style,
+    /// Those of the style, or of trees.
+    pub lines: Option<&'a Lines>,
     /// For haze.
     pub light: &'a Light,
     /// For haze.
@@ -43,8 +45,7 @@ pub struct Inputs<'a> {
 
 /// Composites.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let (style, light) = (inputs.style, inputs.light);
-    let lines = style.lines.as_ref();
+    let &Inputs { style, lines, light, .. } = inputs;
     let uniform = CompositeUniform {
         paper: style.paper.color.linear(),
         haze_m: light.haze_m as f32,

@@ -8,45 +8,60 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use super::{CELLS, POINTS};
+use super::{BLOCKS, LEVELS_OF_TILE, POINTS};
 
-/// A point of a cell.
+/// A point of a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// In the tile, whose side is 1.
     pub at: [f64; 2],
-    /// Of a tree that exists where the density is above it: 0 to 1.
-    pub rank: f64,
+    /// Its place in the order: its tree has this number in the tile.
+    pub number: u32,
 }
 
-/// The points of a tile, cell by cell.
+impl Point {
+    /// Of a tree that exists where the density is above it: 0 to 1.
+    pub fn rank(&self) -> f64 {
+        (f64::from(self.number) + 0.5) / f64::from(POINTS)
+    }
+}
+
+/// The points of a tile as its blocks have them: of level 0 all, of each further one the quarter of lowest rank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
-    /// All of them, those of a cell one after the other, by rank.
+    /// Level by level, block by block; those of a block by rank.
     pub points: Vec<Point>,
-    /// Where the points of each cell begin, row by row, and their end.
-    pub starts: Vec<u32>,
+    /// For each level where the points of each block begin, row by row, and their end.
+    pub starts: [Vec<u32>; LEVELS_OF_TILE as usize],
 }
 
 impl Points {
     /// The same on every machine.
     pub fn new() -> Self {
         let order = progressive(&random(5 * POINTS as usize), POINTS as usize);
-        let mut points: Vec<Point> = order
-            .iter()
-            .enumerate()
-            .map(|(number, at)| Point { at: *at, rank: (number as f64 + 0.5) / f64::from(POINTS) })
-            .collect();
-        // Stable: by rank within a cell.
-        points.sort_by_key(|point| cell_of(point.at));
-        let mut starts = vec![0; (CELLS * CELLS + 1) as usize];
-        for point in &points {
-            starts[cell_of(point.at) as usize + 1] += 1;
-        }
-        for cell in 1..starts.len() {
-            starts[cell] += starts[cell - 1];
-        }
+        let ordered = order.iter().zip(0..).map(|(at, number)| Point { at: *at, number });
+        let ordered: Vec<Point> = ordered.collect();
+        let mut points = Vec::new();
+        let starts = std::array::from_fn(|level| {
+            let side = BLOCKS >> level;
+            let first = points.len() as u32;
+            let mut own = ordered[..POINTS as usize >> (2 * level)].to_vec();
+            // Stable: by rank within a block.
+            own.sort_by_key(|point| block_of(point.at, side));
+            let mut starts = vec![0; (side * side + 1) as usize];
+            own.iter().for_each(|point| starts[block_of(point.at, side) as usize + 1] += 1);
+            starts[0] = first;
+            (1..starts.len()).for_each(|block| starts[block] += starts[block - 1]);
+            points.append(&mut own);
+            starts
+        });
         Self { points, starts }
+    }
+
+    /// Those of a block of a tile.
+    pub fn of_block(&self, level: u32, number: u32) -> &[Point] {
+        let starts = &self.starts[level as usize];
+        &self.points[starts[number as usize] as usize..starts[number as usize + 1] as usize]
     }
 }
 
@@ -56,9 +71,9 @@ impl Default for Points {
     }
 }
 
-fn cell_of(at: [f64; 2]) -> u32 {
-    let [x, y] = at.map(|along| ((along * f64::from(CELLS)) as u32).min(CELLS - 1));
-    y * CELLS + x
+fn block_of(at: [f64; 2], side: u32) -> u32 {
+    let [x, y] = at.map(|along| ((along * f64::from(side)) as u32).min(side - 1));
+    y * side + x
 }
 
 /// How far two points of a square that repeats itself are from each other.
@@ -176,7 +191,7 @@ mod tests {
 
     /// The least distance of the points of a rank below `density`, by the greatest that so many could have.
     fn evenness(points: &[Point], density: f64) -> f64 {
-        let some: Vec<[f64; 2]> = points.iter().filter(|point| point.rank < density).map(|point| point.at).collect();
+        let some: Vec<[f64; 2]> = points.iter().filter(|point| point.rank() < density).map(|point| point.at).collect();
         let most = 2.0 * (1.0 / (2.0 * 3.0_f64.sqrt() * some.len() as f64)).sqrt();
         let near = neighbours(&some, most);
         near.iter().flatten().map(|(_, d)| d / most).fold(1.0, f64::min)
@@ -185,29 +200,36 @@ mod tests {
     #[test]
     fn points_lie_evenly_at_every_density_and_across_borders() {
         let points = Points::new();
-        assert_eq!(points.points.len(), POINTS as usize);
         assert_eq!(points, Points::new(), "they are the same each time");
+        let all = &points.points[..POINTS as usize];
         for density in [1.0, 0.7, 0.5, 0.3, 0.25, 0.1, 0.05] {
-            let even = evenness(&points.points, density);
+            let even = evenness(all, density);
             assert!(even > 0.6, "{density}: {even}");
         }
         // Planted: points at random, and a border that is not the other one's.
-        let at_random: Vec<Point> = random(POINTS as usize).into_iter().map(|at| Point { at, rank: 0.0 }).collect();
+        let at_random: Vec<Point> = random(POINTS as usize).into_iter().map(|at| Point { at, number: 0 }).collect();
         assert!(evenness(&at_random, 1.0) < 0.1);
         let shrunk = |point: &Point| Point { at: point.at.map(|along| 0.5 * along), ..*point };
-        let shrunk: Vec<Point> = points.points.iter().map(shrunk).collect();
+        let shrunk: Vec<Point> = all.iter().map(shrunk).collect();
         assert!(evenness(&shrunk, 1.0) < 0.5);
     }
 
     #[test]
-    fn cells_have_their_points() {
-        let Points { points, starts } = Points::new();
-        assert_eq!((starts.len(), starts[0], starts.last()), ((CELLS * CELLS + 1) as usize, 0, Some(&POINTS)));
-        for cell in 0..CELLS * CELLS {
-            let own = &points[starts[cell as usize] as usize..starts[cell as usize + 1] as usize];
-            assert!(own.iter().all(|point| cell_of(point.at) == cell) && own.is_sorted_by(|a, b| a.rank < b.rank));
-            // Evenly: no cell is empty or crowded.
-            assert!((40..90).contains(&own.len()), "{}", own.len());
+    fn blocks_have_their_points() {
+        let points = Points::new();
+        for level in 0..LEVELS_OF_TILE {
+            let side = BLOCKS >> level;
+            let mut numbers = Vec::new();
+            for block in 0..side * side {
+                let own = points.of_block(level, block);
+                assert!(own.iter().all(|point| block_of(point.at, side) == block));
+                assert!(own.is_sorted_by(|a, b| a.number < b.number));
+                // Evenly: no block is empty or crowded.
+                assert!((40..90).contains(&own.len()), "{level}: {}", own.len());
+                numbers.extend(own.iter().map(|point| point.number));
+            }
+            numbers.sort_unstable();
+            assert!(numbers.into_iter().eq(0..POINTS >> (2 * level)));
         }
     }
 }

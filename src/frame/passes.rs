@@ -13,7 +13,8 @@ use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::history::Step;
 use crate::lines::strokes::partner::{Partner, SeenSurface};
 use crate::lines::strokes::{self, FrameStrokes};
-use crate::lines::{detector, lsa, smooth, threshold};
+use crate::lines::{self, detector, lsa, smooth, threshold};
+use crate::scene::Forest;
 use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
@@ -70,7 +71,7 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
             strokes.frame.draw_agreed(cx, &seen[*leader].still_view, &mut eyes[*leader].targets, follower);
         }
     }
-    if let Some(lines) = &inputs.style.lines {
+    if let Some(lines) = inputs.lines {
         finish_lines(cx, inputs, lines, &mut seen, eyes);
     }
     let shaded: Vec<Shaded> = (0..eyes.len()).map(|eye| shade(cx, inputs, &seen[eye], &mut eyes[eye])).collect();
@@ -135,15 +136,26 @@ fn see(
         }
         meshes
     });
-    let trees = world.forest().map(|forest| {
-        let trees = DrawnTrees::of(cx);
-        trees::place::run(cx, (&view, view_of_eye), rig.origin_m, terrain, forest, &trees);
+    let trees = world.forest().and_then(|forest| {
+        let trees = &DrawnTrees::of(cx, forest)?;
+        let detail = world.tree_detail();
+        let (origin_m, to_sun) = (rig.origin_m, light.to_sun);
+        let asked = trees::place::Inputs { view: &view, eye: view_of_eye, origin_m, terrain, forest, to_sun, detail };
+        let species = &trees::place::run(cx, &asked, trees);
         let tree_normal = targets.whole(gpu, &trees::raster::TREE_NORMAL);
-        let terrain = terrain.uniform();
-        let raster =
-            trees::raster::Inputs { view: &view, terrain, trees: &trees, depth, surface_id, tree_normal: &tree_normal };
-        trees::raster::run(cx, raster);
-        tree_normal
+        let (terrain, tree_normal_of) = (terrain.uniform(), &tree_normal);
+        let drawn = trees::raster::Inputs {
+            view: &view,
+            terrain,
+            trees,
+            species,
+            depth,
+            surface_id,
+            tree_normal: tree_normal_of,
+        };
+        trees::raster::run(cx, &drawn);
+        trees::impostor::run(cx, &drawn);
+        Some(tree_normal)
     });
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
@@ -168,14 +180,22 @@ fn see(
     }
 
     // Lines: detect, threshold.
-    let line = style.lines.as_ref().map(|lines| {
+    let line = inputs.lines.map(|style_lines| {
         let errors = &targets.whole(gpu, &detector::ERRORS);
         let line = targets.whole(gpu, &threshold::LINE);
-        let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
+        let directions = style_lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
         let directions = directions.as_ref();
         let (position, normal) = (&position, &normal);
-        detector::run(cx, lines, &detector::Inputs { view: &view, position, normal, errors, directions });
-        threshold::run(cx, lines, &threshold::Inputs { view: &view, errors, directions, line: &line });
+        detector::run(cx, style_lines, &detector::Inputs { view: &view, position, normal, errors, directions });
+        let errors = &world.forest().map_or(errors.clone(), |forest| {
+            let (height_m, only_trees) = (forest.height_m(), style.lines.is_none());
+            let tree_errors = &targets.whole(gpu, &lines::trees::TREE_ERRORS);
+            let chosen =
+                lines::trees::Inputs { view: &view, height_m, only_trees, surface_id, depth, errors, tree_errors };
+            lines::trees::run(cx, &chosen);
+            tree_errors.clone()
+        });
+        threshold::run(cx, style_lines, &threshold::Inputs { view: &view, errors, directions, line: &line });
         line
     });
     // Strokes: see what is visible of the edges, chain it, draw it.
@@ -233,6 +253,16 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let Seen { view, surface_id, position, normal, .. } = seen;
     let targets = &mut memory.targets;
 
+    // Marks, and how dark they are on trees, follow the surface at their own scale.
+    let mark_normal = style.hatching.is_some().then(|| {
+        let size = mark_normal::mark_normal_size(targets.size_px());
+        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
+        let heights = &terrain.resources();
+        let tree_m = world.forest().map(Forest::height_m);
+        let ground = mark_normal::Inputs { view, terrain: heights, tree_m, surface_id, position, normal, mark_normal };
+        mark_normal::run(cx, &ground);
+        mark_normal.clone()
+    });
     let tone = targets.whole(gpu, &TONE);
     let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     let asked = tones::Inputs {
@@ -245,6 +275,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         range_m: terrain.range_m(),
         position,
         normal,
+        mark_normal: mark_normal.as_ref().filter(|_| world.forest().is_some()),
         tone: &tone,
     };
     tones::run(cx, &asked);
@@ -254,12 +285,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         watercolor::run(cx, &wet);
         washed
     });
-    let balance = style.hatching.as_ref().map(|hatching| {
-        let size = mark_normal::mark_normal_size(targets.size_px());
-        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
-        let heights = &terrain.resources();
-        let ground = mark_normal::Inputs { view, terrain: heights, surface_id, position, normal, mark_normal };
-        mark_normal::run(cx, &ground);
+    let balance = style.hatching.as_ref().zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(cx, targets, view, hatching);
         let (tone, cover) = (&tone, &balance.cover);
         let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
@@ -301,7 +327,9 @@ fn finish(
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, tone) = (marks.unwrap_or(&nothing), &shaded[eye].colors);
-    let drawn = composite::Inputs { view, style, light, position, tone, line, ink, marks, is_sample: false, picture };
+    let lines = inputs.lines;
+    let drawn =
+        composite::Inputs { view, style, lines, light, position, tone, line, ink, marks, is_sample: false, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);
         return;

@@ -7,3 +7,4 @@ pub mod smooth;
 pub mod stereo;
 pub mod strokes;
 pub mod threshold;
+pub mod trees;

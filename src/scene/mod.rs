@@ -4,6 +4,7 @@ pub mod anaglyph;
 pub mod camera;
 pub mod earth;
 pub mod embedded;
+pub mod forest;
 pub mod frustum;
 pub mod path;
 pub mod reach;
@@ -14,6 +15,7 @@ pub mod view;
 use std::path::PathBuf;
 
 use camera::Camera;
+pub use forest::Forest;
 use glam::DVec3;
 
 use crate::source::OpenOptions;
@@ -43,28 +45,6 @@ pub struct Scene {
     pub forest: Option<Forest>,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
-}
-
-/// Where trees stand: by rules, which the land answers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Forest {
-    /// Another seed is another forest.
-    pub seed: u32,
-    /// Where nothing is against them; at most [`Forest::MOST_TREES_PER_HA`].
-    pub trees_per_ha: f64,
-    /// They stand below this height.
-    pub tree_line_m: f64,
-    /// By how much the tree line strays, and over how much height the forest thins out below it.
-    pub raggedness_m: f64,
-    /// Where the land is steeper there is none.
-    pub steepest_deg: f64,
-    /// Of a tree in the mean.
-    pub height_m: f64,
-}
-
-impl Forest {
-    /// There are no more points for trees.
-    pub const MOST_TREES_PER_HA: f64 = 625.0;
 }
 
 /// A model and where it stands.

@@ -38,7 +38,17 @@
 //! tree_line_m = 2000                # without it, they stand at any height
 //! raggedness_m = 80                 # of the tree line
 //! steepest_deg = 38
-//! height_m = 18                     # of a tree in the mean
+//! height_m = 18                     # of a tree in the mean, where its species says nothing
+//!
+//! [[forest.species]]                # up to 8; without them, a mixed forest
+//! form = "conifer"                  # or "broadleaf", "birch", "snag"
+//! share = 6                         # of all trees, by those of the others
+//! height_m = 22
+//! low_m = 800                       # it stands between these heights
+//! high_m = 1900
+//! aspect_deg = 0                    # on slopes that look there, clockwise from north
+//! by_aspect = 0.7                   # how much that matters, 0 to 1
+//! by_hollow = 0.5                   # −1 to 1: in hollows rather than on ridges, or the other way round
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -48,7 +58,8 @@ use serde::Deserialize;
 
 use super::camera::{Camera, LARGEST_COORDINATE_M};
 use super::earth::Earth;
-use super::{Forest, Haze, MeshPlacement, Scene, Sun, World};
+use super::forest::ForestToml;
+use super::{Haze, MeshPlacement, Scene, Sun, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -179,62 +190,6 @@ struct MeshToml {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ForestToml {
-    #[serde(default = "one")]
-    seed: u32,
-    trees_per_ha: Option<f64>,
-    tree_line_m: Option<f64>,
-    raggedness_m: Option<f64>,
-    steepest_deg: Option<f64>,
-    height_m: Option<f64>,
-}
-
-impl ForestToml {
-    fn checked(&self) -> Result<Forest, (&'static str, &'static str)> {
-        let within = |value: Option<f64>, default: f64, range: std::ops::RangeInclusive<f64>, key, cause| {
-            let value = value.unwrap_or(default);
-            if range.contains(&value) { Ok(value) } else { Err((key, cause)) }
-        };
-        Ok(Forest {
-            seed: self.seed,
-            trees_per_ha: within(
-                self.trees_per_ha,
-                300.0,
-                0.0..=Forest::MOST_TREES_PER_HA,
-                "forest.trees_per_ha",
-                "it must lie within 0 to 625",
-            )?,
-            // No land is as high.
-            tree_line_m: within(
-                self.tree_line_m,
-                HIGHEST_TREE_LINE_M,
-                -HIGHEST_TREE_LINE_M..=HIGHEST_TREE_LINE_M,
-                "forest.tree_line_m",
-                "it must lie within -1000000 to 1000000",
-            )?,
-            raggedness_m: within(
-                self.raggedness_m,
-                80.0,
-                0.0..=10_000.0,
-                "forest.raggedness_m",
-                "it must lie within 0 to 10000",
-            )?,
-            steepest_deg: within(
-                self.steepest_deg,
-                38.0,
-                1.0..=89.0,
-                "forest.steepest_deg",
-                "it must lie within 1 to 89",
-            )?,
-            height_m: within(self.height_m, 18.0, 0.01..=1000.0, "forest.height_m", "it must lie within 0.01 to 1000")?,
-        })
-    }
-}
-
-const HIGHEST_TREE_LINE_M: f64 = 1e6;
-
-#[derive(Deserialize)]
 #[serde(untagged, expecting = "z must be a number, or \"+h\" for h metres above the ground")]
 enum HeightToml {
     Height(f64),
@@ -309,7 +264,7 @@ impl Scene {
         }
         scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(forest) = &file.forest {
-            scene.forest = Some(forest.checked().map_err(|(key, cause)| wrong(key, cause))?);
+            scene.forest = Some(forest.checked().map_err(|(key, cause)| wrong(&key, &cause))?);
         }
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);

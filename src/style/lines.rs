@@ -1,7 +1,7 @@
 //! Lines of a style.
 
-use super::Color;
 use super::parameters::{Range, choices, parameters};
+use super::{Color, Strokes};
 
 parameters! {
     /// Lines of a style.
@@ -36,6 +36,25 @@ parameters! {
 }
 
 impl Lines {
+    /// Contours of trees alone, in a style that has strokes for everything else.
+    pub fn of_trees(strokes: &Strokes) -> Self {
+        Self {
+            detector: Detector::Lsa,
+            ramp: [0.25, 0.5],
+            density: 2.0,
+            ink: strokes.ink,
+            faintest: strokes.faintest,
+            reach: strokes.reach,
+            epsilon: Epsilon::Footprint,
+            geometric_antialias: false,
+            halved: true,
+            stereo: Stereo::Full,
+            fade_start: 1.75,
+            fade_end: 0.4375,
+            antialias: true,
+        }
+    }
+
     /// Whether the density filter has each of the eight directions by itself.
     pub fn has_eight_directions(&self) -> bool {
         self.detector == Detector::Lsa && !self.halved && self.density > 0.0

@@ -41,6 +41,8 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Of the surface.
     pub normal: &'a Target,
+    /// The normal at the scale of marks, which says how dark marks on trees are; none where there are no marks or trees.
+    pub mark_normal: Option<&'a Target>,
     /// Out: colour, and the tone that is asked for.
     pub tone: &'a Target,
 }

@@ -46,7 +46,13 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];
-    let definitions: &[&str] = if inputs.horizon_maps.is_some() { &["HORIZON_MAPS"] } else { &[] };
+    let definitions: &[&str] = match (&inputs.horizon_maps, inputs.mark_normal) {
+        (None, None) => &[],
+        (Some(_), None) => &["HORIZON_MAPS"],
+        (None, Some(_)) => &["MARKED_TREES"],
+        (Some(_), Some(_)) => &["HORIZON_MAPS", "MARKED_TREES"],
+    };
+    resources.extend(inputs.mark_normal.map(|mark_normal| ("mark_normal", mark_normal.into())));
     resources.extend(inputs.horizon_maps.clone().into_iter().flatten());
     cx.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -19,12 +19,13 @@ pub struct Surfaces {
     pub terrain: Terrain,
     meshes: Option<Arc<Placed>>,
     forest: Option<Forest>,
+    tree_detail: f64,
 }
 
 impl From<Terrain> for Surfaces {
     /// Bare land.
     fn from(terrain: Terrain) -> Self {
-        Self { terrain, meshes: None, forest: None }
+        Self { terrain, meshes: None, forest: None, tree_detail: 1.0 }
     }
 }
 
@@ -47,6 +48,16 @@ impl Surfaces {
     /// Grows another forest, or none.
     pub fn set_forest(&mut self, forest: Option<Forest>) {
         self.forest = forest;
+    }
+
+    /// Trees go over to something simpler where they are so many times smaller than is usual.
+    pub fn tree_detail(&self) -> f64 {
+        self.tree_detail
+    }
+
+    /// Sets [`Surfaces::tree_detail`]; 1 until told.
+    pub fn set_tree_detail(&mut self, detail: f64) {
+        self.tree_detail = detail.clamp(0.01, 100.0);
     }
 
     /// No part of any surface is nearer to a camera than this.

@@ -1,149 +1,196 @@
-// Which trees of a cell an eye sees: a workgroup for each cell, and a point of it after the other for each thread.
+// Which trees of a block an eye sees, and how each is drawn: a workgroup for each block, and a point of it after the
+// other for each thread.
 //
-// A tree exists if the density that the land asks for at its point is above the point's rank (src/forest/mod.rs). What
-// the land says is asked of a level of about RULE_M, whatever is drawn there, so that no tree comes or goes with the
-// level of detail; its foot stands on the surface that is drawn.
+// A tree exists if the density that the land asks for at its point is above the point's rank (src/forest/mod.rs). Its
+// foot stands on the surface that is drawn.
+//
+// Far away fewer trees are drawn, and each is wider, so that together they cover the land as all of them would: the
+// stochastic simplification of Cook, Halstead, Planck and Ryu (2007, "Stochastic Simplification of Aggregate Detail"),
+// whose order is here the rank of the points. Before a tree goes it shrinks to nothing, so none vanishes. When it is
+// much wider than it is by nature, a piece of canopy rises in its place, which lies on the slope. What a tree is drawn
+// as changes with its height on the picture, for each tree at a size of its own; from one to the next it dissolves.
 #import hachure::dispatch::GROUPS_IN_ROW
-#import hachure::view::{View, distance_from_eye, is_beside}
-#import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there, surface_level}
+#import hachure::view::{View, is_beside}
 #import hachure::surface::{surface_near, surface_at, is_void}
-#import hachure::earth::{bend, camera_z_m}
+#import hachure::terrain::{terrain, surface_level}
+#import hachure::earth::bend
 #import hachure::pcg::pcg
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, density_of, suits}
 #import hachure::surface_id::FIRST_TREE
-#import hachure::trees::TreeInstance
+#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS}
 
-struct Forest {
-    seed: u32,
-    cells: u32,
-    // Trees that there is room for.
-    capacity: u32,
-    padding: u32,
-    // Of the points: 1 is all of them.
-    density: f32,
-    // Metres above the sea, and by how much it strays.
-    tree_line_m: f32,
-    raggedness_m: f32,
-    // Rise over run where the last tree stands.
-    steepest: f32,
-    // Of a tree in the mean.
-    height_m: f32,
-    // What is smaller is not drawn.
-    smallest_px: f32,
-    // So tall on the picture, all trees are drawn.
-    full_px: f32,
-    padding_b: f32,
-}
-
-// A cell that may be in view.
-struct TreeCell {
-    // Its corner, from the origin of the rig.
+// A block that may be in view. See src/forest/blocks.rs.
+struct TreeBlock {
+    // The corner of its tile, or of the first of them, from the origin of the rig.
     corner_m: vec2<f32>,
     tile: vec2<i32>,
-    // Which of its tile's, in rows.
-    number: u32,
     // Its points.
     first: u32,
     count: u32,
+    // Along its side.
+    tiles: u32,
     padding: u32,
 }
 
 struct TreePoint {
-    // In its cell.
-    at_m: vec2<f32>,
-    rank: f32,
-    padding: f32,
+    // In its tile, whose side is 1.
+    at: vec2<f32>,
+    number: u32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> forest: Forest;
-@group(0) @binding(2) var<storage, read> tree_cells: array<TreeCell>;
-@group(0) @binding(3) var<storage, read> tree_points: array<TreePoint>;
-@group(0) @binding(4) var<storage, read_write> tree_instances: array<TreeInstance>;
-// Arguments of an indirect draw: vertices of a tree, trees, and the first of each.
-@group(0) @binding(5) var<storage, read_write> tree_draw: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read> tree_species: array<Species>;
+@group(0) @binding(3) var<storage, read> tree_blocks: array<TreeBlock>;
+@group(0) @binding(4) var<storage, read> tree_points: array<TreePoint>;
+@group(0) @binding(5) var<storage, read_write> tree_instances: array<TreeInstance>;
+// For each species and level the numbers of its instances, `forest.capacity` each.
+@group(0) @binding(6) var<storage, read_write> tree_order: array<u32>;
+// For each species and level the arguments of its draw: vertices of a tree, trees, and the first of each. Then how many
+// instances there are.
+@group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
 
 const TREES: u32 = 1u;
+const DRAW_WORDS: u32 = 4u;
 
-// The land is asked at this scale.
-const RULE_M: f32 = 30.0;
-// Of the noise that the tree line strays by: four in a tile, so that it fits together.
-const PATCH_M: f32 = 64.0;
-const PATCHES: i32 = 4;
-const CELLS: u32 = 8u;
-const CELL_M: f32 = 32.0;
+// The height on the picture at which a tree goes over strays by this for each tree, to either side.
+const OWN_SIZE: f32 = 0.18;
+// Over this part of the height it dissolves.
+const DISSOLVES: f32 = 0.16;
+// As a canopy rises a tree shrinks, by how much wider than by nature it is.
+const RISES: vec2<f32> = vec2<f32>(1.1, 1.7);
+const SHRINKS: vec2<f32> = vec2<f32>(1.4, 2.0);
+// Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
+const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
+const LEAST_LIGHT: f32 = 0.6;
+// Seen along the land trees hide each other, and fewer show as much.
+const LEAST_FORESHORTENING: f32 = 0.25;
 
-fn random(at: vec2<i32>, salt: u32) -> vec2<f32> {
-    let mixed = pcg(bitcast<vec2<u32>>(at) ^ vec2<u32>(forest.seed * 0x9e3779b9u, salt));
-    return vec2<f32>(mixed >> vec2<u32>(8u)) / 16777216.0;
+fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) {
+    if shown.y <= shown.x {
+        return;
+    }
+    let number = atomicAdd(&tree_draws[forest.species * TREE_LEVELS * DRAW_WORDS], 1u);
+    // The CPU sees to it that there is room; a tree that has none is counted all the same.
+    if number >= forest.capacity {
+        return;
+    }
+    let bucket = (tree.bucket & 0xffffu) + level;
+    let slot = atomicAdd(&tree_draws[bucket * DRAW_WORDS + TREES], 1u);
+    tree_order[bucket * forest.capacity + slot] = number;
+    var drawn = tree;
+    drawn.bucket = bucket | (tree.bucket & 0xffff0000u);
+    drawn.shown = pack2x16unorm(shown);
+    tree_instances[number] = drawn;
 }
 
-// −1 to 1, smooth over PATCH_M, the same for both sides of a tile's border. `in_tile` counts in patches.
-fn stray(tile: vec2<i32>, in_tile: vec2<f32>) -> f32 {
-    let whole = floor(in_tile);
-    let corner = tile * PATCHES + vec2<i32>(whole);
-    let f = in_tile - whole;
-    let t = f * f * (3.0 - 2.0 * f);
-    let south = mix(random(corner, 1u).x, random(corner + vec2<i32>(1, 0), 1u).x, t.x);
-    let north = mix(random(corner + vec2<i32>(0, 1), 1u).x, random(corner + vec2<i32>(1, 1), 1u).x, t.x);
-    return 2.0 * mix(south, north, t.y) - 1.0;
+// Of which species a tree is.
+fn species_at(site: Site, chance: f32) -> u32 {
+    var sum = 0.0;
+    for (var i = 0u; i < forest.species; i++) {
+        sum += suits(tree_species[i], site);
+    }
+    var rest = chance * sum;
+    for (var i = 0u; i < forest.species; i++) {
+        rest -= suits(tree_species[i], site);
+        if rest < 0.0 {
+            return i;
+        }
+    }
+    return forest.species;
+}
+
+fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
+    let rank = (f32(point.number) + 0.5) / forest.points;
+    // Most go here, where there are fewer trees than points.
+    if rank >= forest.density {
+        return;
+    }
+    let xy_m = corner_m + point.at * forest.tile_m;
+    let site = site_at(xy_m);
+    if !has_land(site.g) {
+        return;
+    }
+    let density = density_of(forest, site, stray(forest.seed, tile, point.at));
+    if rank >= density {
+        return;
+    }
+    let toward_eye = view.eye_m - vec3<f32>(xy_m, site.height_m);
+    let away_m = length(toward_eye);
+    if away_m > forest.reach_m {
+        return;
+    }
+    let foreshortening = abs(dot(toward_eye, vec3<f32>(-site.slope, 1.0)))
+        / max(away_m * sqrt(1.0 + dot(site.slope, site.slope)), 1e-3);
+    let full_m = forest.full_m * sqrt(mix(LEAST_FORESHORTENING, 1.0, foreshortening));
+    let share = min(full_m * full_m / max(away_m * away_m, 1e-6), 1.0);
+    // Before it goes it shrinks.
+    let last = density * share;
+    let size = clamp((last - rank) / max(0.4 * density * (1.0 - share), 1e-6), 0.0, 1.0);
+    if rank >= last || is_void(site.g, away_m) {
+        return;
+    }
+    let own = tile * i32(forest.points) + vec2<i32>(i32(point.number), 0);
+    let chance = random(forest.seed, own, 2u);
+    let more = random(forest.seed, own, 3u);
+    let kind = species_at(site, more.x);
+    if kind >= forest.species {
+        return;
+    }
+    let species = tree_species[kind];
+    let height_m = species.height_m * mix(0.65, 1.35, chance.x);
+    let foot_m = surface_at(surface_near(site.g, surface_level(site.g, away_m))).height_m;
+    let flat_m = vec3<f32>(xy_m, foot_m);
+    let wider = inverseSqrt(share);
+    let crown_m = species.crown * height_m;
+    if is_beside(view, bend(flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m)), 0.6 * height_m + 1.5 * crown_m * wider) {
+        return;
+    }
+    let turn = chance.y * 6.2831853;
+    // 29 bits: two trees in view seldom have the same.
+    let id = FIRST_TREE | (pcg(bitcast<vec2<u32>>(own) ^ vec2<u32>(0u, forest.seed)).y >> 3u);
+    // A slope that looks away from the sun is in the shade with all that stands on it.
+    let up = normalize(vec3<f32>(-site.slope, 1.0));
+    let light = mix(LEAST_LIGHT, 1.0, smoothstep(SHADE.x, SHADE.y, dot(up, forest.to_sun)));
+    let bucket = kind * TREE_LEVELS | u32(255.0 * light + 0.5) << 16u;
+    let own_size = 1.0 + OWN_SIZE * (2.0 * more.y - 1.0);
+    let canopy = smoothstep(RISES.x * own_size, RISES.y * own_size, wider);
+    if canopy > 0.0 {
+        let scale = size * canopy;
+        let width_m = crown_m * wider * sqrt(scale);
+        let tree = TreeInstance(flat_m, 0.85 * height_m * scale, vec2<f32>(sin(turn), cos(turn)), width_m, id, site.slope,
+            0u, bucket);
+        draw(tree, CANOPY, vec2<f32>(0.0, 1.0));
+    }
+    let alone = size * (1.0 - smoothstep(SHRINKS.x * own_size, SHRINKS.y * own_size, wider));
+    if alone <= 0.0 {
+        return;
+    }
+    let tall_m = height_m * alone;
+    let tree = TreeInstance(flat_m, tall_m, vec2<f32>(sin(turn), cos(turn)), tall_m * min(wider, 1.3), id,
+        vec2<f32>(0.0), 0u, bucket);
+    // What it is drawn as goes by its size, not by what is left of it.
+    let size_px = height_m * view.focal_px * own_size / max(away_m, 1e-3);
+    let near = clamp((size_px / forest.middle_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
+    let mesh = clamp((size_px / forest.impostor_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
+    draw(tree, NEAR, vec2<f32>(0.0, near));
+    draw(tree, MIDDLE, vec2<f32>(near, mesh));
+    draw(tree, IMPOSTOR, vec2<f32>(mesh, 1.0));
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
     let number = group.x + group.y * GROUPS_IN_ROW;
-    if number >= forest.cells {
+    if number >= forest.blocks {
         return;
     }
-    let cell = tree_cells[number];
-    for (var i = thread; i < cell.count; i += 64u) {
-        let point = tree_points[cell.first + i];
-        // Most go here, where there are fewer trees than points.
-        if point.rank >= forest.density {
-            continue;
-        }
-        let xy_m = cell.corner_m + point.at_m;
-        let at = grid_from_world(xy_m);
-        let units = at.g * terrain.units_per_sample;
-        if any(units < vec2<f32>(terrain.extent_units.xy)) || any(units > vec2<f32>(terrain.extent_units.zw)) {
-            continue;
-        }
-        let rule_level = clamp(log2(RULE_M / terrain.spacing_m), 0.0, f32(terrain.level_count - 1));
-        let land = surface_at(surface_near(at.g, as_far_as_there(rule_level, place_on_level(i32(rule_level), at.g), at.g)));
-        let rise = length(vec2<f32>(dot(land.gradient, at.dg_dx), dot(land.gradient, at.dg_dy)));
-        let in_tile = (point.at_m + CELL_M * vec2<f32>(vec2<u32>(cell.number % CELLS, cell.number / CELLS))) / PATCH_M;
-        let line_m = forest.tree_line_m + forest.raggedness_m * stray(cell.tile, in_tile);
-        let below_m = line_m - (land.height_m + camera_z_m());
-        // It thins out toward the tree line and toward what is too steep.
-        let density = forest.density * smoothstep(0.0, max(forest.raggedness_m, 1.0), below_m)
-            * (1.0 - smoothstep(0.7 * forest.steepest, forest.steepest, rise));
-        if point.rank >= density {
-            continue;
-        }
-        let own = cell.tile * 4096 + vec2<i32>(i32(cell.first + i), 0);
-        let chance = random(own, 2u);
-        let height_m = forest.height_m * mix(0.65, 1.35, chance.x);
-        let away_m = length(vec3<f32>(xy_m, land.height_m) - view.eye_m);
-        // Far away fewer are drawn, as many to a part of the picture as where they are `full_px` tall: lines of all of them
-        // would be black. Those of low rank stay, and lie evenly.
-        let size_px = forest.height_m * view.focal_px / max(away_m, 1e-3);
-        let share = min(size_px * size_px / (forest.full_px * forest.full_px), 1.0);
-        let is_small = height_m * view.focal_px < forest.smallest_px * away_m;
-        if is_small || point.rank >= density * share || is_void(at.g, away_m) {
-            continue;
-        }
-        let foot_m = surface_at(surface_near(at.g, surface_level(at.g, away_m))).height_m;
-        let flat_m = vec3<f32>(xy_m, foot_m);
-        if is_beside(view, bend(flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m)), 0.6 * height_m) {
-            continue;
-        }
-        let slot = atomicAdd(&tree_draw[TREES], 1u);
-        if slot >= forest.capacity {
-            atomicSub(&tree_draw[TREES], 1u);
-            continue;
-        }
-        let turn = chance.y * 6.2831853;
-        // 29 bits: two trees in view seldom have the same.
-        let id = FIRST_TREE | (pcg(bitcast<vec2<u32>>(own) ^ vec2<u32>(0u, forest.seed)).y >> 3u);
-        tree_instances[slot] = TreeInstance(flat_m, height_m, vec2<f32>(sin(turn), cos(turn)), id, 0u);
+    let block = tree_blocks[number];
+    let count = block.count * block.tiles * block.tiles;
+    for (var i = thread; i < count; i += 64u) {
+        let which = i / block.count;
+        let tile = vec2<i32>(vec2<u32>(which % block.tiles, which / block.tiles));
+        let corner_m = block.corner_m + vec2<f32>(tile) * forest.tile_m;
+        ask(block.tile + tile, corner_m, tree_points[block.first + i % block.count]);
     }
 }

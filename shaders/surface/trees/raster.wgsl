@@ -1,23 +1,25 @@
-// Draws the trees in view: depth, surface id and normal. A tree is small beside the earth: it stands straight on its
-// place of the flat map, and each of its corners is bent with it.
+// Draws the trees in view that are meshes: depth, surface id, normal and lightness. A tree is small beside the earth: it
+// stands straight on its place of the flat map, and each of its corners is bent with it.
 #import hachure::view::View
 #import hachure::earth::bend
-#import hachure::trees::TreeInstance
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of}
 
 struct TreeVertex {
-    // Of a tree that is 1 tall.
+    // Of a tree that is 1 tall; w: how far wind moves it.
     at: vec4<f32>,
+    // w: lightness.
     normal: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
-@group(0) @binding(2) var<storage, read> tree_vertices: array<TreeVertex>;
+@group(0) @binding(2) var<storage, read> tree_order: array<u32>;
+@group(0) @binding(3) var<storage, read> tree_vertices: array<TreeVertex>;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
-    @location(0) @interpolate(flat) id: u32,
-    @location(1) normal: vec3<f32>,
+    @location(0) @interpolate(flat) number: u32,
+    @location(1) normal: vec4<f32>,
 }
 
 struct Drawn {
@@ -26,17 +28,21 @@ struct Drawn {
 }
 
 @vertex
-fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) number: u32) -> Vertex {
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
+    let number = tree_order[instance];
     let tree = tree_instances[number];
     let own = tree_vertices[index];
-    let turn = mat2x2<f32>(vec2<f32>(tree.turn.y, tree.turn.x), vec2<f32>(-tree.turn.x, tree.turn.y));
-    let at_m = tree.flat_m + tree.height_m * vec3<f32>(turn * own.at.xy, own.at.z);
-    return Vertex(
-        view.clip_from_camera * vec4<f32>(bend(at_m), 1.0), tree.id, vec3<f32>(turn * own.normal.xy, own.normal.z));
+    let at_m = bend(tree.flat_m + place_on_tree(tree, own.at.xyz));
+    let normal = vec4<f32>(normal_on_tree(tree, own.normal.xyz), own.normal.w * light_of(tree));
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal);
 }
 
 @fragment
 fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
-    let normal = normalize(in.normal);
-    return Drawn(in.id, vec4<f32>(select(-normal, normal, is_front), 1.0));
+    let tree = tree_instances[in.number];
+    if !is_shown(tree, in.clip.xy) {
+        discard;
+    }
+    let normal = normalize(in.normal.xyz);
+    return Drawn(tree.id, vec4<f32>(select(-normal, normal, is_front), in.normal.w));
 }

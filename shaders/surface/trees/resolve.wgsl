@@ -20,7 +20,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let along_m = view.near_m / textureLoad(depth, pixel, 0);
-    let n = textureLoad(tree_normal, pixel, 0).xyz;
+    let n = textureLoad(tree_normal, pixel, 0);
     textureStore(position, pixel, vec4<f32>(place_of_pixel(view, pixel, along_m), along_m));
-    textureStore(normal, pixel, vec4<f32>(normalize(n), 1.0));
+    textureStore(normal, pixel, vec4<f32>(normalize(n.xyz), n.w));
 }

@@ -1,79 +1,66 @@
 //! Trees of a forest: those that an eye may see are found on the GPU in each frame, and drawn as instances.
 //!
-//! The CPU lists the cells that the eye's frustum may see ([`crate::forest::cells`]); each of their points is asked on
-//! the GPU whether a tree stands there ([`place`]), and nothing is read back: the draw is indirect.
+//! The CPU lists the blocks of points that the eye's frustum may see ([`crate::forest::blocks`]); each of their points is
+//! asked on the GPU whether a tree stands there and how it is drawn ([`place`]): as a mesh, as one of fewer triangles
+//! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Nothing is read back: draws are indirect.
 
+pub mod impostor;
 pub mod place;
 pub mod raster;
 pub mod resolve;
+mod shared;
 
-use std::convert::Infallible;
 use std::sync::Arc;
 
-pub use self::place::{MOST_TREES, TreeInstance};
-use self::place::{TreePoint, TreeVertex};
-use crate::forest::points::Points;
-use crate::forest::{CELL_M, CELLS, TILE_M, conifer};
-use crate::gpu::Gpu;
+use self::place::MOST_TREES;
+pub use self::place::TreeInstance;
+use self::shared::Shared;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
+use crate::gpu::wgsl::shared::trees::TREE_LEVELS;
+use crate::scene::Forest;
 
-/// [`TreePoint`]s of a tile.
-const POINTS: BufferKind = BufferKind::storage("tree points");
-/// [`TreeVertex`]s of a species.
-const VERTICES: BufferKind = BufferKind::storage("tree vertices");
 /// [`TreeInstance`]s of an eye.
 pub const INSTANCES: BufferKind = BufferKind::storage("tree instances");
-/// Arguments of the draw: vertices of a tree, trees in view, and the first of each.
-pub const DRAW: BufferKind = BufferKind::indirect("tree draw");
-
-/// What all forests share.
-struct Shared {
-    starts: Vec<u32>,
-    points: Buffer,
-    vertices: Buffer,
-    vertex_count: u32,
-}
-
-impl Shared {
-    fn new(gpu: &Gpu) -> Self {
-        let Points { points, starts } = Points::new();
-        // In its cell.
-        let in_cell_m = |along: f64| ((along * TILE_M) % CELL_M) as f32;
-        let packed: Vec<TreePoint> = points
-            .iter()
-            .map(|point| TreePoint { at_m: point.at.map(in_cell_m), rank: point.rank as f32, ..TreePoint::default() })
-            .collect();
-        let vertices: Vec<TreeVertex> = conifer::grow()
-            .into_iter()
-            .map(|corner| TreeVertex {
-                at: corner.at.as_vec3().extend(1.0).to_array(),
-                normal: corner.normal.as_vec3().extend(0.0).to_array(),
-            })
-            .collect();
-        debug_assert_eq!(starts.len(), (CELLS * CELLS + 1) as usize);
-        Self {
-            starts,
-            points: Buffer::with(gpu, &POINTS, &packed),
-            vertices: Buffer::with(gpu, &VERTICES, &vertices),
-            vertex_count: vertices.len() as u32,
-        }
-    }
-}
+/// For each species and level the numbers of its instances.
+pub const ORDER: BufferKind = BufferKind::storage("tree order");
+/// For each species and level the arguments of its draw ([`DRAW_WORDS`]), then the number of instances.
+pub const DRAWS: BufferKind = BufferKind::indirect("tree draws");
+/// Vertices of a tree, trees, and the first of each.
+pub const DRAW_WORDS: u32 = 4;
 
 /// The trees of a frame.
 pub struct DrawnTrees {
     shared: Arc<Shared>,
     instances: Buffer,
-    draw: Buffer,
+    order: Buffer,
+    draws: Buffer,
 }
 
 impl DrawnTrees {
-    /// None are found yet.
-    pub fn of(cx: &mut Cx<'_>) -> Self {
-        let shared = cx.kept(|_: &Shared| true, |gpu| Ok::<_, Infallible>(Shared::new(gpu)));
-        let Ok(shared) = shared;
-        let bytes = u64::from(MOST_TREES) * size_of::<TreeInstance>() as u64;
-        Self { shared, instances: cx.buffer(&INSTANCES, bytes), draw: cx.buffer(&DRAW, 16) }
+    /// None are found yet. Nothing while its species are grown beside the frame.
+    pub fn of(cx: &mut Cx<'_>, forest: &Forest) -> Option<Self> {
+        let forms: Vec<_> = forest.species.iter().map(|species| species.form).collect();
+        let asked = forms.clone();
+        let shared =
+            cx.kept_beside(move |shared: &Shared| shared.forms == asked, move |gpu| Shared::new(gpu, forms))?;
+        let buckets = u64::from(TREE_LEVELS) * forest.species.len() as u64;
+        Some(Self {
+            shared,
+            instances: cx.buffer(&INSTANCES, u64::from(MOST_TREES) * size_of::<TreeInstance>() as u64),
+            order: cx.buffer(&ORDER, buckets * u64::from(MOST_TREES) * 4),
+            draws: cx.buffer(&DRAWS, (buckets + 1) * u64::from(DRAW_WORDS) * 4),
+        })
+    }
+
+    /// The numbers of the instances of a species at a level.
+    fn order_of(&self, bucket: u32) -> Buffer {
+        let bytes = u64::from(MOST_TREES) * 4;
+        self.order.slice(u64::from(bucket) * bytes, bytes)
+    }
+
+    /// Draws those of a species at a level, with a pipeline that is set.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, bucket: u32) {
+        pass.draw_indirect(&self.draws.raw, self.draws.offset + u64::from(bucket * DRAW_WORDS * 4));
     }
 }

@@ -1,93 +1,178 @@
-//! Which trees an eye sees. See `shaders/surface/trees/place.wgsl`.
+//! Which trees an eye sees, and how each is drawn. See `shaders/surface/trees/place.wgsl`.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use super::DrawnTrees;
-use crate::forest::cells;
+use super::{DRAW_WORDS, DrawnTrees};
+use crate::forest::blocks::{self, Sight, Thinning};
+use crate::forest::{LEVELS_OF_TILE, POINTS, TILE_M};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
+use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, Species as SpeciesRecord};
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
-pub(super) use crate::gpu::wgsl::surface::trees::place::{Forest as ForestUniform, TreeCell, TreePoint};
-pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
+use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
+use crate::gpu::wgsl::surface::trees::place::TreeBlock;
+pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
 use crate::scene::Forest;
+use crate::scene::forest::Species;
 use crate::scene::view::View;
 use crate::tiles::Terrain;
 
-/// Trees in view, at most. Cells are asked from near to far, as far as the GPU keeps to that order.
-pub const MOST_TREES: u32 = 1 << 18;
-/// What is smaller on the picture is not drawn.
-pub const SMALLEST_PX: f64 = 3.0;
-/// Where trees are smaller than this on the picture, fewer of them are drawn.
-pub const FULL_PX: f64 = 20.0;
-/// Trees that are farther away are not drawn, however large they are on the picture: a frame lists every cell.
-pub const FARTHEST_M: f64 = 8000.0;
+/// Trees and pieces of canopy that are drawn for an eye, at most; where there were more, they are thinned out nearer to
+/// the eye.
+pub const MOST_TREES: u32 = 1 << 17;
+/// Where trees are smaller than this on the picture, fewer and wider ones are drawn.
+pub const FULL_PX: f64 = 22.0;
+/// Pieces of canopy that are lower than this on the picture are not drawn.
+pub const LOWEST_PX: f64 = 0.7;
+/// Where trees are smaller than this on the picture, their meshes have few triangles.
+pub const MIDDLE_PX: f64 = 150.0;
+/// Where they are smaller than this, they are drawn from pictures.
+pub const IMPOSTOR_PX: f64 = 52.0;
 /// The height of the tallest tree, by that of the mean one.
 pub const TALLEST: f64 = 1.35;
+/// Trees that dissolve are drawn as two.
+const DRAWN_TWICE: f64 = 1.25;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
-/// The cells of an eye.
-const TREE_CELLS: BufferKind = BufferKind::storage("tree cells");
+/// The blocks of an eye.
+const TREE_BLOCKS: BufferKind = BufferKind::storage("tree blocks");
+/// Of a forest.
+const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
 
-/// Finds the trees of a forest that an eye sees. Reads the terrain.
-pub fn run(
-    cx: &mut Cx<'_>,
-    (view, eye): (&Resource, &View),
-    origin_m: DVec3,
-    terrain: &Terrain,
-    forest: &Forest,
-    trees: &DrawnTrees,
-) {
-    let tallest_m = forest.height_m * TALLEST;
-    // Beyond it no tree is large enough.
-    let reach_m = (tallest_m * eye.focal_px() / SMALLEST_PX).min(FARTHEST_M);
-    let range_m = terrain.range_m().map(f64::from);
-    let mut cells = cells::in_view(eye.pose.position_m, &eye.frustum(), reach_m, range_m, tallest_m);
-    let eye_m = eye.pose.position_m.truncate();
-    cells.sort_by(|a, b| a.corner_m().distance(eye_m).total_cmp(&b.corner_m().distance(eye_m)));
-    let starts = &trees.shared.starts;
-    let packed: Vec<TreeCell> = cells
+/// What an eye asks of a forest.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// The eye.
+    pub eye: &'a View,
+    /// The rig's origin in the world, which positions count from.
+    pub origin_m: DVec3,
+    /// Of which heights and slopes are asked.
+    pub terrain: &'a Terrain,
+    /// The rules.
+    pub forest: &'a Forest,
+    /// Unit.
+    pub to_sun: DVec3,
+    /// Sizes at which trees go over to something simpler are so many times smaller; 1 is what is usual.
+    pub detail: f64,
+}
+
+/// Finds the trees of a forest that an eye sees. Its species, for the passes that draw them.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource {
+    let &Inputs { view, eye, origin_m, terrain, forest, to_sun, detail } = inputs;
+    let shared = &trees.shared;
+    let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
+    let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
+    let mut sight = Sight {
+        eye_m: eye.pose.position_m,
+        frustum: &eye.frustum(),
+        reach_m: TALLEST * height_m * focal_px / LOWEST_PX,
+        range_m: terrain.range_m().map(f64::from),
+        tallest_m: TALLEST * height_m,
+        thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
+    };
+    let most_trees = f64::from(MOST_TREES) / DRAWN_TWICE;
+    let (mut blocks, mut most) = blocks::in_view(&sight, &shared.points);
+    while most as f64 > most_trees {
+        sight.thinning.full_m *= 0.95 * (most_trees / most as f64).sqrt();
+        (blocks, most) = blocks::in_view(&sight, &shared.points);
+    }
+    let packed: Vec<TreeBlock> = blocks
         .iter()
-        .map(|cell| {
-            let [first, end] = [cell.number, cell.number + 1].map(|number| starts[number as usize]);
-            TreeCell {
-                corner_m: (cell.corner_m() - origin_m.truncate()).as_vec2().to_array(),
-                tile: cell.tile.to_array(),
-                number: cell.number,
-                first,
-                count: end - first,
-                ..TreeCell::default()
+        .map(|block| {
+            let level = block.level.min(LEVELS_OF_TILE - 1) as usize;
+            let corner_m = block.tile.as_dvec2() * TILE_M - origin_m.truncate();
+            TreeBlock {
+                corner_m: corner_m.as_vec2().to_array(),
+                tile: block.tile.to_array(),
+                first: shared.points.starts[level][block.number as usize],
+                count: block.points(&shared.points).len() as u32,
+                tiles: block.tiles(),
+                padding: 0,
             }
         })
         .collect();
-    cx.write(&trees.draw, &[trees.shared.vertex_count, 0, 0, 0]);
+    cx.write(&trees.draws, &empty_draws(trees));
     let count = packed.len() as u32;
     let uniform = ForestUniform {
         seed: forest.seed,
-        cells: count,
+        blocks: count,
         capacity: MOST_TREES,
-        density: (forest.trees_per_ha / Forest::MOST_TREES_PER_HA) as f32,
+        species: forest.species.len() as u32,
+        density: density as f32,
         tree_line_m: forest.tree_line_m as f32,
         raggedness_m: forest.raggedness_m as f32,
         steepest: forest.steepest_deg.to_radians().tan() as f32,
-        height_m: forest.height_m as f32,
-        smallest_px: SMALLEST_PX as f32,
-        full_px: FULL_PX as f32,
+        full_m: sight.thinning.full_m as f32,
+        reach_m: sight.reach_m as f32,
+        middle_px: (MIDDLE_PX / detail) as f32,
+        impostor_px: (IMPOSTOR_PX / detail) as f32,
+        tile_m: TILE_M as f32,
+        points: POINTS as f32,
+        to_sun: to_sun.as_vec3().to_array(),
         ..ForestUniform::default()
     };
+    let species = species_records(cx, forest, trees);
     if packed.is_empty() && !cx.rehearses() {
-        return;
+        return species;
     }
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
         ("forest", cx.uniform("forest", &uniform)),
-        ("tree_cells", cx.upload(&TREE_CELLS, &packed).binding()),
-        ("tree_points", trees.shared.points.binding()),
+        ("tree_species", species.clone()),
+        ("tree_blocks", cx.upload(&TREE_BLOCKS, &packed).binding()),
+        ("tree_points", shared.point_buffer.binding()),
         ("tree_instances", trees.instances.binding()),
-        ("tree_draw", trees.draw.binding()),
+        ("tree_order", trees.order.binding()),
+        ("tree_draws", trees.draws.binding()),
     ];
     resources.extend(terrain.resources());
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
     cx.groups("surface/trees/place", [count.min(GROUPS_IN_ROW), rows], &resources);
+    species
+}
+
+/// Draws of no trees, and no instances.
+fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
+    let mut words = vec![0; (trees.shared.species.len() + 1) * (TREE_LEVELS * DRAW_WORDS) as usize];
+    for (species, model) in trees.shared.species.iter().enumerate() {
+        let counts = [
+            (NEAR, model.near.count),
+            (MIDDLE, model.middle.count),
+            (IMPOSTOR, super::impostor::CORNERS),
+            (CANOPY, model.canopy.count),
+        ];
+        for (level, count) in counts {
+            words[((species as u32 * TREE_LEVELS + level) * DRAW_WORDS) as usize] = count;
+        }
+    }
+    words.truncate(trees.shared.species.len() * (TREE_LEVELS * DRAW_WORDS) as usize + DRAW_WORDS as usize);
+    words
+}
+
+/// The species as shaders read them.
+fn species_records(cx: &mut Cx<'_>, forest: &Forest, trees: &DrawnTrees) -> Resource {
+    let records: Vec<SpeciesRecord> = forest
+        .species
+        .iter()
+        .zip(&trees.shared.species)
+        .map(|(species, model)| {
+            let Species { share, height_m, heights_m: [low_m, high_m], aspect_deg, by_aspect, by_hollow, .. } = species;
+            let (east, north) = aspect_deg.to_radians().sin_cos();
+            SpeciesRecord {
+                share: *share as f32,
+                height_m: *height_m as f32,
+                low_m: *low_m as f32,
+                high_m: *high_m as f32,
+                aspect: (DVec2::new(east, north) * *by_aspect).as_vec2().to_array(),
+                by_hollow: *by_hollow as f32,
+                crown: model.crown,
+                middle: model.sphere.0,
+                radius: model.sphere.1,
+            }
+        })
+        .collect();
+    cx.upload(&TREE_SPECIES, &records).binding()
 }

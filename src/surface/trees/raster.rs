@@ -1,15 +1,17 @@
-//! Draws the trees in view: depth, surface id and normal. See `shaders/surface/trees/raster.wgsl`.
+//! Draws the trees in view that are meshes: depth, surface id and normal. See `shaders/surface/trees/raster.wgsl`.
 
 use super::DrawnTrees;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Cx, Drawing};
 use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::shared::trees::{CANOPY, MIDDLE, NEAR, TREE_LEVELS};
+pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
-const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// Of trees, where the surface id says that there is one; elsewhere it means nothing.
+/// Of trees, where the surface id says that there is one; elsewhere it means nothing. Its last channel is lightness.
 pub const TREE_NORMAL: TargetKind = TargetKind::attachment("tree normal", NORMAL_FORMAT);
 
 const DRAW: Draw = Draw {
@@ -20,7 +22,7 @@ const DRAW: Draw = Draw {
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
-/// What the pass reads and where it writes.
+/// What the passes that draw trees read and where they write.
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
@@ -28,6 +30,8 @@ pub struct Inputs<'a> {
     pub terrain: Named,
     /// Those in view.
     pub trees: &'a DrawnTrees,
+    /// As [`super::place`] reads them.
+    pub species: &'a Resource,
     /// [`DEPTH`](crate::surface::DEPTH).
     pub depth: &'a Target,
     /// [`SURFACE_ID`](crate::surface::SURFACE_ID).
@@ -36,19 +40,36 @@ pub struct Inputs<'a> {
     pub tree_normal: &'a Target,
 }
 
+impl Inputs<'_> {
+    /// What they draw on.
+    pub(super) fn attached(&self) -> [&Target; 2] {
+        [self.surface_id, self.tree_normal]
+    }
+}
+
 /// Draws them.
-pub fn run(cx: &mut Cx<'_>, inputs: Inputs<'_>) {
-    let Inputs { view, terrain, trees, depth, surface_id, tree_normal } = inputs;
-    let resources = [
-        ("view", view.clone()),
-        terrain,
-        ("tree_instances", trees.instances.binding()),
-        ("tree_vertices", trees.shared.vertices.binding()),
-    ];
-    let drawing = cx.drawing(&DRAW, &resources);
-    let on = Attachments { colors: &[surface_id, tree_normal], depth: Some(depth), is_cleared: false };
-    cx.render(DRAW.name, &[&drawing], on, |pass| {
-        drawing.set(pass);
-        pass.draw_indirect(&trees.draw.raw, trees.draw.offset);
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let &Inputs { view, ref terrain, trees, depth, .. } = inputs;
+    let mut drawings: Vec<(u32, Drawing)> = Vec::new();
+    for (species, model) in trees.shared.species.iter().enumerate() {
+        for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle), (CANOPY, &model.canopy)] {
+            let bucket = species as u32 * TREE_LEVELS + level;
+            let resources = [
+                ("view", view.clone()),
+                terrain.clone(),
+                ("tree_instances", trees.instances.binding()),
+                ("tree_order", trees.order_of(bucket).binding()),
+                ("tree_vertices", mesh.vertices.binding()),
+            ];
+            drawings.push((bucket, cx.drawing(&DRAW, &resources)));
+        }
+    }
+    let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
+    let on = Attachments { colors: &inputs.attached(), depth: Some(depth), is_cleared: false };
+    cx.render(DRAW.name, &all, on, |pass| {
+        for (bucket, drawing) in &drawings {
+            drawing.set(pass);
+            trees.draw(pass, *bucket);
+        }
     });
 }

@@ -1,0 +1,98 @@
+// Which of the lines among trees are drawn: those that a pen would.
+//
+// A detector finds an edge wherever one leaf hides another, and all of them would be black. Near, the outline of a tree is
+// drawn, and within it what stands clear of what is behind it, so that clumps of leaves are open arcs and not cells. The
+// smaller trees are on the picture, the fewer of them are drawn: those that a number of their own chooses, so each comes
+// and goes by itself, the same for both eyes. What stands before the sky or before land far behind is drawn always.
+// Errors of the detector are kept or taken away before the density filter, which then sees a line for what it is.
+#import hachure::view::View
+#import hachure::surface_id::{kind_of, TREE}
+
+struct TreeLines {
+    // Of a tree in the mean.
+    height_m: f32,
+    // Only lines of trees are wanted.
+    only_trees: u32,
+    padding: vec2<f32>,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> tree_lines: TreeLines;
+@group(0) @binding(2) var surface_id: texture_2d<u32>;
+@group(0) @binding(3) var depth: texture_depth_2d;
+@group(0) @binding(4) var errors: texture_2d<f32>;
+@group(0) @binding(5) var tree_errors: texture_storage_2d<rgba16float, write>;
+
+// Heights on the picture at which all trees are outlined against land, and against each other, and what is left of
+// those that are smaller at least.
+const OUTLINED_PX: f32 = 34.0;
+const APART_PX: f32 = 80.0;
+const FEWEST_OUTLINED: f32 = 0.3;
+const FEWEST_APART: f32 = 0.1;
+// Heights on the picture from which on, and at which all of the lines within a tree are drawn.
+const WITHIN_PX: vec2<f32> = vec2<f32>(70.0, 140.0);
+// How far behind, by the tree's height, what a line stands before has to be: within a tree,
+// among trees, and before land.
+const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.04, 0.09);
+const BEHIND_APART: vec2<f32> = vec2<f32>(0.1, 0.3);
+const BEHIND_LAND: vec2<f32> = vec2<f32>(0.06, 0.2);
+// From here on it is another slope.
+const BEHIND_ALL: vec2<f32> = vec2<f32>(6.0, 12.0);
+
+// Whether a tree is among the share that is drawn; it fades in.
+fn is_chosen(tree: u32, share: f32) -> f32 {
+    let own = fract(f32((tree >> 3u) & 0xffffu) * 0.61803399);
+    return clamp((share * 1.1 - own) / 0.1, 0.0, 1.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let p = vec2<i32>(id.xy);
+    let last = vec2<i32>(view.size_px) - 1;
+    let own = textureLoad(surface_id, p, 0).r;
+    var front = 0.0;
+    var tree = 0u;
+    var back = 1e30;
+    var is_one = true;
+    var is_all_trees = true;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let q = clamp(p + vec2<i32>(x, y), vec2<i32>(0), last);
+            let other = textureLoad(surface_id, q, 0).r;
+            let near = textureLoad(depth, q, 0);
+            back = min(back, near);
+            is_one = is_one && other == own;
+            if kind_of(other) != TREE {
+                is_all_trees = false;
+            } else if near > front {
+                front = near;
+                tree = other;
+            }
+        }
+    }
+    let found = textureLoad(errors, p, 0);
+    if tree == 0u {
+        textureStore(tree_errors, p, select(found, vec4<f32>(0.0), tree_lines.only_trees != 0u));
+        return;
+    }
+    let along_m = view.near_m / front;
+    let size_px = tree_lines.height_m * view.focal_px / along_m;
+    // By a tree's height; the sky is far.
+    let behind = (view.near_m / max(back, 1e-12) - along_m) / tree_lines.height_m;
+    var drawn = 0.0;
+    if is_one {
+        drawn = smoothstep(WITHIN_PX.x, WITHIN_PX.y, size_px) * smoothstep(BEHIND_WITHIN.x, BEHIND_WITHIN.y, behind);
+    } else if is_all_trees {
+        let share = clamp(size_px / APART_PX, FEWEST_APART, 1.0);
+        drawn = is_chosen(tree, share) * smoothstep(BEHIND_APART.x, BEHIND_APART.y, behind);
+    } else {
+        // Open arcs: no line where a crown meets the ground that it stands on.
+        let share = clamp(size_px / OUTLINED_PX, FEWEST_OUTLINED, 1.0);
+        drawn = is_chosen(tree, share) * smoothstep(BEHIND_LAND.x, BEHIND_LAND.y, behind);
+    }
+    drawn = max(drawn, smoothstep(BEHIND_ALL.x, BEHIND_ALL.y, behind));
+    textureStore(tree_errors, p, found * drawn);
+}

@@ -1,0 +1,145 @@
+// Draws the trees in view that are impostors: two triangles each, which face the eye and hold the tree's sphere.
+//
+// The ray of a pixel is followed, in the space of the tree, through the depths of the picture that was taken from nearest
+// to the eye (src/forest/impostor.rs). Depths are told by a single surface, so what the ray passes behind by more than
+// THICKNESS is not hit. Steps are as long as a ray needs that leans against the picture's axis by half of what lies
+// between two pictures; then the step that hits is halved.
+#import hachure::view::View
+#import hachure::earth::bend
+#import hachure::forest::Species
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
+@group(0) @binding(2) var<storage, read> tree_order: array<u32>;
+@group(0) @binding(3) var<storage, read> tree_species: array<Species>;
+// The normal on the octahedral map, how far toward the eye, lightness; 0 is where nothing is seen.
+@group(0) @binding(4) var tree_pictures: texture_2d<f32>;
+
+struct Vertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) number: u32,
+    // Of the tree that is 1 tall and wide.
+    @location(1) @interpolate(flat) eye: vec3<f32>,
+    @location(2) at: vec3<f32>,
+    // The picture.
+    @location(3) @interpolate(flat) frame: vec2<f32>,
+}
+
+struct Drawn {
+    @location(0) id: u32,
+    @location(1) normal: vec4<f32>,
+    @builtin(frag_depth) depth: f32,
+}
+
+const FRAMES: f32 = 12.0;
+const FRAME_PX: f32 = 64.0;
+const STEPS: u32 = 12u;
+const HALVINGS: u32 = 4u;
+// By the sphere's radius.
+const THICKNESS: f32 = 0.35;
+
+// From the world into the tree that is 1 tall and wide.
+fn own_of(tree: TreeInstance, from_foot_m: vec3<f32>) -> vec3<f32> {
+    let back = mat2x2<f32>(vec2<f32>(tree.turn.y, -tree.turn.x), vec2<f32>(tree.turn.x, tree.turn.y));
+    return vec3<f32>(back * from_foot_m.xy / tree.width_m,
+        (from_foot_m.z - dot(from_foot_m.xy, tree.slope)) / tree.height_m);
+}
+
+// The picture that was taken from nearest to a direction; from below the horizon, one from the horizon.
+fn frame_near(direction: vec3<f32>) -> vec2<f32> {
+    let d = vec3<f32>(direction.xy, max(direction.z, 0.0));
+    let p = d.xy / max(abs(d.x) + abs(d.y) + d.z, 1e-6);
+    let uv = vec2<f32>(p.x + p.y, p.x - p.y);
+    return clamp(round((uv * 0.5 + 0.5) * (FRAMES - 1.0)), vec2<f32>(0.0), vec2<f32>(FRAMES - 1.0));
+}
+
+fn direction_of(frame: vec2<f32>) -> vec3<f32> {
+    let uv = frame / (FRAMES - 1.0) * 2.0 - 1.0;
+    let p = 0.5 * vec2<f32>(uv.x + uv.y, uv.x - uv.y);
+    return normalize(vec3<f32>(p, 1.0 - abs(p.x) - abs(p.y)));
+}
+
+fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    let fold = max(-z, 0.0);
+    return normalize(vec3<f32>(p - select(-vec2<f32>(fold), vec2<f32>(fold), p >= vec2<f32>(0.0)), z));
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
+    let number = tree_order[instance];
+    let tree = tree_instances[number];
+    let species = tree_species[species_of(tree)];
+    let foot_m = bend(tree.flat_m);
+    let eye = own_of(tree, view.eye_m - foot_m);
+    let toward = normalize(eye - species.middle);
+    // A square that faces the eye and is as far away as the middle, wide enough for the sphere as the eye sees it.
+    let far = max(length(eye - species.middle), 1.01 * species.radius);
+    let wide = species.radius * far * inverseSqrt(far * far - species.radius * species.radius);
+    let right = normalize(select(vec3<f32>(-toward.y, toward.x, 0.0), vec3<f32>(1.0, 0.0, 0.0), length(toward.xy) < 1e-4));
+    let up = cross(toward, right);
+    let corner = vec2<f32>(select(-1.0, 1.0, index == 1u || index == 2u || index == 4u), select(-1.0, 1.0, index == 2u || index >= 4u));
+    let own = species.middle + wide * (corner.x * right + corner.y * up);
+    let at_m = foot_m + place_on_tree(tree, own);
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, eye, own, frame_near(toward));
+}
+
+@fragment
+fn fragment(in: Vertex) -> Drawn {
+    let tree = tree_instances[in.number];
+    let species = tree_species[species_of(tree)];
+    let toward = direction_of(in.frame);
+    let right = normalize(vec3<f32>(-toward.y, toward.x, 0.0));
+    let axes = mat3x3<f32>(right, cross(toward, right), toward);
+    // In the picture's space: right, up, toward the eye; the sphere's radius is 1.
+    let origin = (in.eye - species.middle) * axes / species.radius;
+    let ray = normalize((in.at - in.eye) * axes);
+    let nearest = -dot(origin, ray);
+    let half = sqrt(max(1.0 - dot(origin, origin) + nearest * nearest, 0.0));
+    let first = vec2<f32>(in.frame * FRAME_PX) + 0.5 * FRAME_PX;
+    var before = nearest - half;
+    var texel = vec4<f32>(0.0);
+    var hit = 0.0;
+    var is_hit = false;
+    for (var i = 0u; i < STEPS; i++) {
+        let along = nearest + half * (2.0 * f32(i + 1u) / f32(STEPS) - 1.0);
+        let p = origin + ray * along;
+        let seen = look(first, p.xy);
+        let behind = seen.z - p.z;
+        if seen.w > 0.0 && behind >= 0.0 && behind < THICKNESS {
+            is_hit = true;
+            hit = along;
+            texel = seen;
+            break;
+        }
+        before = along;
+    }
+    if is_hit {
+        for (var i = 0u; i < HALVINGS; i++) {
+            let along = 0.5 * (before + hit);
+            let p = origin + ray * along;
+            let seen = look(first, p.xy);
+            let behind = seen.z - p.z;
+            if seen.w > 0.0 && behind >= 0.0 && behind < THICKNESS {
+                hit = along;
+                texel = seen;
+            } else {
+                before = along;
+            }
+        }
+    }
+    if !is_hit || !is_shown(tree, in.clip.xy) {
+        discard;
+    }
+    let own = axes * (origin + ray * hit) * species.radius + species.middle;
+    let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
+    let normal = normal_on_tree(tree, from_octahedral(texel.xy));
+    return Drawn(tree.id, vec4<f32>(normal, texel.w * light_of(tree)), clip.z / clip.w);
+}
+
+// The texel of a picture at a place of its space.
+fn look(middle_px: vec2<f32>, p: vec2<f32>) -> vec4<f32> {
+    let within = clamp(vec2<f32>(p.x, -p.y) * 0.5 * FRAME_PX, vec2<f32>(-0.5 * FRAME_PX), vec2<f32>(0.5 * FRAME_PX - 0.01));
+    return textureLoad(tree_pictures, vec2<i32>(floor(middle_px + within)), 0);
+}

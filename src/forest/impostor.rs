@@ -1,0 +1,200 @@
+//! Impostors: a tree as seen from many sides, each side a small picture of normals, depths and lightness, from which it
+//! is drawn with two triangles.
+//!
+//! The sides lie evenly over the upper half of the directions, by the hemi-octahedral map (Cigolle and others 2014,
+//! "A Survey of Efficient Representations for Independent Unit Vectors", section 3.3): [`FRAMES`] by [`FRAMES`] of them,
+//! an even number, so that none looks straight down, where a picture has no upright. Each is an orthographic picture of
+//! the tree's sphere. A place is drawn by following the ray of its pixel through the depths of the picture that was taken
+//! from nearest to it (`shaders/surface/trees/impostor.wgsl`), so it has the depth of the mesh there, and lines, marks
+//! and both eyes see it as they see a mesh. Pictures are taken when a forest is first drawn, in f64, and are the same on
+//! every machine.
+
+use glam::{DVec2, DVec3};
+use half::f16;
+use rayon::prelude::*;
+
+/// Sides along each of the map's axes.
+pub const FRAMES: u32 = 12;
+/// Of a side's picture.
+pub const FRAME_PX: u32 = 64;
+const _: () = assert!(FRAMES.is_multiple_of(2));
+
+/// A corner of a triangle, three to each; in the space of a tree that is 1 tall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImpostorCorner {
+    /// Where it is.
+    pub at: DVec3,
+    /// Unit.
+    pub normal: DVec3,
+    /// Of its colour: 0 is black, and 1 as light as bare land.
+    pub lightness: f64,
+}
+
+/// The pictures of a tree.
+pub struct Impostor {
+    /// The middle of its sphere.
+    pub middle: DVec3,
+    /// Of its sphere.
+    pub radius: f64,
+    /// Row by row, [`FRAMES`] × [`FRAME_PX`] in each: the normal in octahedral coordinates, how far toward the eye (by
+    /// the radius, −1 to 1), and the lightness; 0 is where nothing is seen.
+    pub texels: Vec<[f16; 4]>,
+}
+
+/// Toward the eye that a side was taken from.
+pub fn direction(frame: [u32; 2]) -> DVec3 {
+    let [u, v] = frame.map(|at| 2.0 * f64::from(at) / f64::from(FRAMES - 1) - 1.0);
+    let (x, y) = (0.5 * (u + v), 0.5 * (u - v));
+    DVec3::new(x, y, 1.0 - x.abs() - y.abs()).normalize()
+}
+
+/// The axes of a side's picture: right and up.
+pub fn axes(direction: DVec3) -> [DVec3; 2] {
+    let right = DVec3::new(-direction.y, direction.x, 0.0).normalize();
+    [right, direction.cross(right)]
+}
+
+/// A unit vector on the octahedral map: −1 to 1 each.
+pub fn octahedral(n: DVec3) -> DVec2 {
+    let p = n / (n.x.abs() + n.y.abs() + n.z.abs());
+    if p.z >= 0.0 {
+        return p.truncate();
+    }
+    let sign = |v: f64| if v < 0.0 { -1.0 } else { 1.0 };
+    DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
+}
+
+impl Impostor {
+    /// Takes the pictures.
+    pub fn take(corners: &[ImpostorCorner]) -> Self {
+        let low = corners.iter().map(|corner| corner.at).fold(DVec3::INFINITY, DVec3::min);
+        let high = corners.iter().map(|corner| corner.at).fold(DVec3::NEG_INFINITY, DVec3::max);
+        let middle = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
+        let farthest = corners.iter().map(|corner| corner.at.distance(middle)).fold(1e-6, f64::max);
+        // A texel is free all around.
+        let radius = farthest * f64::from(FRAME_PX) / f64::from(FRAME_PX - 2);
+        let frames = (0..FRAMES * FRAMES).into_par_iter();
+        let pictures: Vec<Vec<[f16; 4]>> =
+            frames.map(|frame| picture(corners, middle, radius, direction([frame % FRAMES, frame / FRAMES]))).collect();
+        let side = (FRAMES * FRAME_PX) as usize;
+        let (frames, px) = (FRAMES as usize, FRAME_PX as usize);
+        let texel = |at: usize| {
+            let (x, y) = (at % side, at / side);
+            pictures[y / px * frames + x / px][y % px * px + x % px]
+        };
+        Self { middle, radius, texels: (0..side * side).map(texel).collect() }
+    }
+}
+
+/// A side's picture: what is nearest at the middle of each texel.
+fn picture(corners: &[ImpostorCorner], middle: DVec3, radius: f64, direction: DVec3) -> Vec<[f16; 4]> {
+    let [right, up] = axes(direction);
+    let half = 0.5 * f64::from(FRAME_PX);
+    let px = FRAME_PX as usize;
+    let mut texels = vec![[f16::ZERO; 4]; px * px];
+    let mut nearest = vec![f64::NEG_INFINITY; px * px];
+    for triangle in corners.chunks_exact(3) {
+        let [a, b, c] = [0, 1, 2].map(|i| {
+            let at = (triangle[i].at - middle) / radius;
+            DVec3::new(half + half * at.dot(right), half - half * at.dot(up), at.dot(direction))
+        });
+        let area = (b - a).truncate().perp_dot((c - a).truncate());
+        if area == 0.0 {
+            continue;
+        }
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let range = |low: f64, high: f64| {
+            (low - 0.5).ceil().max(0.0) as usize..((high + 0.5).floor().max(0.0) as usize).min(px)
+        };
+        for y in range(low.y, high.y) {
+            for x in range(low.x, high.x) {
+                let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let share =
+                    |from: DVec3, to: DVec3| (to.truncate() - from.truncate()).perp_dot(p - from.truncate()) / area;
+                let [of_a, of_b, of_c] = [share(b, c), share(c, a), share(a, b)];
+                let toward = of_a * a.z + of_b * b.z + of_c * c.z;
+                if of_a.min(of_b).min(of_c) < 0.0 || toward <= nearest[y * px + x] {
+                    continue;
+                }
+                nearest[y * px + x] = toward;
+                let normal = triangle[0].normal * of_a + triangle[1].normal * of_b + triangle[2].normal * of_c;
+                // A sheet that is seen from behind.
+                let normal = if normal.dot(direction) < 0.0 && area > 0.0 { -normal } else { normal };
+                let packed = octahedral(normal.normalize_or(DVec3::Z));
+                let lightness =
+                    triangle[0].lightness * of_a + triangle[1].lightness * of_b + triangle[2].lightness * of_c;
+                texels[y * px + x] = [packed.x, packed.y, toward, lightness.max(1e-3)].map(f16::from_f64);
+            }
+        }
+    }
+    texels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn from_octahedral(p: DVec2) -> DVec3 {
+        let z = 1.0 - p.x.abs() - p.y.abs();
+        let fold = (-z).max(0.0);
+        DVec3::new(p.x - fold.copysign(p.x), p.y - fold.copysign(p.y), z).normalize()
+    }
+
+    #[test]
+    fn sides_look_from_all_over_the_upper_half() {
+        let all: Vec<DVec3> = (0..FRAMES * FRAMES).map(|i| direction([i % FRAMES, i / FRAMES])).collect();
+        let farthest_deg = |sides: &[DVec3]| {
+            let nearest = |d: DVec3| sides.iter().map(|side| side.angle_between(d)).fold(f64::INFINITY, f64::min);
+            let directions = (0..400).map(|i| {
+                let (turn, z) = (2.399_963 * f64::from(i), (f64::from(i) + 0.5) / 400.0);
+                DVec3::new(turn.cos() * (1.0 - z * z).sqrt(), turn.sin() * (1.0 - z * z).sqrt(), z)
+            });
+            directions.map(nearest).fold(0.0, f64::max).to_degrees()
+        };
+        assert!(all.iter().all(|d| d.z > -1e-12) && farthest_deg(&all) < 10.0, "{}", farthest_deg(&all));
+        // Planted: one that is missing.
+        assert!(farthest_deg(&all[..all.len() - 20]) > 10.0);
+        for d in all {
+            let [right, up] = axes(d);
+            assert!((right.cross(up) - d).length() < 1e-12 && up.z >= 0.0);
+            assert!((from_octahedral(octahedral(-d)) + d).length() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_ball_looks_the_same_from_everywhere() {
+        // Latitudes and longitudes.
+        let at = |i: i32, j: i32| {
+            let (a, b) = (f64::from(i) / 32.0 * std::f64::consts::TAU, f64::from(j) / 16.0 * std::f64::consts::PI);
+            DVec3::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos())
+        };
+        let corner = |n: DVec3| ImpostorCorner { at: n * 0.4 + DVec3::Z * 0.5, normal: n, lightness: 0.5 };
+        let quads = (0..32).flat_map(|i| (0..16).map(move |j| (i, j)));
+        let corners: Vec<ImpostorCorner> = quads
+            .flat_map(|(i, j)| [(i, j), (i, j + 1), (i + 1, j + 1), (i, j), (i + 1, j + 1), (i + 1, j)])
+            .map(|(i, j)| corner(at(i, j)))
+            .collect();
+        let impostor = Impostor::take(&corners);
+        let side = (FRAMES * FRAME_PX) as usize;
+        let mut worst = [0.0_f64; 2];
+        for (number, texel) in impostor.texels.iter().enumerate() {
+            let [x, y] = [number % side, number / side].map(|at| at as u32);
+            let d = direction([x / FRAME_PX, y / FRAME_PX]);
+            let [right, up] = axes(d);
+            let [px, py] = [x % FRAME_PX, y % FRAME_PX].map(|at| (f64::from(at) + 0.5) / 32.0 - 1.0);
+            let [u, v, toward, lightness] = texel.map(f16::to_f64);
+            let within = px.hypot(py) * impostor.radius / 0.4;
+            if within > 1.02 || within < 0.95 {
+                assert_eq!(lightness > 0.0, within < 1.0, "{x} {y}");
+            }
+            if within < 0.95 {
+                let n = from_octahedral(DVec2::new(u, v));
+                let expected = (right * px - up * py) * impostor.radius / 0.4;
+                let expected = expected + d * (1.0 - expected.length_squared()).sqrt();
+                worst[0] = worst[0].max(n.angle_between(expected).to_degrees());
+                worst[1] = worst[1].max((toward * impostor.radius - 0.4 * expected.dot(d)).abs());
+            }
+        }
+        assert!(worst[0] < 4.0 && worst[1] < 0.01, "{worst:?}");
+    }
+}

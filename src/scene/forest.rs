@@ -1,0 +1,195 @@
+//! `[forest]` of a scene: which trees stand where.
+
+use std::ops::RangeInclusive;
+
+use serde::Deserialize;
+
+/// Where trees stand: by rules, which the land answers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forest {
+    /// Another seed is another forest.
+    pub seed: u32,
+    /// Where nothing is against them; at most [`Forest::MOST_TREES_PER_HA`].
+    pub trees_per_ha: f64,
+    /// They stand below this height.
+    pub tree_line_m: f64,
+    /// By how much the tree line strays, and over how much height the forest thins out below it.
+    pub raggedness_m: f64,
+    /// Where the land is steeper there is none.
+    pub steepest_deg: f64,
+    /// Of 1 to [`Forest::MOST_SPECIES`] kinds.
+    pub species: Vec<Species>,
+}
+
+/// A kind of tree, and where it prefers to stand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Species {
+    /// What it looks like.
+    pub form: Form,
+    /// Of all trees, by those of the other species, where all are as well off.
+    pub share: f64,
+    /// Of a tree in the mean.
+    pub height_m: f64,
+    /// It stands between these heights above the sea, and becomes rarer over [`Species::FADES_OVER_M`] beyond them.
+    pub heights_m: [f64; 2],
+    /// Clockwise from north: where a slope should look.
+    pub aspect_deg: f64,
+    /// How much that matters: at 1 the species does not stand on steep slopes that look the other way.
+    pub by_aspect: f64,
+    /// −1 to 1: how much it prefers hollows to ridges, or the other way round.
+    pub by_hollow: f64,
+}
+
+/// What a tree looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// A spruce.
+    Conifer,
+    /// An oak or a beech.
+    Broadleaf,
+    /// A birch.
+    Birch,
+    /// A dead trunk.
+    Snag,
+}
+
+impl Forest {
+    /// There are no more points for trees.
+    pub const MOST_TREES_PER_HA: f64 = 625.0;
+    /// More are not told apart.
+    pub const MOST_SPECIES: usize = 8;
+
+    /// The mean height of the tallest species.
+    pub fn height_m(&self) -> f64 {
+        self.species.iter().map(|species| species.height_m).fold(0.0, f64::max)
+    }
+}
+
+impl Species {
+    /// Above and below the heights of a species it becomes rarer over as much.
+    pub const FADES_OVER_M: f64 = 100.0;
+
+    /// Anywhere.
+    pub fn new(form: Form, share: f64, height_m: f64) -> Self {
+        let heights_m = [-HIGHEST_M, HIGHEST_M];
+        Self { form, share, height_m, heights_m, aspect_deg: 0.0, by_aspect: 0.0, by_hollow: 0.0 }
+    }
+
+    /// A mixed forest whose conifers are `height_m` tall: broadleaves in hollows, birches and dead trunks between.
+    pub fn mixed(height_m: f64) -> Vec<Self> {
+        let conifers = Self::new(Form::Conifer, 6.0, height_m);
+        let broadleaves = Self { by_hollow: 0.6, ..Self::new(Form::Broadleaf, 3.0, 0.85 * height_m) };
+        let birches = Self::new(Form::Birch, 1.2, 0.75 * height_m);
+        vec![conifers, broadleaves, birches, Self::new(Form::Snag, 0.2, 0.6 * height_m)]
+    }
+}
+
+const HIGHEST_M: f64 = 1e6;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ForestToml {
+    #[serde(default = "one")]
+    seed: u32,
+    trees_per_ha: Option<f64>,
+    tree_line_m: Option<f64>,
+    raggedness_m: Option<f64>,
+    steepest_deg: Option<f64>,
+    height_m: Option<f64>,
+    #[serde(default)]
+    species: Vec<SpeciesToml>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpeciesToml {
+    form: FormToml,
+    share: Option<f64>,
+    height_m: Option<f64>,
+    low_m: Option<f64>,
+    high_m: Option<f64>,
+    aspect_deg: Option<f64>,
+    by_aspect: Option<f64>,
+    by_hollow: Option<f64>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum FormToml {
+    Conifer,
+    Broadleaf,
+    Birch,
+    Snag,
+}
+
+fn one() -> u32 {
+    1
+}
+
+/// A key and what is wrong with it.
+pub(super) type WrongKey = (String, String);
+
+/// A number of a table; `table` ends with a dot.
+fn within(
+    table: &str,
+    key: &str,
+    value: Option<f64>,
+    default: f64,
+    range: RangeInclusive<f64>,
+) -> Result<f64, WrongKey> {
+    let value = value.unwrap_or(default);
+    let cause = || format!("it must lie within {} to {}", range.start(), range.end());
+    if range.contains(&value) { Ok(value) } else { Err((format!("{table}{key}"), cause())) }
+}
+
+impl ForestToml {
+    /// # Errors
+    /// The first key that is wrong.
+    pub(super) fn checked(&self) -> Result<Forest, WrongKey> {
+        let number = |key, value, default, range| within("forest.", key, value, default, range);
+        let height_m = number("height_m", self.height_m, 18.0, 0.01..=1000.0)?;
+        if self.species.len() > Forest::MOST_SPECIES {
+            return Err(("forest.species".to_owned(), format!("there may be {} at most", Forest::MOST_SPECIES)));
+        }
+        let own = self.species.iter().enumerate();
+        let own = own.map(|(number, species)| species.checked(&format!("forest.species[{number}]."), height_m));
+        let own: Vec<Species> = own.collect::<Result<_, _>>()?;
+        Ok(Forest {
+            seed: self.seed,
+            trees_per_ha: number("trees_per_ha", self.trees_per_ha, 300.0, 0.0..=Forest::MOST_TREES_PER_HA)?,
+            // No land is as high.
+            tree_line_m: number("tree_line_m", self.tree_line_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?,
+            raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,
+            steepest_deg: number("steepest_deg", self.steepest_deg, 38.0, 1.0..=89.0)?,
+            species: if own.is_empty() { Species::mixed(height_m) } else { own },
+        })
+    }
+}
+
+impl SpeciesToml {
+    fn checked(&self, table: &str, height_m: f64) -> Result<Species, WrongKey> {
+        let number = |key, value, default, range| within(table, key, value, default, range);
+        let low_m = number("low_m", self.low_m, -HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
+        let high_m = number("high_m", self.high_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
+        if low_m > high_m {
+            return Err((format!("{table}low_m"), "it lies above high_m".to_owned()));
+        }
+        let form = match self.form {
+            FormToml::Conifer => Form::Conifer,
+            FormToml::Broadleaf => Form::Broadleaf,
+            FormToml::Birch => Form::Birch,
+            FormToml::Snag => Form::Snag,
+        };
+        // A slope that is to look somewhere is one that should.
+        let by_aspect = if self.aspect_deg.is_some() { 1.0 } else { 0.0 };
+        Ok(Species {
+            form,
+            share: number("share", self.share, 1.0, 0.0..=1e6)?,
+            height_m: number("height_m", self.height_m, height_m, 0.01..=1000.0)?,
+            heights_m: [low_m, high_m],
+            aspect_deg: number("aspect_deg", self.aspect_deg, 0.0, -360.0..=360.0)?,
+            by_aspect: number("by_aspect", self.by_aspect, by_aspect, 0.0..=1.0)?,
+            by_hollow: number("by_hollow", self.by_hollow, 0.0, -1.0..=1.0)?,
+        })
+    }
+}

@@ -1,0 +1,45 @@
+//! Draws the trees in view that are drawn from pictures. See `shaders/surface/trees/impostor.wgsl`.
+
+use super::raster::{Inputs, NORMAL_FORMAT};
+use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::{Draw, replaced};
+use crate::gpu::recorder::{Attachments, Cx, Drawing};
+use crate::gpu::wgsl::shared::trees::{IMPOSTOR, TREE_LEVELS};
+use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
+
+/// Of an impostor's two triangles.
+pub(super) const CORNERS: u32 = 6;
+
+const DRAW: Draw = Draw {
+    name: "surface/trees/impostor",
+    fragment: "fragment",
+    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT)],
+    depth: Some(DEPTH_FORMAT),
+    topology: wgpu::PrimitiveTopology::TriangleList,
+};
+
+/// Draws them.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let &Inputs { view, ref terrain, trees, species, depth, .. } = inputs;
+    let mut drawings: Vec<(u32, Drawing)> = Vec::new();
+    for (number, model) in trees.shared.species.iter().enumerate() {
+        let bucket = number as u32 * TREE_LEVELS + IMPOSTOR;
+        let resources = [
+            ("view", view.clone()),
+            terrain.clone(),
+            ("tree_instances", trees.instances.binding()),
+            ("tree_order", trees.order_of(bucket).binding()),
+            ("tree_species", species.clone()),
+            ("tree_pictures", Resource::Texture("tree pictures", model.pictures.clone())),
+        ];
+        drawings.push((bucket, cx.drawing(&DRAW, &resources)));
+    }
+    let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
+    let on = Attachments { colors: &inputs.attached(), depth: Some(depth), is_cleared: false };
+    cx.render(DRAW.name, &all, on, |pass| {
+        for (bucket, drawing) in &drawings {
+            drawing.set(pass);
+            trees.draw(pass, *bucket);
+        }
+    });
+}
