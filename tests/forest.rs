@@ -6,27 +6,22 @@ mod common;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use bytemuck::Zeroable;
 use common::World;
-use common::draw::{NOON, draw, still};
+use common::forest::{drawn_trees, of, points};
 use common::hill::Hill;
-use glam::{DVec2, DVec3, IVec2};
-use hachure::forest::cells::Cell;
-use hachure::forest::points::Points;
-use hachure::forest::{CELL_M, CELLS, TILE_M};
+use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
-use hachure::gpu::readback::read_buffer;
+use hachure::scene::forest::{Form, Species};
 use hachure::scene::{Forest, Scene};
-use hachure::style::Style;
-use hachure::surface::trees::{DRAW, INSTANCES, TreeInstance};
 
 const SIZE_PX: [u32; 2] = [128, 72];
 /// Straight down, from where all of [`within`] is seen.
 const ABOVE: &str = "0,0,1500,0,-90,60";
 
 /// So tall that none is left out as too small.
-const FOREST: Forest =
-    Forest { seed: 7, trees_per_ha: 20.0, tree_line_m: 1e6, raggedness_m: 0.0, steepest_deg: 89.0, height_m: 600.0 };
+fn tall(trees_per_ha: f64) -> Forest {
+    of(Form::Conifer, trees_per_ha, 600.0)
+}
 
 fn within(at_m: DVec2) -> bool {
     at_m.abs().cmplt(DVec2::new(700.0, 400.0)).all()
@@ -35,46 +30,23 @@ fn within(at_m: DVec2) -> bool {
 /// Trees by their place in centimetres: where they stand in the world, how tall they are, and their id.
 type Trees = BTreeMap<[i64; 2], (DVec3, f32, u32)>;
 
-/// The trees of a camera.
+/// The trees of a camera. One that dissolves is two, of two levels.
 fn seen(world: &mut World, forest: &Forest, camera: &str) -> Trees {
     world.surfaces.set_forest(Some(forest.clone()));
+    // None is left out.
+    world.surfaces.set_tree_detail(20.0);
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let style = Style::load("plain").unwrap();
-    // Tiles come with the first.
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &NOON);
-    }
-    let count: Vec<u32> = read_buffer(&world.gpu, &frame.buffer(&DRAW).unwrap().raw, 4).unwrap();
-    let mut trees = vec![TreeInstance::zeroed(); count[1] as usize];
-    if !trees.is_empty() {
-        trees = read_buffer(&world.gpu, &frame.buffer(&INSTANCES).unwrap().raw, trees.len()).unwrap();
-    }
-    let place = |tree: &TreeInstance| DVec3::from_array(tree.flat_m.map(f64::from)) + pose.position_m;
+    let trees = drawn_trees(world, &mut Frame::new(&world.gpu).unwrap(), pose, SIZE_PX);
     let key = |at_m: DVec3| [at_m.x, at_m.y].map(|along_m| (100.0 * along_m).round() as i64);
-    let all: Trees = trees.iter().map(|tree| (key(place(tree)), (place(tree), tree.height_m, tree.id))).collect();
-    assert_eq!(all.len(), trees.len(), "each stands once");
-    all
+    let mut levels: BTreeMap<[i64; 2], Vec<u32>> = BTreeMap::new();
+    trees.iter().for_each(|tree| levels.entry(key(tree.at_m)).or_default().push(tree.level));
+    assert!(levels.values().all(|levels| levels.is_sorted_by(|a, b| a < b)), "each stands once");
+    trees.iter().map(|tree| (key(tree.at_m), (tree.at_m, tree.instance.height_m, tree.instance.id))).collect()
 }
 
 /// The points of a rank below that of a density, within [`within`].
-fn points(trees_per_ha: f64) -> Vec<DVec2> {
-    let Points { points, starts } = Points::new();
-    let tiles = (-4..4).flat_map(|y| (-4..4).map(move |x| IVec2::new(x, y)));
-    let cells = tiles.flat_map(|tile| (0..CELLS * CELLS).map(move |number| Cell { tile, number }));
-    let of = |cell: Cell| {
-        let own = &points[starts[cell.number as usize] as usize..starts[cell.number as usize + 1] as usize];
-        let some = own.iter().filter(|point| point.rank < trees_per_ha / Forest::MOST_TREES_PER_HA);
-        let corner_m = cell.corner_m();
-        some.map(move |point| {
-            let at_m = cell.tile.as_dvec2() * TILE_M + DVec2::from_array(point.at) * TILE_M;
-            assert!((at_m - corner_m).cmpge(DVec2::ZERO).all() && (at_m - corner_m).cmplt(DVec2::splat(CELL_M)).all());
-            at_m
-        })
-        .filter(|at_m| within(*at_m))
-        .collect::<Vec<_>>()
-    };
-    cells.flat_map(of).collect()
+fn places(trees_per_ha: f64) -> Vec<DVec2> {
+    points(4, trees_per_ha).into_iter().map(|(at_m, _)| at_m.truncate()).filter(|at_m| within(*at_m)).collect()
 }
 
 /// How many of the places have no tree within a centimetre, and how many trees have no place.
@@ -90,10 +62,9 @@ fn every_point_has_its_tree_and_no_tree_is_elsewhere() {
     let (hill, grid) = Hill::square(321, 10.0);
     let Some(mut world) = World::new(grid, 0.02) else { return };
     for trees_per_ha in [50.0, 10.0] {
-        let forest = Forest { trees_per_ha, ..FOREST };
-        let all = seen(&mut world, &forest, ABOVE);
+        let all = seen(&mut world, &tall(trees_per_ha), ABOVE);
         let trees: Vec<DVec3> = all.values().map(|tree| tree.0).filter(|at_m| within(at_m.truncate())).collect();
-        let places = points(trees_per_ha);
+        let places = places(trees_per_ha);
         println!("{trees_per_ha} for a hectare: {} points, {} trees in all", places.len(), all.len());
         assert!(places.len() as f64 > 0.95 * trees_per_ha * 112.0);
         assert_eq!(unmatched(&places, &trees), [0, 0]);
@@ -111,7 +82,7 @@ fn every_point_has_its_tree_and_no_tree_is_elsewhere() {
 #[test]
 fn trees_are_the_same_for_whoever_looks() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.02) else { return };
-    let forest = Forest { tree_line_m: 120.0, raggedness_m: 60.0, steepest_deg: 16.0, ..FOREST };
+    let forest = Forest { tree_line_m: 120.0, raggedness_m: 60.0, steepest_deg: 16.0, ..tall(20.0) };
     let [above, aside] = [ABOVE, "400,-1400,900,340,-35,70"].map(|camera| seen(&mut world, &forest, camera));
     let mut shared = 0;
     // A place may be rounded to one centimetre or the next: by ids, of which few are those of two.
@@ -153,9 +124,9 @@ fn no_tree_stands_where_the_land_is_against_it() {
         };
         along(1.0, 0.0).hypot(along(0.0, 1.0)).atan().to_degrees()
     };
-    let low = Forest { tree_line_m: 100.0, raggedness_m: 30.0, ..FOREST };
-    let flat = Forest { steepest_deg: 10.0, ..FOREST };
-    let [everywhere, low, flat] = [&FOREST, &low, &flat].map(|forest| seen(&mut world, forest, ABOVE));
+    let low = Forest { tree_line_m: 100.0, raggedness_m: 30.0, ..tall(20.0) };
+    let flat = Forest { steepest_deg: 10.0, ..tall(20.0) };
+    let [everywhere, low, flat] = [&tall(20.0), &low, &flat].map(|forest| seen(&mut world, forest, ABOVE));
     let count =
         |trees: &Trees, is_wrong: &dyn Fn(DVec3) -> bool| trees.values().filter(|tree| is_wrong(tree.0)).count();
     // The land is asked at the scale of 30 m.
@@ -181,10 +152,10 @@ fn holes_have_no_trees() {
         }
     }
     let Some(mut world) = World::new(grid, 0.02) else { return };
-    let trees = seen(&mut world, &FOREST, ABOVE);
+    let trees = seen(&mut world, &tall(20.0), ABOVE);
     let inside = |at_m: DVec2| at_m.cmpgt(DVec2::new(-100.0, -90.0)).all() && at_m.cmplt(DVec2::new(90.0, 100.0)).all();
     let wrong = trees.values().filter(|tree| inside(tree.0.truncate())).count();
-    let expected = points(FOREST.trees_per_ha).into_iter().filter(|at_m| inside(*at_m)).count();
+    let expected = places(20.0).into_iter().filter(|at_m| inside(*at_m)).count();
     println!("{wrong} trees in a hole that has {expected} points");
     assert!(wrong == 0 && expected > 50);
 }
@@ -198,17 +169,39 @@ fn a_scene_says_where_trees_stand() {
     assert_eq!(parse("").unwrap().forest, None);
     let forest = parse("[forest]").unwrap().forest.unwrap();
     assert!(forest.seed == 1 && forest.trees_per_ha == 300.0 && forest.tree_line_m > 9000.0);
+    let forms: Vec<Form> = forest.species.iter().map(|species| species.form).collect();
+    assert_eq!(forms, [Form::Conifer, Form::Broadleaf, Form::Birch, Form::Snag]);
     let text = "[forest]\nseed = 3\ntrees_per_ha = 40.5\ntree_line_m = -20\nraggedness_m = 5\nsteepest_deg = 30\n\
-                height_m = 9";
+                height_m = 9\n[[forest.species]]\nform = \"birch\"\n[[forest.species]]\nform = \"snag\"\n\
+                share = 0.5\nheight_m = 7\nlow_m = 100\nhigh_m = 900\naspect_deg = 200\nby_hollow = -0.5";
+    let snag = Species {
+        heights_m: [100.0, 900.0],
+        aspect_deg: 200.0,
+        by_aspect: 1.0,
+        by_hollow: -0.5,
+        ..Species::new(Form::Snag, 0.5, 7.0)
+    };
     let expected = Forest {
         seed: 3,
         trees_per_ha: 40.5,
         tree_line_m: -20.0,
         raggedness_m: 5.0,
         steepest_deg: 30.0,
-        height_m: 9.0,
+        species: vec![Species::new(Form::Birch, 1.0, 9.0), snag],
     };
     assert_eq!(parse(text).unwrap().forest, Some(expected));
+    let many = "[[forest.species]]\nform = \"birch\"\n".repeat(9);
+    assert!(parse(&many).unwrap_err().contains("forest.species: there may be 8 at most"));
+    for (wrong, told) in [
+        ("form = \"oak\"", "oak"),
+        ("form = \"birch\"\nshare = -1", "scene.toml:5:9: forest.species.share: it must lie within 0 to 1000000"),
+        ("form = \"birch\"\nlow_m = 3\nhigh_m = 2", "forest.species.low_m: it lies above high_m"),
+        ("form = \"birch\"\nby_aspect = 2", "forest.species.by_aspect: it must lie within 0 to 1"),
+        ("share = 1", "form"),
+    ] {
+        let error = parse(&format!("[[forest.species]]\n{wrong}")).unwrap_err();
+        assert!(error.contains(told) && error.lines().count() == 1, "{error}");
+    }
     for (wrong, told) in [
         ("trees_per_ha = 626", "scene.toml:4:16: forest.trees_per_ha: it must lie within 0 to 625"),
         ("trees_per_ha = -1", "it must lie within 0 to 625"),

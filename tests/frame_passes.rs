@@ -17,7 +17,7 @@ use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced};
 use hachure::picture::show::{self, ShowError};
-use hachure::scene::Forest;
+use hachure::scene::forest::Form;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
 use hachure::style::{self, Style};
@@ -143,14 +143,7 @@ fn traces() -> Option<Traces> {
     frame.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
     let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("headsets that hide areas", &trace);
-    world.surfaces.set_forest(Some(Forest {
-        seed: 1,
-        trees_per_ha: 100.0,
-        tree_line_m: 1e6,
-        raggedness_m: 0.0,
-        steepest_deg: 60.0,
-        height_m: 20.0,
-    }));
+    world.surfaces.set_forest(Some(common::forest::of(Form::Conifer, 100.0, 20.0)));
     let mut frame = Frame::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("scenes with a forest", &trace);

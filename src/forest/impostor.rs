@@ -16,7 +16,7 @@ use rayon::prelude::*;
 /// Sides along each of the map's axes.
 pub const FRAMES: u32 = 12;
 /// Of a side's picture.
-pub const FRAME_PX: u32 = 64;
+pub const FRAME_PX: u32 = 128;
 const _: () = assert!(FRAMES.is_multiple_of(2));
 
 /// A corner of a triangle, three to each; in the space of a tree that is 1 tall.
@@ -181,7 +181,8 @@ mod tests {
             let [x, y] = [number % side, number / side].map(|at| at as u32);
             let d = direction([x / FRAME_PX, y / FRAME_PX]);
             let [right, up] = axes(d);
-            let [px, py] = [x % FRAME_PX, y % FRAME_PX].map(|at| (f64::from(at) + 0.5) / 32.0 - 1.0);
+            let [px, py] =
+                [x % FRAME_PX, y % FRAME_PX].map(|at| (f64::from(at) + 0.5) / (0.5 * f64::from(FRAME_PX)) - 1.0);
             let [u, v, toward, lightness] = texel.map(f16::to_f64);
             let within = px.hypot(py) * impostor.radius / 0.4;
             if within > 1.02 || within < 0.95 {

@@ -5,6 +5,7 @@
 pub mod draw;
 pub mod equations;
 pub mod field;
+pub mod forest;
 pub mod hill;
 pub mod shapes;
 pub mod shot;

@@ -33,7 +33,7 @@ struct Drawn {
 }
 
 const FRAMES: f32 = 12.0;
-const FRAME_PX: f32 = 64.0;
+const FRAME_PX: f32 = 128.0;
 const STEPS: u32 = 12u;
 const HALVINGS: u32 = 4u;
 // By the sphere's radius.

@@ -59,8 +59,8 @@ const OWN_SIZE: f32 = 0.18;
 // Over this part of the height it dissolves.
 const DISSOLVES: f32 = 0.16;
 // As a canopy rises a tree shrinks, by how much wider than by nature it is.
-const RISES: vec2<f32> = vec2<f32>(1.1, 1.7);
-const SHRINKS: vec2<f32> = vec2<f32>(1.4, 2.0);
+const RISES: vec2<f32> = vec2<f32>(1.25, 1.85);
+const SHRINKS: vec2<f32> = vec2<f32>(1.5, 2.1);
 // Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
 const LEAST_LIGHT: f32 = 0.6;
@@ -127,7 +127,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let share = min(full_m * full_m / max(away_m * away_m, 1e-6), 1.0);
     // Before it goes it shrinks.
     let last = density * share;
-    let size = clamp((last - rank) / max(0.4 * density * (1.0 - share), 1e-6), 0.0, 1.0);
+    let size = clamp((last - rank) / max(0.4 * last * (1.0 - share), 1e-9), 0.0, 1.0);
     if rank >= last || is_void(site.g, away_m) {
         return;
     }

@@ -27,6 +27,10 @@ struct Drawn {
     @location(1) normal: vec4<f32>,
 }
 
+// Leaves that are nearer to the eye are not drawn, and from within none that are nearer than this.
+const CLEAR_M: f32 = 1.5;
+const WITHIN_M: f32 = 8.0;
+
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
@@ -40,7 +44,9 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
 @fragment
 fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
     let tree = tree_instances[in.number];
-    if !is_shown(tree, in.clip.xy) {
+    // An eye within a crown looks out of it.
+    let along_m = view.near_m / in.clip.z;
+    if !is_shown(tree, in.clip.xy) || along_m < CLEAR_M || (!is_front && along_m < WITHIN_M) {
         discard;
     }
     let normal = normalize(in.normal.xyz);

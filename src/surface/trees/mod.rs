@@ -17,7 +17,7 @@ pub use self::place::TreeInstance;
 use self::shared::Shared;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
-use crate::gpu::wgsl::shared::trees::TREE_LEVELS;
+pub use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 use crate::scene::Forest;
 
 /// [`TreeInstance`]s of an eye.

@@ -1,0 +1,136 @@
+//! A clump of forest as it is seen from far away: a mound, on which the tops of a few crowns stand.
+//!
+//! It is drawn widened, and many of them overlap; what meets the eye is their outline against the next one.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::patch::{Growth, Knot, Patch, level, pointed_limb, ring};
+use super::random::Random;
+use super::{Corner, Grown, Part};
+
+/// Below the ground, since that is not level.
+const SKIRT: f64 = -0.35;
+
+/// How far out the mound's shoulder is, and how high, by the mound's height.
+const SHOULDER: (f64, f64) = (0.55, 0.6);
+
+/// What crowns stand on.
+fn mound(height: f64) -> Patch {
+    let at = |out: f64, z: f64| ring(5, |turn, _| level(turn) * out + DVec3::Z * z);
+    Patch::dome(&[at(1.0, SKIRT), at(SHOULDER.0, SHOULDER.1 * height)], DVec3::Z * height)
+}
+
+/// Where a crown stands.
+struct Stand {
+    /// On the mound.
+    foot: DVec3,
+    /// Its top, if crowns rise so far from where they stand.
+    top: f64,
+    radius: f64,
+    spin: f64,
+}
+
+/// How crowns stand on a mound.
+struct Stands {
+    mound: f64,
+    /// In the middle and around it: how many, and how far out.
+    rings: [(u32, f64); 2],
+    /// Least and most.
+    radius: (f64, f64),
+    /// Of the outer ones; those of the middle are up to 1.
+    top: (f64, f64),
+}
+
+impl Stands {
+    fn all(&self, random: &mut Random) -> Vec<Stand> {
+        let mut stands: Vec<Stand> = Vec::new();
+        for (of, (count, out)) in self.rings.into_iter().enumerate() {
+            for number in 0..count {
+                let turn = (f64::from(number) + random.between(-0.18, 0.18)) / f64::from(count) * TAU;
+                let out = out * random.between(0.92, 1.05);
+                let (foot, top) = match of {
+                    0 => (self.mound * (1.0 - 0.4 * out) - 0.1, random.between(self.top.1, 0.97)),
+                    // Down to the ground at the edge.
+                    _ => (-0.12, random.between(self.top.0, self.top.1)),
+                };
+                stands.push(Stand {
+                    foot: level(turn) * out + DVec3::Z * foot,
+                    top: if stands.is_empty() { 1.0 } else { top },
+                    radius: random.between(self.radius.0, self.radius.1),
+                    spin: random.unit() * TAU,
+                });
+            }
+        }
+        stands
+    }
+}
+
+impl Stand {
+    /// A place by a turn, how far out by the radius, and how far up.
+    fn place(&self, turn: f64, out: f64, up: f64) -> DVec3 {
+        self.foot + level(turn + self.spin) * out * self.radius + DVec3::Z * (self.top - self.foot.z) * up
+    }
+
+    /// Two tiers with ragged rims.
+    fn spire(&self, random: &mut Random) -> [Patch; 2] {
+        [(1.0, 0.0, 0.7), (0.66, 0.42, 1.0)].map(|(by, from, to)| {
+            let rim = ring(5, |turn, _| {
+                let out = random.between(0.75, 1.08) * by;
+                self.place(turn + from, out, from + 0.16 * (1.0 - out / by))
+            });
+            Patch::dome(&[rim], self.place(0.0, 0.0, to))
+        })
+    }
+
+    /// A rounded crown.
+    fn lobe(&self, sides: usize, random: &mut Random) -> Patch {
+        let rings = [(1.0, 0.12, 0.0), (0.8, 0.78, 0.5)].map(|(by, up, twist)| {
+            let twist = -twist * TAU / sides as f64;
+            ring(sides, |turn, _| self.place(turn + twist, by * random.between(0.92, 1.06), up))
+        });
+        Patch::dome(&rings, self.place(0.0, 0.0, 1.0))
+    }
+
+    /// A bare trunk with a branch.
+    fn spike(&self, random: &mut Random) -> [Patch; 2] {
+        let lean = level(random.unit() * TAU) * 0.04;
+        let [foot, bend, tip] =
+            [(0.0, 0.0), (0.5, 1.6), (1.0, 1.0)].map(|(up, by)| self.place(0.0, 0.0, up) + lean * by);
+        let fork = bend.lerp(tip, random.between(0.0, 0.5));
+        let end = fork + level(self.spin) * 0.13 + DVec3::Z * 0.12;
+        let limb = |knots: &[(DVec3, f64)]| {
+            let knots: Vec<Knot> = knots.iter().map(|&(at, radius)| Knot { at, radius }).collect();
+            pointed_limb(&knots, 3)
+        };
+        [
+            limb(&[(foot, self.radius), (bend, self.radius * 0.7), (tip, 0.0)]),
+            limb(&[(fork, self.radius * 0.5), (end, 0.0)]),
+        ]
+    }
+}
+
+/// A clump of forest: its footprint has the radius 1, its top the height 1, and its skirt reaches 0.35 below the ground.
+pub fn canopy(of: Grown) -> Vec<Corner> {
+    let mut growth = Growth::default();
+    let mut random = Random::new(41);
+    let stands = match of {
+        Grown::Conifer => Stands { mound: 0.28, rings: [(4, 0.36), (8, 0.74)], radius: (0.23, 0.29), top: (0.55, 0.8) },
+        Grown::Broadleaf => {
+            Stands { mound: 0.4, rings: [(3, 0.36), (5, 0.66)], radius: (0.27, 0.33), top: (0.45, 0.8) }
+        }
+        Grown::Birch => Stands { mound: 0.36, rings: [(3, 0.28), (6, 0.7)], radius: (0.25, 0.31), top: (0.55, 0.82) },
+        Grown::Snag => Stands { mound: 0.15, rings: [(3, 0.25), (6, 0.65)], radius: (0.03, 0.04), top: (0.55, 0.85) },
+    };
+    growth.add(&mound(stands.mound), Part::Leaf);
+    for stand in stands.all(&mut random) {
+        match of {
+            Grown::Conifer => stand.spire(&mut random).iter().for_each(|tier| growth.add(tier, Part::Leaf)),
+            Grown::Broadleaf => growth.add(&stand.lobe(6, &mut random), Part::Leaf),
+            Grown::Birch => growth.add(&stand.lobe(5, &mut random), Part::Leaf),
+            Grown::Snag => stand.spike(&mut random).iter().for_each(|limb| growth.add(limb, Part::Bark)),
+        }
+    }
+    growth.finish(1.0)
+}
