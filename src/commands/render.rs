@@ -154,7 +154,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         loading: Loading::Wait,
         ..TerrainOptions::default()
     };
-    let world = OpenWorld::on_gpu(&gpu, scene, store, options)?;
+    let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
     let drawn = DrawingReport::default();
     let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None };
     let cameras = job.cameras()?;

@@ -28,24 +28,57 @@ pub fn open_regular(path: &Path) -> Result<File> {
     File::open(path)
 }
 
+/// A file that ends with an error where it is longer than it may be.
+pub struct Bounded {
+    file: File,
+    bytes: u64,
+    read_bytes: u64,
+    most_bytes: u64,
+}
+
+impl Bounded {
+    /// Opens a regular file, or a pipe that the shell has opened.
+    ///
+    /// # Errors
+    /// As [`open_regular`]; more bytes than that.
+    pub fn open(path: &Path, most_bytes: u64) -> Result<Self> {
+        let metadata = std::fs::metadata(path)?;
+        let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
+        if metadata.len() > most_bytes {
+            let cause = format!("it has {}, and at most {} can be read", told(metadata.len()), told(most_bytes));
+            return Err(Error::new(ErrorKind::FileTooLarge, cause));
+        }
+        Ok(Self { file, bytes: metadata.len(), read_bytes: 0, most_bytes })
+    }
+
+    /// How long the system says that it is: 0 for a pipe, and for some files of the system.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+}
+
+impl Read for Bounded {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
+        let read = self.file.read(buffer)?;
+        self.read_bytes += read as u64;
+        // It may grow while it is read, and some files of the system do not say how long they are.
+        if self.read_bytes > self.most_bytes {
+            let cause = format!("it has more than {}, which is the most that can be read", told(self.most_bytes));
+            return Err(Error::new(ErrorKind::FileTooLarge, cause));
+        }
+        Ok(read)
+    }
+}
+
 /// The bytes of a regular file, or of a pipe that the shell has opened, if there are no more than `most_bytes`.
 ///
 /// # Errors
-/// As [`open_regular`]; more bytes than that.
+/// As [`Bounded`].
 pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
-    let metadata = std::fs::metadata(path)?;
-    let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
-    if metadata.len() > most_bytes {
-        let cause = format!("it has {}, and at most {} can be read", told(metadata.len()), told(most_bytes));
-        return Err(Error::new(ErrorKind::FileTooLarge, cause));
-    }
-    // It may grow while it is read, and some files of the system do not say how long they are.
+    let mut file = Bounded::open(path, most_bytes)?;
     let mut bytes = Vec::new();
-    file.take(most_bytes + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most_bytes {
-        let cause = format!("it has more than {}, which is the most that can be read", told(most_bytes));
-        return Err(Error::new(ErrorKind::FileTooLarge, cause));
-    }
+    bytes.try_reserve_exact(file.bytes as usize).map_err(|_| Error::from(ErrorKind::OutOfMemory))?;
+    file.read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 

@@ -12,10 +12,14 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::paint::Paint;
 use super::{Across, Flaws, Mesh, Triangle, normals, place};
 
 /// No coordinate may be larger: what cameras may have, too.
 pub const LARGEST_COORDINATE_M: f64 = 1e8;
+
+/// So many triangles are welded between two reports.
+const TOLD_EACH: usize = 1 << 18;
 
 /// Triangles as a file has them.
 #[derive(Clone, Debug, Default)]
@@ -34,8 +38,23 @@ impl Soup {
     /// # Errors
     /// A cause in words: nothing to draw, numbers that are none, indices that lead nowhere.
     pub fn into_mesh(self, name: String) -> Result<Mesh, String> {
+        self.join(name, Paint::default(), &|_| ())
+    }
+
+    /// As [`Soup::into_mesh`], of materials.
+    ///
+    /// # Errors
+    /// As [`Soup::into_mesh`].
+    pub fn into_painted_mesh(self, name: String, paint: Paint) -> Result<Mesh, String> {
+        self.join(name, paint, &|_| ())
+    }
+
+    /// `told` is told the part that is done. What is no longer needed is dropped at once: of a long file all this takes
+    /// more memory than its text.
+    pub(super) fn join(self, name: String, paint: Paint, told: &dyn Fn(f64)) -> Result<Mesh, String> {
         self.check()?;
-        let used = || self.triangles.iter().flatten().map(|&corner| self.places_m[corner as usize]);
+        let Self { places_m, triangles: read, normals: read_normals } = self;
+        let used = || read.iter().flatten().map(|&corner| places_m[corner as usize]);
         let low_m = used().fold(DVec3::INFINITY, DVec3::min);
         let high_m = used().fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle_m = (low_m + high_m) * 0.5;
@@ -44,7 +63,7 @@ impl Soup {
         let mut numbers: FxHashMap<[u32; 3], u32> = FxHashMap::default();
         let mut vertices_m: Vec<[f32; 3]> = Vec::new();
         let mut vertex_of = |corner: u32| {
-            let at_m = (self.places_m[corner as usize] - middle_m).as_vec3().to_array().map(|v| v + 0.0);
+            let at_m = (places_m[corner as usize] - middle_m).as_vec3().to_array().map(|v| v + 0.0);
             *numbers.entry(at_m.map(f32::to_bits)).or_insert_with(|| {
                 vertices_m.push(at_m);
                 vertices_m.len() as u32 - 1
@@ -52,9 +71,14 @@ impl Soup {
         };
         let mut flaws = Flaws::default();
         let mut known: FxHashSet<[u32; 3]> = FxHashSet::default();
-        let mut corners: Vec<[u32; 3]> = Vec::new();
-        let mut given: Vec<[DVec3; 3]> = Vec::new();
-        for triangle in &self.triangles {
+        let mut corners: Vec<[u32; 3]> = Vec::with_capacity(read.len());
+        let mut materials: Vec<u16> = Vec::with_capacity(paint.of_triangles.len());
+        // Vertices of the file at the corners, by which its normals are found.
+        let mut given: Vec<[u32; 3]> = Vec::with_capacity(if read_normals.is_empty() { 0 } else { read.len() });
+        for (i, triangle) in read.iter().enumerate() {
+            if i % TOLD_EACH == 0 {
+                told(0.5 * i as f64 / read.len() as f64);
+            }
             let welded = triangle.map(&mut vertex_of);
             let mut sorted = welded;
             sorted.sort_unstable();
@@ -63,42 +87,65 @@ impl Soup {
                 continue;
             }
             corners.push(welded);
-            given.push(triangle.map(|corner| self.normals.get(corner as usize).copied().unwrap_or_default()));
+            if !read_normals.is_empty() {
+                given.push(*triangle);
+            }
+            if !paint.of_triangles.is_empty() {
+                materials.push(paint.of_triangles.get(i).copied().unwrap_or(0));
+            }
         }
+        drop((known, numbers, read, places_m, paint.of_triangles));
         if corners.is_empty() {
             return Err("all of its triangles are without area".to_owned());
         }
+        told(0.5);
         let mut across = join(&corners, &mut flaws);
+        told(0.7);
         let is_solid =
             across.iter().flatten().all(|across| matches!(across, Across::Triangle { is_turned: false, .. }));
         if is_solid && is_inside_out(&vertices_m, &corners) {
             // From corner 0 to 1 is now what was from 2 to 0, and the other way about.
             corners.iter_mut().for_each(|corners| corners.swap(1, 2));
-            given.iter_mut().for_each(|normals| normals.swap(1, 2));
+            given.iter_mut().for_each(|vertices| vertices.swap(1, 2));
             across.iter_mut().for_each(|across| across.swap(0, 2));
         }
-        let normals = normals::of_corners(&vertices_m, &corners, &across, &given);
+        let whole = |i: usize, (corners, across): ([u32; 3], [Across; 3])| {
+            let material = materials.get(i).copied().unwrap_or(0);
+            Triangle { corners, across, normals: [DVec3::ZERO; 3], material }
+        };
+        let mut triangles: Vec<Triangle> =
+            corners.into_iter().zip(across).enumerate().map(|(i, parts)| whole(i, parts)).collect();
+        drop(materials);
+        told(0.8);
+        normals::fill(&vertices_m, &mut triangles, |triangle, corner| {
+            let vertex = given.get(triangle).map(|vertices| vertices[corner]);
+            vertex.and_then(|vertex| read_normals.get(vertex as usize)).copied().unwrap_or_default()
+        });
         let (mut sum_m, mut edges) = (0.0, 0_u64);
-        for (i, [a, b]) in corners.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).enumerate() {
-            // Each edge once.
-            let is_first = match across[i / 3][i % 3] {
-                Across::Triangle { index, .. } => i / 3 < index as usize,
-                Across::Border => true,
-                Across::Again => false,
-            };
-            if is_first {
-                sum_m += place(vertices_m[*a as usize]).distance(place(vertices_m[*b as usize]));
-                edges += 1;
+        for (i, triangle) in triangles.iter().enumerate() {
+            let [a, b, c] = triangle.corners;
+            for (across, [a, b]) in triangle.across.into_iter().zip([[a, b], [b, c], [c, a]]) {
+                // Each edge once.
+                let is_first = match across {
+                    Across::Triangle { index, .. } => i < index as usize,
+                    Across::Border => true,
+                    Across::Again => false,
+                };
+                if is_first {
+                    sum_m += place(vertices_m[a as usize]).distance(place(vertices_m[b as usize]));
+                    edges += 1;
+                }
             }
         }
-        let triangles = corners.into_iter().zip(across).zip(normals);
+        told(1.0);
         Ok(Mesh {
             name,
             middle_m,
             radius_m: vertices_m.iter().map(|&at_m| place(at_m).length()).fold(0.0, f64::max),
             mean_edge_m: sum_m / edges.max(1) as f64,
-            triangles: triangles.map(|((corners, across), normals)| Triangle { corners, across, normals }).collect(),
+            triangles,
             vertices_m,
+            materials: paint.materials,
             is_solid,
             flaws,
         })
@@ -138,16 +185,16 @@ fn is_inside_out(vertices_m: &[[f32; 3]], corners: &[[u32; 3]]) -> bool {
 
 /// What lies across each edge of each triangle.
 fn join(corners: &[[u32; 3]], flaws: &mut Flaws) -> Vec<[Across; 3]> {
-    // Lesser end, greater end, triangle × 3 + edge.
-    let mut edges: Vec<(u32, u32, u64)> = Vec::with_capacity(3 * corners.len());
+    // Lesser end, greater end, triangle × 3 + edge: there are no files of 2³² edges.
+    let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * corners.len());
     for (i, [a, b, c]) in corners.iter().enumerate() {
         for (edge, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
-            edges.push((*from.min(to), *from.max(to), 3 * i as u64 + edge as u64));
+            edges.push((*from.min(to), *from.max(to), 3 * i as u32 + edge as u32));
         }
     }
     edges.sort_unstable();
     let mut across = vec![[Across::Border; 3]; corners.len()];
-    let place = |number: u64| ((number / 3) as usize, (number % 3) as usize);
+    let place = |number: u32| ((number / 3) as usize, (number % 3) as usize);
     for same in edges.chunk_by(|a, b| a.0 == b.0 && a.1 == b.1) {
         match same {
             [_] => flaws.borders += 1,

@@ -1,14 +1,22 @@
 //! Models that stand on the land: triangles with their neighbours, from OBJ files, and where they stand.
 //!
 //! A [`Mesh`] is what a file holds ([`obj`]), welded and joined ([`build`]), with a normal at each corner of each
-//! triangle ([`normals`]). [`placed`] puts meshes into the world and says which of them a view sees.
+//! triangle ([`normals`]) and what it is made of ([`paint`]). [`simplify`] makes meshes of fewer triangles, and
+//! [`silhouette`] says how much they look like the first. [`placed`] puts meshes into the world and says which of them a
+//! view sees.
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
+mod beside;
 pub mod build;
+mod lines;
+mod mtl;
 pub mod normals;
 pub mod obj;
+pub mod paint;
 pub mod placed;
+pub mod silhouette;
+pub mod simplify;
 mod wrong_line;
 
 use std::path::PathBuf;
@@ -66,6 +74,27 @@ pub struct Triangle {
     pub across: [Across; 3],
     /// At each corner; unit.
     pub normals: [DVec3; 3],
+    /// Which of [`Mesh::materials`]; 0 where the file names none.
+    pub material: u16,
+}
+
+/// What triangles are made of: a colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// As the file has it; empty for the plain one.
+    pub name: String,
+    /// Red, green and blue in linear light, 0 to 1.
+    pub color: [f32; 3],
+}
+
+impl Material {
+    /// The colour of what has none: a light grey.
+    pub const PLAIN_COLOR: [f32; 3] = [0.5; 3];
+
+    /// What has a name and nothing else.
+    pub fn plain(name: String) -> Self {
+        Self { name, color: Self::PLAIN_COLOR }
+    }
 }
 
 /// What the reader left out or found open.
@@ -90,6 +119,8 @@ pub struct Mesh {
     pub vertices_m: Vec<[f32; 3]>,
     /// In the order of the file.
     pub triangles: Vec<Triangle>,
+    /// Never empty: the first is plain, for triangles without a material. The others as the file first uses them.
+    pub materials: Vec<Material>,
     /// No vertex is farther from the middle.
     pub radius_m: f64,
     /// The mean length of its edges.

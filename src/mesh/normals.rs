@@ -6,58 +6,71 @@
 
 use glam::DVec3;
 
-use super::{Across, place};
+use super::{Across, Triangle, place};
 
 /// Edges that bend by more stay sharp: 16 sides of a tower are round, 8 are edges.
 pub const CREASE_DEG: f64 = 35.0;
 
-/// Normals at the corners, unit. `given` are those of the file, of any length, 0 where there is none.
-pub fn of_corners(
-    vertices_m: &[[f32; 3]],
-    corners: &[[u32; 3]],
-    across: &[[Across; 3]],
-    given: &[[DVec3; 3]],
-) -> Vec<[DVec3; 3]> {
+/// Sets the normals at the corners, unit. `given` says that of the file for a triangle and a corner, of any length, 0
+/// where there is none.
+pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: impl Fn(usize, usize) -> DVec3) {
     // As long as the triangle is large.
-    let faces: Vec<DVec3> = corners
-        .iter()
-        .map(|corners| {
-            let [a, b, c] = corners.map(|corner| place(vertices_m[corner as usize]));
-            (b - a).cross(c - a)
-        })
-        .collect();
-    let mut groups = Groups((0..3 * corners.len() as u32).collect());
+    let face = |triangle: &Triangle| {
+        let [a, b, c] = triangle.corners.map(|corner| place(vertices_m[corner as usize]));
+        (b - a).cross(c - a)
+    };
+    let own = |triangle: usize, corner: usize| {
+        let own = given(triangle, corner);
+        if own.is_finite() { own.normalize_or_zero() } else { DVec3::ZERO }
+    };
+    // Where the file has all of them nobody needs groups, nor their memory.
+    if (0..triangles.len()).all(|i| (0..3).all(|k| own(i, k) != DVec3::ZERO)) {
+        for (i, triangle) in triangles.iter_mut().enumerate() {
+            triangle.normals = std::array::from_fn(|k| own(i, k));
+        }
+        return;
+    }
+    let mut groups = Groups((0..3 * triangles.len() as u32).collect());
     let least_cosine = CREASE_DEG.to_radians().cos();
-    for (i, across) in across.iter().enumerate() {
-        for (edge, across) in across.iter().enumerate() {
-            let Across::Triangle { index, is_turned: false } = *across else { continue };
+    for (i, triangle) in triangles.iter().enumerate() {
+        let own_face = face(triangle);
+        for (edge, across) in triangle.across.into_iter().enumerate() {
+            let Across::Triangle { index, is_turned: false } = across else { continue };
             let other = index as usize;
-            if other < i || faces[i].dot(faces[other]) < least_cosine * faces[i].length() * faces[other].length() {
+            if other < i {
+                continue;
+            }
+            let other_face = face(&triangles[other]);
+            if own_face.dot(other_face) < least_cosine * own_face.length() * other_face.length() {
                 continue;
             }
             for own in [edge, (edge + 1) % 3] {
-                if let Some(their) = corners[other].iter().position(|corner| *corner == corners[i][own]) {
+                let their = triangles[other].corners.iter().position(|corner| *corner == triangle.corners[own]);
+                if let Some(their) = their {
                     groups.join(3 * i + own, 3 * other + their);
                 }
             }
         }
     }
-    let mut sums = vec![DVec3::ZERO; 3 * corners.len()];
-    for corner in 0..sums.len() {
-        sums[groups.first_of(corner)] += faces[corner / 3];
+    // Sums stand at the first corners of the groups, which get their own normals last.
+    for corner in 0..3 * triangles.len() {
+        let face = face(&triangles[corner / 3]);
+        let first = groups.first_of(corner);
+        triangles[first / 3].normals[first % 3] += face;
     }
-    (0..corners.len())
-        .map(|i| {
-            std::array::from_fn(|k| {
-                let own = given[i][k];
-                let own = if own.is_finite() { own.normalize_or_zero() } else { DVec3::ZERO };
-                let mut smooth = || sums[groups.first_of(3 * i + k)].normalize_or_zero();
-                // A triangle without area has no normal of its own, and needs none.
-                let found = if own == DVec3::ZERO { smooth() } else { own };
-                if found == DVec3::ZERO { DVec3::Z } else { found }
-            })
-        })
-        .collect()
+    for is_first in [false, true] {
+        for corner in 0..3 * triangles.len() {
+            let first = groups.first_of(corner);
+            if (first == corner) != is_first {
+                continue;
+            }
+            let own = own(corner / 3, corner % 3);
+            let smooth = || triangles[first / 3].normals[first % 3].normalize_or_zero();
+            // A triangle without area has no normal of its own, and needs none.
+            let found = if own == DVec3::ZERO { smooth() } else { own };
+            triangles[corner / 3].normals[corner % 3] = if found == DVec3::ZERO { DVec3::Z } else { found };
+        }
+    }
 }
 
 /// Which corners have one normal: each names another of its group, the first of them itself.

@@ -1,64 +1,151 @@
 //! Wavefront OBJ files.
 //!
 //! `tobj` reads the text: faces of any number of corners (as fans), negative indices, groups. It gets only the lines that
-//! it shall read, vertices, normals, faces and groups: so materials, comments in any encoding and what else there is
-//! cannot go wrong, and lines that go on in the next one are whole. What it makes of numbers that are none, and of
-//! indices that lead nowhere, is checked here or by it; a panic of it is one more kind of damage. Vertices are read in
-//! f64, because models may lie far from their origin.
+//! it shall read, vertices, normals, faces and groups (`lines`): so materials, comments in any encoding and what
+//! else there is cannot go wrong, and lines that go on in the next one are whole. What it makes of numbers that are none,
+//! and of indices that lead nowhere, is checked here or by it; a panic of it is one more kind of damage. Vertices are
+//! read in f64, because models may lie far from their origin.
+//!
+//! A file is read in one pass and never held as a whole. Only where it is damaged it is read once more, for the line
+//! that is to blame.
 
+use std::io::{BufRead, BufReader};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
 use super::build::Soup;
+use super::lines::{Said, Stream, numbered};
+use super::paint::{self, Paint, Place};
 use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
-use crate::file::input::read_bytes;
+use crate::file::input::{Bounded, read_bytes};
+use crate::file::message::shown;
 use crate::file::one_line;
+use crate::source::{Progress, Silent};
 
 /// A longer file is none that could be drawn.
 const LARGEST_BYTES: u64 = 512 << 20;
+/// Shorter files are there before a bar would be read.
+const LONG_BYTES: u64 = 16 << 20;
+/// Libraries of materials are named at the beginning of a file.
+const BEGINNING_BYTES: u64 = 1 << 20;
 
-/// Reads a file.
+/// Reads a file. What is wrong with its materials is told as warnings.
 ///
 /// # Errors
 /// [`MeshError::Read`].
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
-    let wrong = |cause: String| MeshError::Read { path: path.to_owned(), cause: one_line(&cause) };
-    let text = read_bytes(path, LARGEST_BYTES).map_err(|error| wrong(error.to_string()))?;
-    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    parse(name, &text).map_err(wrong)
+    read_with(path, &Silent, &mut |warning| tracing::warn!("{warning}"))
 }
 
-/// As [`read`], from a text.
+/// As [`read`], with progress for long files. `warn` is told what is wrong with the materials, each in one line.
+///
+/// # Errors
+/// [`MeshError::Read`].
+pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(String)) -> Result<Mesh, MeshError> {
+    let wrong = |cause: String| MeshError::Read { path: path.to_owned(), cause: one_line(&cause) };
+    let unread = |error: std::io::Error| wrong(error.to_string());
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let place = Some(Place { path, warn });
+    // A pipe can be read once only.
+    if !std::fs::metadata(path).map_err(unread)?.is_file() {
+        let text = read_bytes(path, LARGEST_BYTES).map_err(unread)?;
+        let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::told);
+        return read.map_err(|cause| wrong(blamed(cause, &text)));
+    }
+    let file = Bounded::open(path, LARGEST_BYTES).map_err(unread)?;
+    let bytes = file.bytes();
+    let is_long = bytes >= LONG_BYTES;
+    let what = |doing: &str| format!("{doing} {}", shown(&name));
+    let (reading, joining) = (what("reading"), what("joining"));
+    let tell = |what: &str, done: f64| {
+        if is_long {
+            progress.report(what, done as f32);
+        }
+    };
+    let from = BufReader::with_capacity(1 << 20, file);
+    let read = |done: u64| tell(&reading, done as f64 / bytes as f64);
+    read_text(name.clone(), from, place, &read, &|done| tell(&joining, done)).map_err(|cause| match cause {
+        Cause::File(cause) => wrong(cause),
+        Cause::Text(cause) => wrong(match read_bytes(path, LARGEST_BYTES) {
+            Ok(text) => blamed(cause, &text),
+            Err(_) => cause,
+        }),
+    })
+}
+
+/// As [`read`], from a text. Materials have their names, and plain colours.
 ///
 /// # Errors
 /// A cause in words, with the line where that is known.
 pub fn parse(name: String, text: &[u8]) -> Result<Mesh, String> {
-    read_text(name, text).map_err(|cause| {
-        let mut numbers = Vec::new();
-        let lines = lines_that_count(text, |number| numbers.push(number));
-        let lines = String::from_utf8_lossy(&lines);
-        let wrong = wrong_line(numbers.iter().copied().zip(lines.lines()));
-        wrong.map_or(cause, |(number, cause)| format!("line {number}: {cause}"))
-    })
+    read_text(name, text, None, &|_| (), &|_| ()).map_err(|cause| blamed(cause.told(), text))
 }
 
-fn read_text(name: String, text: &[u8]) -> Result<Mesh, String> {
+/// The files that are read with a model: libraries and textures which its beginning names, as far as they are there.
+pub fn files_beside(path: &Path) -> Vec<PathBuf> {
+    use std::io::Read;
+    let mut beginning = Vec::new();
+    let read =
+        crate::file::input::open_regular(path).map(|file| file.take(BEGINNING_BYTES).read_to_end(&mut beginning));
+    if read.is_ok() { paint::files_of(path, &beginning) } else { Vec::new() }
+}
+
+/// Why there is no mesh.
+enum Cause {
+    /// The file could not be read.
+    File(String),
+    /// What it holds is damaged.
+    Text(String),
+}
+
+impl Cause {
+    fn told(self) -> String {
+        let (Self::File(cause) | Self::Text(cause)) = self;
+        cause
+    }
+}
+
+/// The cause with the line that is to blame.
+fn blamed(cause: String, text: &[u8]) -> String {
+    let (numbers, lines) = numbered(text);
+    let wrong = wrong_line(numbers.iter().copied().zip(lines.lines()));
+    wrong.map_or(cause, |(number, cause)| format!("line {number}: {cause}"))
+}
+
+/// `read` is told the bytes that were read, `joined` the part of what follows that is done.
+fn read_text(
+    name: String,
+    from: impl BufRead,
+    place: Option<Place<'_>>,
+    read: &dyn Fn(u64),
+    joined: &dyn Fn(f64),
+) -> Result<Mesh, Cause> {
+    let (soup, said) = soup_of(from, read)?;
+    let paint = Paint::of(&said, soup.triangles.len(), place);
+    drop(said);
+    soup.join(name, paint, joined).map_err(Cause::Text)
+}
+
+fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    let text = lines_that_count(text, |_| ());
-    let loaded = catch_unwind(AssertUnwindSafe(|| tobj::load_obj_buf(&mut text.as_slice(), &options, no_materials)));
-    drop(text);
+    let mut stream = Stream::new(from, read);
+    let loaded = catch_unwind(AssertUnwindSafe(|| tobj::load_obj_buf(&mut stream, &options, no_materials)));
+    let said = stream.into_said().map_err(|error| Cause::File(error.to_string()))?;
     let (models, _) = match loaded {
         Ok(Ok(loaded)) => loaded,
-        Ok(Err(error)) => return Err(error.to_string()),
-        Err(_) => return Err("its reader gave up".to_owned()),
+        Ok(Err(error)) => return Err(Cause::Text(error.to_string())),
+        Err(_) => return Err(Cause::Text("its reader gave up".to_owned())),
     };
+    let too_many = || Cause::Text("it has too many vertices".to_owned());
     let mut soup = Soup::default();
+    soup.places_m.reserve_exact(models.iter().map(|model| model.mesh.positions.len() / 3).sum());
+    soup.triangles.reserve_exact(models.iter().map(|model| model.mesh.indices.len() / 3).sum());
     for tobj::Model { mesh, .. } in models {
-        let first = u32::try_from(soup.places_m.len()).map_err(|_| "it has too many vertices".to_owned())?;
+        let first = u32::try_from(soup.places_m.len()).map_err(|_| too_many())?;
         let vectors = |numbers: &[f64]| -> Vec<DVec3> { numbers.chunks_exact(3).map(DVec3::from_slice).collect() };
         soup.places_m.extend(vectors(&mesh.positions));
         // Where only some corners have normals the reader has lost which.
@@ -66,35 +153,10 @@ fn read_text(name: String, text: &[u8]) -> Result<Mesh, String> {
             soup.normals.resize(first as usize, DVec3::ZERO);
             soup.normals.extend(vectors(&mesh.normals));
         }
-        let corner = |index: u32| first.checked_add(index).ok_or_else(|| "it has too many vertices".to_owned());
+        let corner = |index: u32| first.checked_add(index).ok_or_else(too_many);
         for triangle in mesh.indices.chunks_exact(3) {
             soup.triangles.push([corner(triangle[0])?, corner(triangle[1])?, corner(triangle[2])?]);
         }
     }
-    soup.into_mesh(name)
-}
-
-/// Of a text the lines that say something about triangles, as ASCII. A backslash at its end makes a line go on. `each`
-/// is told the number of each of these lines, counted from 1.
-fn lines_that_count(text: &[u8], mut each: impl FnMut(usize)) -> Vec<u8> {
-    let mut kept = Vec::with_capacity(text.len());
-    let mut goes_on = false;
-    let mut is_kept = false;
-    for (number, line) in text.split(|&byte| byte == b'\n').enumerate() {
-        let line = line.trim_ascii();
-        if !goes_on {
-            let word = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
-            is_kept = [b"v".as_slice(), b"vn", b"f", b"o", b"g"].contains(&word);
-            if is_kept {
-                each(number + 1);
-            }
-        }
-        let part = line.strip_suffix(b"\\");
-        goes_on = part.is_some();
-        if is_kept {
-            kept.extend(part.unwrap_or(line).iter().map(|byte| if byte.is_ascii() { *byte } else { b'?' }));
-            kept.push(if goes_on { b' ' } else { b'\n' });
-        }
-    }
-    kept
+    Ok((soup, said))
 }

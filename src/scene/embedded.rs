@@ -6,6 +6,7 @@ use std::path::Path;
 use super::Scene;
 use super::scene_file::SceneError;
 use crate::mesh::{Mesh, MeshError, obj};
+use crate::source::{Progress, Silent};
 
 /// A scene inside the program.
 #[derive(Debug, PartialEq)]
@@ -78,10 +79,18 @@ impl Scene {
     /// # Errors
     /// [`MeshError::Read`].
     pub fn read_mesh(&self, file: &Path) -> Result<Mesh, MeshError> {
+        self.read_mesh_with(file, &Silent)
+    }
+
+    /// As [`Scene::read_mesh`], with progress for long files.
+    ///
+    /// # Errors
+    /// [`MeshError::Read`].
+    pub fn read_mesh_with(&self, file: &Path, progress: &dyn Progress) -> Result<Mesh, MeshError> {
         match self.embedded.and_then(|scene| scene.model(file)) {
             Some(text) => obj::parse(file.display().to_string(), text.as_bytes())
                 .map_err(|cause| MeshError::Read { path: file.to_owned(), cause }),
-            None => obj::read(file),
+            None => obj::read_with(file, progress, &mut |warning| tracing::warn!("{warning}")),
         }
     }
 }

@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec2;
+use rustc_hash::FxHashSet;
 
 use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::gpu::Gpu;
 use crate::mesh::placed::{Placed, Stance};
-use crate::mesh::{Mesh, MeshError};
+use crate::mesh::{Mesh, MeshError, obj};
 use crate::pyramid::store::{ContinentStore, Exaggerated, MosaicStore};
 use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
@@ -109,7 +110,8 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
-/// All files of this machine that a world is read from: the scene file, DEMs with what lies beside them, meshes.
+/// All files of this machine that a world is read from: the scene file, DEMs with what lies beside them, meshes with
+/// their materials and textures.
 pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     let mut inputs = Inputs::default();
     if let Some(path) = world.map(Path::new).filter(|path| is_scene(path)) {
@@ -121,7 +123,14 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
         World::Url(_) | World::Procedural { .. } | World::Continent { .. } => {}
     }
     if scene.embedded.is_none() {
-        scene.meshes.iter().for_each(|mesh| inputs.add(&mesh.file));
+        let mut known: FxHashSet<&Path> = FxHashSet::default();
+        for mesh in &scene.meshes {
+            if !known.insert(&mesh.file) {
+                continue;
+            }
+            inputs.add(&mesh.file);
+            obj::files_beside(&mesh.file).iter().for_each(|file| inputs.add(file));
+        }
     }
     inputs
 }
@@ -209,12 +218,26 @@ impl OpenWorld {
     /// Draws an open store of tiles.
     ///
     /// # Errors
-    /// When the georeference leads nowhere.
+    /// When the georeference leads nowhere, or a mesh of the scene does not hold.
     pub fn on_gpu(
         gpu: &Gpu,
         scene: Scene,
         store: Arc<dyn TileStore>,
         options: TerrainOptions,
+    ) -> Result<Self, WorldError> {
+        Self::on_gpu_with(gpu, scene, store, options, &Silent)
+    }
+
+    /// As [`OpenWorld::on_gpu`], with progress for meshes that take long to read.
+    ///
+    /// # Errors
+    /// As [`OpenWorld::on_gpu`].
+    pub fn on_gpu_with(
+        gpu: &Gpu,
+        scene: Scene,
+        store: Arc<dyn TileStore>,
+        options: TerrainOptions,
+        progress: &dyn Progress,
     ) -> Result<Self, WorldError> {
         let name = store.name();
         let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
@@ -222,14 +245,14 @@ impl OpenWorld {
         let terrain =
             Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source }.of(&scene))?;
         let mut world = Self { scene, surfaces: terrain.into() };
-        let placed = world.place_meshes().map_err(|error| WorldError::from(error).of(&world.scene))?;
+        let placed = world.place_meshes(progress).map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_meshes(placed);
         world.surfaces.set_forest(world.scene.forest.clone());
         Ok(world)
     }
 
     /// Reads the meshes of the scene, each file once, and puts them where they stand.
-    fn place_meshes(&self) -> Result<Placed, MeshError> {
+    fn place_meshes(&self, progress: &dyn Progress) -> Result<Placed, MeshError> {
         let mut placed = Placed::default();
         let mut known: Vec<(&Path, Arc<Mesh>)> = Vec::new();
         for placement in &self.scene.meshes {
@@ -237,7 +260,7 @@ impl OpenWorld {
             let mesh = match found {
                 Some(mesh) => mesh,
                 None => {
-                    let mesh = Arc::new(self.scene.read_mesh(&placement.file)?);
+                    let mesh = Arc::new(self.scene.read_mesh_with(&placement.file, progress)?);
                     known.push((&placement.file, Arc::clone(&mesh)));
                     mesh
                 }

@@ -7,6 +7,7 @@ mod dem;
 mod embedded;
 mod eyes;
 mod features;
+mod models;
 mod quiet;
 mod show;
 mod styles;

@@ -6,8 +6,11 @@ mod common;
 
 mod cull;
 mod edges;
+mod huge;
+mod materials;
 mod reader;
 mod scene;
 use common::shapes;
+mod simplified;
 mod strokes;
 mod surface;

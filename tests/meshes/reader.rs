@@ -214,7 +214,7 @@ fn what_is_no_file_is_an_error_of_one_line() {
 }
 
 /// Every OBJ in a folder and below it.
-fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+pub fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
         if path.is_dir() {

@@ -2,14 +2,17 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use anyhow::{Context, bail};
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 use serde::Serialize;
 
+use crate::commands::progress::Bar;
 use crate::file::message::{named, printable};
-use crate::mesh::MeshError;
 use crate::mesh::placed::Stance;
+use crate::mesh::{Mesh, MeshError};
 use crate::scene::reach::Reach;
 use crate::scene::{MeshPlacement, Scene, World};
 
@@ -41,6 +44,8 @@ struct MeshInfo {
     dropped_triangles: u64,
     border_edges: u64,
     crowded_edges: u64,
+    /// With a name.
+    materials: u64,
 }
 
 /// The scene of a file.
@@ -58,7 +63,17 @@ impl SceneInfo {
     /// # Errors
     /// A model that cannot be read.
     pub fn of(scene: Scene) -> Result<Self, MeshError> {
-        let meshes = scene.meshes.iter().map(|placement| MeshInfo::of(&scene, placement)).collect::<Result<_, _>>()?;
+        // Each file once: a long one takes a while, and what is wrong with its materials is told once.
+        let mut known: FxHashMap<&Path, Rc<Mesh>> = FxHashMap::default();
+        let mut meshes = Vec::with_capacity(scene.meshes.len());
+        for placement in &scene.meshes {
+            let mesh = match known.get(placement.file.as_path()) {
+                Some(mesh) => Rc::clone(mesh),
+                None => Rc::new(scene.read_mesh_with(&placement.file, &Bar::default())?),
+            };
+            meshes.push(MeshInfo::of(&mesh, placement));
+            known.insert(&placement.file, mesh);
+        }
         let (dem, procedural_seed) = match scene.world {
             World::File(path) => (Some(path.display().to_string()), None),
             World::Url(url) => (Some(url), None),
@@ -106,8 +121,7 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
 }
 
 impl MeshInfo {
-    fn of(scene: &Scene, placement: &MeshPlacement) -> Result<Self, MeshError> {
-        let mesh = scene.read_mesh(&placement.file)?;
+    fn of(mesh: &Mesh, placement: &MeshPlacement) -> Self {
         let stance = Stance { origin_m: DVec3::ZERO, yaw_deg: 0.0, scale: placement.scale, z_up: placement.z_up };
         let turn = stance.world_from_mesh();
         let places = || mesh.vertices_m.iter().map(|place| turn * DVec3::from_array(place.map(f64::from)));
@@ -115,7 +129,7 @@ impl MeshInfo {
         let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
         let DVec3 { x, y, z } = placement.at_m;
         let plus = if placement.height_above_ground { "+" } else { "" };
-        Ok(Self {
+        Self {
             file: placement.file.clone(),
             at: format!("{x},{y},{plus}{z}"),
             yaw_deg: placement.yaw_deg,
@@ -127,11 +141,17 @@ impl MeshInfo {
             dropped_triangles: mesh.flaws.dropped,
             border_edges: mesh.flaws.borders,
             crowded_edges: mesh.flaws.crowded,
-        })
+            materials: mesh.materials.len() as u64 - 1,
+        }
     }
 
     fn line(&self) -> String {
         let [east_m, north_m, up_m] = self.size_m;
+        let materials = match self.materials {
+            0 => String::new(),
+            1 => ", 1 material".to_owned(),
+            count => format!(", {count} materials"),
+        };
         let flaws = [
             (self.dropped_triangles, "triangles dropped"),
             (self.border_edges, "open edges"),
@@ -140,7 +160,7 @@ impl MeshInfo {
         let flaws: String =
             flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
         format!(
-            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m, at {}, yaw {}°{flaws}\n",
+            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m{materials}, at {}, yaw {}°{flaws}\n",
             named(&self.file),
             self.triangles,
             self.at,

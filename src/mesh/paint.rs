@@ -1,0 +1,231 @@
+//! What triangles are made of: the materials that a model uses, out of the libraries that it names.
+//!
+//! A material is a plain colour: the mean of its texture where that is a PNG that can be read, else its `Kd`. Whatever
+//! is missing or damaged here is a warning of one line and the plain colour, and the triangles are drawn all the same.
+
+use std::path::Path;
+
+use rustc_hash::FxHashMap;
+
+use super::Material;
+use super::beside::find;
+use super::lines::Said;
+use super::mtl::{self, Entry, linear_from_srgb};
+use crate::file::input::read_bytes;
+use crate::file::message::{named, quoted};
+use crate::file::one_line;
+use crate::file::png::read_rgba8;
+
+/// A longer library is none.
+const LARGEST_LIBRARY_BYTES: u64 = 16 << 20;
+
+/// What triangles are made of.
+#[derive(Clone, Debug)]
+pub struct Paint {
+    /// As [`super::Mesh::materials`].
+    pub materials: Vec<Material>,
+    /// For each triangle one of them; 0 where there are too few.
+    pub of_triangles: Vec<u16>,
+}
+
+impl Default for Paint {
+    fn default() -> Self {
+        Self { materials: vec![Material::plain(String::new())], of_triangles: Vec::new() }
+    }
+}
+
+/// Where materials are looked for, and who is told.
+pub(super) struct Place<'a> {
+    /// The model.
+    pub path: &'a Path,
+    pub warn: &'a mut dyn FnMut(String),
+}
+
+impl Paint {
+    /// What a text said, of a model of so many triangles. Without a place all colours are plain.
+    pub(super) fn of(said: &Said, triangles: usize, mut place: Option<Place<'_>>) -> Self {
+        let mut paint = Self::default();
+        let mut warn = |cause: String| {
+            if let Some(place) = &mut place {
+                (place.warn)(format!("{}: {cause}", named(place.path)));
+            }
+        };
+        let counted: u64 = said.runs.iter().map(|(_, triangles)| triangles).sum();
+        if counted != triangles as u64 {
+            if !said.names.is_empty() {
+                warn("its materials are left out, since it cannot be told which face has which".to_owned());
+            }
+            return paint;
+        }
+        // By number of the name, as triangles use them.
+        let mut numbers: Vec<Option<u16>> = vec![None; said.names.len()];
+        let mut used: Vec<u32> = Vec::new();
+        let mut too_many = 0;
+        for name in said.runs.iter().filter(|(_, triangles)| *triangles > 0).filter_map(|(name, _)| *name) {
+            if numbers[name as usize].is_some() {
+                continue;
+            }
+            let next = u16::try_from(1 + used.len()).ok();
+            too_many += u32::from(next.is_none());
+            numbers[name as usize] = Some(next.unwrap_or(0));
+            used.extend(next.map(|_| name));
+        }
+        if too_many > 0 {
+            warn(format!("it has more than {} materials, and {too_many} are left out", u16::MAX));
+        }
+        let names: Vec<&[u8]> = used.iter().map(|&name| said.names[name as usize].as_slice()).collect();
+        paint.materials.extend(names.iter().map(|name| Material::plain(String::from_utf8_lossy(name).into_owned())));
+        if let Some(place) = &mut place {
+            let colors = colors(&said.libraries, &names, place);
+            for (material, color) in paint.materials[1..].iter_mut().zip(colors) {
+                material.color = color.unwrap_or(Material::PLAIN_COLOR);
+            }
+        }
+        paint.of_triangles.reserve_exact(triangles);
+        for (name, triangles) in &said.runs {
+            let number = name.and_then(|name| numbers[name as usize]).unwrap_or(0);
+            paint.of_triangles.extend(std::iter::repeat_n(number, *triangles as usize));
+        }
+        if paint.materials.len() == 1 {
+            paint.of_triangles = Vec::new();
+        }
+        paint
+    }
+}
+
+/// The colours of materials by their names.
+fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<Option<[f32; 3]>> {
+    let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut known: FxHashMap<Vec<u8>, Entry> = FxHashMap::default();
+    for file in library_files(libraries, place) {
+        match read_bytes(&file, LARGEST_LIBRARY_BYTES) {
+            Ok(text) => {
+                let library = mtl::parse(&text);
+                if let Some((line, cause)) = library.wrong {
+                    (place.warn)(format!("{}: line {line} is passed over: {cause}", named(&file)));
+                }
+                for entry in library.entries {
+                    known.entry(entry.name.clone()).or_insert(entry);
+                }
+            }
+            Err(error) => (place.warn)(format!("cannot read the materials {}: {error}", named(&file))),
+        }
+    }
+    let mut textures: FxHashMap<&[u8], Option<[f32; 3]>> = FxHashMap::default();
+    let (mut unknown, mut clear): (Vec<&[u8]>, Vec<&[u8]>) = (Vec::new(), Vec::new());
+    let colors = names.iter().map(|&name| {
+        let Some(entry) = known.get(name) else {
+            // `usemtl` without a name means none.
+            unknown.extend((!name.is_empty()).then_some(name));
+            return None;
+        };
+        clear.extend(entry.opacity.is_some_and(|opacity| opacity < 1.0).then_some(name));
+        let texture = entry.texture.as_deref();
+        let texture =
+            texture.and_then(|file| *textures.entry(file).or_insert_with(|| mean_color(&folder, file, place)));
+        texture.or(entry.diffuse)
+    });
+    let colors = colors.collect();
+    for (names, cause) in [
+        (unknown, "no library of it has these materials, which are plain"),
+        (clear, "these materials are transparent, and drawn opaque"),
+    ] {
+        if !names.is_empty() {
+            (place.warn)(format!("{}: {cause}: {}", named(place.path), list(&names)));
+        }
+    }
+    colors
+}
+
+/// As many names as a line holds.
+fn list(names: &[&[u8]]) -> String {
+    let told: Vec<String> = names.iter().take(3).map(|name| quoted(&String::from_utf8_lossy(name))).collect();
+    let more = if names.len() > 3 { format!(" and {} more", names.len() - 3) } else { String::new() };
+    told.join(", ") + &more
+}
+
+/// The libraries that are there. A line may name several, and a name may hold spaces: so the line is one name if there
+/// is such a file, and else names end at `.mtl`.
+fn library_files(libraries: &[Vec<u8>], place: &mut Place<'_>) -> Vec<std::path::PathBuf> {
+    let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut files = Vec::new();
+    for line in libraries {
+        if let Some(file) = find(&folder, line) {
+            files.push(file);
+            continue;
+        }
+        for name in names_of(line) {
+            match find(&folder, name) {
+                Some(file) => files.push(file),
+                None => {
+                    let name = quoted(&String::from_utf8_lossy(name));
+                    (place.warn)(format!("{}: beside it there is no library of materials {name}", named(place.path)));
+                }
+            }
+        }
+    }
+    // What is named twice is read, and warned of, once.
+    let mut once = Vec::new();
+    files.retain(|file| {
+        let is_new = !once.contains(file);
+        once.extend(is_new.then(|| file.clone()));
+        is_new
+    });
+    files
+}
+
+fn names_of(line: &[u8]) -> Vec<&[u8]> {
+    let (mut names, mut from) = (Vec::new(), 0);
+    for end in 0..=line.len() {
+        let is_end = end == line.len() || line[end].is_ascii_whitespace();
+        if is_end && (end == line.len() || line[..end].to_ascii_lowercase().ends_with(b".mtl")) {
+            let name = line[from..end].trim_ascii();
+            names.extend((!name.is_empty()).then_some(name));
+            from = end;
+        }
+    }
+    names
+}
+
+/// The mean colour of a texture, by coverage; none where it is missing, damaged, or no PNG.
+fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32; 3]> {
+    let Some(file) = find(folder, name) else {
+        let name = quoted(&String::from_utf8_lossy(name));
+        (place.warn)(format!("{}: beside it there is no texture {name}", named(place.path)));
+        return None;
+    };
+    if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+        return None;
+    }
+    let picture = match read_rgba8(&file) {
+        Ok(picture) => picture,
+        Err(error) => {
+            (place.warn)(format!("{}: of its texture: {}", named(place.path), one_line(&error.to_string())));
+            return None;
+        }
+    };
+    let linear: Vec<f64> = (0..256).map(|value| linear_from_srgb(f64::from(value) / 255.0)).collect();
+    let (mut sum, mut weight) = ([0.0; 3], 0.0);
+    for pixel in picture.rgba.chunks_exact(4) {
+        let alpha = f64::from(pixel[3]);
+        weight += alpha;
+        for (sum, value) in sum.iter_mut().zip(pixel) {
+            *sum += alpha * linear[usize::from(*value)];
+        }
+    }
+    (weight > 0.0).then(|| sum.map(|sum| (sum / weight) as f32))
+}
+
+/// The files that a model's beginning names, where they are: what a command reads besides the model.
+pub fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf> {
+    let mut lines = super::lines::Lines::new(beginning);
+    while let Ok(Some(_)) = lines.step(&mut Vec::new()) {}
+    let mut place = Place { path, warn: &mut |_| () };
+    let mut files = library_files(&lines.into_said().libraries, &mut place);
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    for library in files.clone() {
+        let text = read_bytes(&library, LARGEST_LIBRARY_BYTES).unwrap_or_default();
+        files.extend(mtl::parse(&text).entries.iter().filter_map(|entry| find(&folder, entry.texture.as_deref()?)));
+    }
+    files
+}

@@ -1,0 +1,326 @@
+//! Meshes of fewer triangles, for what is far away.
+//!
+//! There are several ways to leave triangles out, and which is best depends on the mesh. So all are tried, and the
+//! result whose silhouettes overlap those of the mesh most is taken ([`super::silhouette`]):
+//!
+//! - **Edges collapse** by quadric errors (Garland and Heckbert 1997, as meshoptimizer has them), in the order of what
+//!   they change; vertices move to where they fit best; loose parts that are too small to matter vanish. Where two
+//!   materials meet, both sides collapse together, so their border stays closed. If the shape of the mesh does not let
+//!   it come down so far, borders of materials may give way too.
+//! - **Clustering**: what lies in a cell of a grid becomes a vertex (meshoptimizer's sloppy mode), each material by
+//!   itself. It always gets there, and is coarse.
+//! - **Thinning** for foliage, which is many small loose parts of which none can lose a triangle: of those that lie side
+//!   by side a half, a quarter or an eighth stays, and grows to the area of all (Cook and others, *Stochastic
+//!   Simplification of Aggregate Detail*, 2007). The rest collapses as above.
+//! - **A skin** over all parts, from a grid of cells (meshoptimizer's remesher), for a few hundred triangles: it closes
+//!   what stands in each other, as the storeys of a fir do, and collapses to almost nothing. A corner of it has the
+//!   material of the nearest triangle.
+//!
+//! Normals are those which the file has at a vertex, the one nearest to the new triangle's, or smooth ones.
+
+use glam::DVec3;
+use meshopt::{RemeshOptions, SimplifyOptions};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::build::Soup;
+use super::paint::Paint;
+use super::silhouette::{overlap, views};
+use super::{Mesh, place};
+
+/// Directions from which results are compared. A thousandth of a turn keeps them off the axes of buildings.
+const VIEWS: usize = 12;
+const VIEWS_TURNED_RAD: f64 = 0.006;
+/// A part is small that is so large, measured by the mesh, at most.
+const SMALL_PART: f64 = 0.35;
+/// Fewer small parts are no foliage.
+const LEAST_PARTS: usize = 12;
+/// Skins are tried for so many triangles at most.
+const FEW_TRIANGLES: usize = 512;
+/// And have so many cells along a side.
+const WRAP_CELLS: [u32; 3] = [12, 24, 48];
+/// A normal of the file that is farther from the triangle's is of another side: cos 60°.
+const LEAST_COSINE: f64 = 0.5;
+
+/// A mesh that looks like this one, of so many triangles at most, and of one at least. Its materials are the same.
+pub fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
+    if mesh.triangles.len() <= triangles.max(1) {
+        return mesh.clone();
+    }
+    let most = triangles.max(1);
+    let whole = Draft::of(mesh);
+    let mut drafts: Vec<Draft> = [false, true].into_iter().filter_map(|moves| whole.collapsed(most, moves)).collect();
+    drafts.push(whole.clustered(mesh, most));
+    if let Some(parts) = Parts::of(mesh) {
+        for share in [2, 4, 8] {
+            let thin = whole.thinned(mesh, &parts, share);
+            drafts.extend(thin.collapsed(most, false));
+            drafts.push(thin.clustered(mesh, most));
+        }
+    }
+    if most <= FEW_TRIANGLES {
+        drafts.extend(WRAP_CELLS.into_iter().filter_map(|cells| whole.wrapped(mesh, cells, most)));
+    }
+    let normals = Normals::of(mesh);
+    let made = drafts.into_iter().filter(|draft| (1..=most).contains(&draft.triangles()));
+    let made = made.filter_map(|draft| draft.into_mesh(mesh, &normals));
+    let scored = made.map(|made| (overlap(mesh, &made, views(VIEWS, VIEWS_TURNED_RAD)), made));
+    let best = scored.reduce(|best, other| if other.0 > best.0 { other } else { best });
+    // A mesh of specks may vanish whatever is done.
+    best.map(|(_, made)| made)
+        .or_else(|| whole.largest(mesh, most).into_mesh(mesh, &normals))
+        .unwrap_or_else(|| mesh.clone())
+}
+
+/// A mesh as the simplifier has it: a vertex for each place and material.
+#[derive(Clone)]
+struct Draft {
+    places_m: Vec<[f32; 3]>,
+    /// The mesh's vertices and materials.
+    origins: Vec<(u32, u16)>,
+    corners: Vec<u32>,
+}
+
+impl Draft {
+    fn of(mesh: &Mesh) -> Self {
+        let mut numbers: FxHashMap<(u32, u16), u32> = FxHashMap::default();
+        let mut draft = Self { places_m: Vec::new(), origins: Vec::new(), corners: Vec::new() };
+        for triangle in &mesh.triangles {
+            for vertex in triangle.corners {
+                let origin = (vertex, triangle.material);
+                let number = *numbers.entry(origin).or_insert_with(|| {
+                    draft.places_m.push(mesh.vertices_m[vertex as usize]);
+                    draft.origins.push(origin);
+                    draft.origins.len() as u32 - 1
+                });
+                draft.corners.push(number);
+            }
+        }
+        draft
+    }
+
+    fn triangles(&self) -> usize {
+        self.corners.len() / 3
+    }
+
+    fn with(&self, corners: Vec<u32>) -> Self {
+        Self { places_m: self.places_m.clone(), origins: self.origins.clone(), corners }
+    }
+
+    /// By collapses of edges, after which vertices may have moved; none where the shape does not allow it.
+    fn collapsed(&self, most: usize, moves: bool) -> Option<Self> {
+        if self.triangles() <= most {
+            return Some(self.clone());
+        }
+        let strict = SimplifyOptions::Prune;
+        [strict, strict | SimplifyOptions::Permissive].into_iter().find_map(|options| {
+            let mut draft = self.clone();
+            if moves {
+                let count = meshopt::simplify_with_update(
+                    &mut draft.corners,
+                    &mut draft.places_m,
+                    &mut [],
+                    &[],
+                    0,
+                    None,
+                    3 * most,
+                    f32::MAX,
+                    options,
+                    None,
+                );
+                draft.corners.truncate(count);
+            } else {
+                let (corners, places_m) = (&self.corners, &self.places_m);
+                draft.corners = meshopt::simplify_decoder(corners, places_m, 3 * most, f32::MAX, options, None);
+            }
+            (1..=most).contains(&draft.triangles()).then_some(draft)
+        })
+    }
+
+    /// By clusters, each material by itself with its part of the triangles.
+    fn clustered(&self, mesh: &Mesh, most: usize) -> Self {
+        if self.triangles() <= most {
+            return self.clone();
+        }
+        let mut corners = Vec::new();
+        for material in 0..mesh.materials.len() {
+            let is_of = |triangle: &&[u32]| usize::from(self.origins[triangle[0] as usize].1) == material;
+            let own: Vec<u32> = self.corners.chunks_exact(3).filter(is_of).flatten().copied().collect();
+            if own.is_empty() {
+                continue;
+            }
+            let share = own.len() / 3 * most / self.triangles();
+            corners.extend(meshopt::simplify_sloppy_decoder(&own, &self.places_m, 3 * share, f32::MAX, None));
+        }
+        self.with(corners)
+    }
+
+    /// With one of `share` small parts, grown to the area of so many.
+    fn thinned(&self, mesh: &Mesh, parts: &Parts, share: usize) -> Self {
+        let mut draft = self.clone();
+        let is_left = |part: u32| parts.rank[part as usize].is_none_or(|rank| rank % share == share / 2);
+        let left = self.corners.chunks_exact(3).filter(|triangle| {
+            let (vertex, _) = self.origins[triangle[0] as usize];
+            is_left(parts.of_vertex[vertex as usize])
+        });
+        draft.corners = left.flatten().copied().collect();
+        let grown = (share as f64).sqrt();
+        for (place_m, (vertex, _)) in draft.places_m.iter_mut().zip(&draft.origins) {
+            let part = parts.of_vertex[*vertex as usize] as usize;
+            if parts.rank[part].is_some() {
+                let middle_m = parts.middle_m[part];
+                let at_m = middle_m + (place(mesh.vertices_m[*vertex as usize]) - middle_m) * grown;
+                *place_m = at_m.as_vec3().to_array();
+            }
+        }
+        draft
+    }
+
+    /// A skin over all, collapsed.
+    fn wrapped(&self, mesh: &Mesh, cells: u32, most: usize) -> Option<Self> {
+        let soup = meshopt::remesh_decoder(&self.corners, &self.places_m, cells, RemeshOptions::Solve);
+        let mut numbers: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+        let mut skin = Self { places_m: Vec::new(), origins: Vec::new(), corners: Vec::new() };
+        for place_m in soup {
+            if !place_m.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            let number = *numbers.entry(place_m.map(f32::to_bits)).or_insert_with(|| {
+                skin.places_m.push(place_m);
+                skin.places_m.len() as u32 - 1
+            });
+            skin.corners.push(number);
+        }
+        skin.origins = vec![(0, 0); skin.places_m.len()];
+        let mut skin = skin.collapsed(most, true)?;
+        let middles: Vec<DVec3> =
+            (0..mesh.triangles.len()).map(|i| (0..3).map(|k| mesh.corner_m(i, k)).sum::<DVec3>() / 3.0).collect();
+        let used: FxHashSet<u32> = skin.corners.iter().copied().collect();
+        for corner in used {
+            let at_m = place(skin.places_m[corner as usize]);
+            let distance = |i: usize| middles[i].distance_squared(at_m);
+            let nearest = (0..middles.len()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
+            let triangle = &mesh.triangles[nearest];
+            skin.origins[corner as usize] = (triangle.corners[0], triangle.material);
+        }
+        Some(skin)
+    }
+
+    /// The largest triangles alone.
+    fn largest(&self, mesh: &Mesh, most: usize) -> Self {
+        let area = |triangle: &[u32]| {
+            let [a, b, c] = [0, 1, 2].map(|k| place(mesh.vertices_m[self.origins[triangle[k] as usize].0 as usize]));
+            (b - a).cross(c - a).length()
+        };
+        let mut triangles: Vec<&[u32]> = self.corners.chunks_exact(3).collect();
+        triangles.sort_by(|a, b| area(b).total_cmp(&area(a)));
+        self.with(triangles.into_iter().take(most).flatten().copied().collect())
+    }
+
+    /// None where all triangles are without area.
+    fn into_mesh(self, mesh: &Mesh, normals: &Normals) -> Option<Mesh> {
+        let mut soup = Soup::default();
+        let mut paint = Paint { materials: mesh.materials.clone(), of_triangles: Vec::new() };
+        for triangle in self.corners.chunks_exact(3) {
+            let corners = [triangle[0], triangle[1], triangle[2]];
+            let places_m = corners.map(|corner| place(self.places_m[corner as usize]));
+            let [a, b, c] = places_m;
+            let face = (b - a).cross(c - a).normalize_or_zero();
+            let first = soup.places_m.len() as u32;
+            soup.triangles.push([first, first + 1, first + 2]);
+            soup.places_m.extend(places_m.map(|place_m| mesh.middle_m + place_m));
+            soup.normals.extend(corners.map(|corner| normals.near(self.origins[corner as usize].0, face)));
+            // Where a border of materials gave way, corners differ.
+            let [a, b, c] = corners.map(|corner| self.origins[corner as usize].1);
+            paint.of_triangles.push(if b == c { b } else { a });
+        }
+        soup.into_painted_mesh(mesh.name.clone(), paint).ok()
+    }
+}
+
+/// The normals at each vertex of a mesh.
+struct Normals {
+    /// Where those of a vertex begin.
+    first: Vec<u32>,
+    all: Vec<DVec3>,
+}
+
+impl Normals {
+    fn of(mesh: &Mesh) -> Self {
+        let mut first = vec![0; mesh.vertices_m.len() + 1];
+        let corners = || mesh.triangles.iter().flat_map(|triangle| triangle.corners.into_iter().zip(triangle.normals));
+        corners().for_each(|(vertex, _)| first[vertex as usize + 1] += 1);
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut next = first.clone();
+        let mut all = vec![DVec3::ZERO; 3 * mesh.triangles.len()];
+        for (vertex, normal) in corners() {
+            all[next[vertex as usize] as usize] = normal;
+            next[vertex as usize] += 1;
+        }
+        Self { first, all }
+    }
+
+    /// The nearest to a direction at a vertex, or 0.
+    fn near(&self, vertex: u32, face: DVec3) -> DVec3 {
+        let of = self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize;
+        let best = self.all[of].iter().copied().max_by(|a, b| a.dot(face).total_cmp(&b.dot(face)));
+        best.filter(|normal| normal.dot(face) >= LEAST_COSINE).unwrap_or(DVec3::ZERO)
+    }
+}
+
+/// Which parts of a mesh hang together, and which of them are foliage.
+struct Parts {
+    of_vertex: Vec<u32>,
+    /// Of the box of each.
+    middle_m: Vec<DVec3>,
+    /// Of small parts, along a curve on which neighbours are mostly near each other.
+    rank: Vec<Option<usize>>,
+}
+
+impl Parts {
+    /// None where there is no foliage.
+    fn of(mesh: &Mesh) -> Option<Self> {
+        let mut root: Vec<u32> = (0..mesh.vertices_m.len() as u32).collect();
+        fn find(root: &mut [u32], mut at: u32) -> u32 {
+            while root[at as usize] != at {
+                root[at as usize] = root[root[at as usize] as usize];
+                at = root[at as usize];
+            }
+            at
+        }
+        for [a, b, c] in mesh.triangles.iter().map(|triangle| triangle.corners) {
+            for other in [b, c] {
+                let (one, other) = (find(&mut root, a), find(&mut root, other));
+                root[one.max(other) as usize] = one.min(other);
+            }
+        }
+        let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
+        let mut of_vertex = Vec::with_capacity(root.len());
+        let mut boxes: Vec<(DVec3, DVec3)> = Vec::new();
+        for vertex in 0..root.len() as u32 {
+            let number = *numbers.entry(find(&mut root, vertex)).or_insert(boxes.len() as u32);
+            if number as usize == boxes.len() {
+                boxes.push((DVec3::INFINITY, DVec3::NEG_INFINITY));
+            }
+            let (low_m, high_m) = &mut boxes[number as usize];
+            let at_m = place(mesh.vertices_m[vertex as usize]);
+            (*low_m, *high_m) = (low_m.min(at_m), high_m.max(at_m));
+            of_vertex.push(number);
+        }
+        let is_small = |(low_m, high_m): &(DVec3, DVec3)| low_m.distance(*high_m) < SMALL_PART * 2.0 * mesh.radius_m;
+        let middle_m: Vec<DVec3> = boxes.iter().map(|(low_m, high_m)| (*low_m + *high_m) * 0.5).collect();
+        let mut small: Vec<usize> = (0..boxes.len()).filter(|&part| is_small(&boxes[part])).collect();
+        small.sort_by_key(|&part| on_curve(middle_m[part] / mesh.radius_m));
+        let mut rank = vec![None; boxes.len()];
+        small.iter().enumerate().for_each(|(i, &part)| rank[part] = Some(i));
+        (small.len() >= LEAST_PARTS).then_some(Self { of_vertex, middle_m, rank })
+    }
+}
+
+/// The place of a point of the cube from -1 to 1 on Morton's curve, in 2⁷ cells along each axis.
+fn on_curve(at: DVec3) -> u32 {
+    let cell = ((at + 1.0) * 64.0).clamp(DVec3::ZERO, DVec3::splat(127.0));
+    let spread = |value: f64| (0..7).map(|bit| ((value as u32 >> bit) & 1) << (3 * bit)).sum::<u32>();
+    spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2
+}

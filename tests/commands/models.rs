@@ -1,0 +1,45 @@
+//! What the program says of models and their materials.
+
+use super::Place;
+
+const MODEL: &str = "mtllib tree.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl bark\nf 1 3 2\nf 1 2 4\nusemtl leaf\nf 1 4 3\n\
+    usemtl root\nf 2 3 4\n";
+
+fn scene(place: &Place) {
+    let mesh = "[[meshes]]\nfile = \"tree.obj\"\nat = [0, 0, \"+0\"]\n";
+    place.file("a.toml", &format!("[world]\nprocedural = {{ seed = 1 }}\n{mesh}{mesh}"));
+    place.file("tree.obj", MODEL);
+}
+
+#[test]
+fn materials_are_told_and_what_is_wrong_with_them_once() {
+    let place = Place::empty();
+    scene(&place);
+    place.file("tree.mtl", "newmtl bark\nKd 1 0 0\nnewmtl leaf\nKd 0 1 0\nmap_Kd leaf.png\n");
+    let output = place.hachure(&["info", "a.toml"]);
+    let (told, warned) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.success() && told.matches(" m, 3 materials, at ").count() == 2, "{told}");
+    for warning in [
+        "beside it there is no texture \"leaf.png\"",
+        "no library of it has these materials, which are plain: \"root\"",
+    ] {
+        assert_eq!(warned.matches(warning).count(), 1, "{warned}");
+    }
+    assert_eq!(warned.lines().count(), 2, "{warned}");
+    assert_eq!(place.json(&["info", "a.toml", "--json"])["meshes"][0]["materials"], 3);
+    // Planted: nothing is told of a model without materials.
+    place.file("tree.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let output = place.hachure(&["info", "a.toml"]);
+    assert!(output.stderr.is_empty() && !String::from_utf8(output.stdout).unwrap().contains("material"));
+}
+
+#[test]
+fn no_picture_replaces_a_texture() {
+    let place = Place::empty();
+    scene(&place);
+    place.file("tree.mtl", "newmtl bark\nKd 1 0 0\nmap_Kd bark.png\n");
+    place.file("bark.png", "a texture");
+    let error = place.error(&["render", "a.toml", "-o", "bark.png"]);
+    assert!(error.contains("bark.png: is the input"), "{error}");
+    assert_eq!(std::fs::read(place.path("bark.png")).unwrap(), b"a texture");
+}
