@@ -34,7 +34,7 @@ type Trees = BTreeMap<[i64; 2], (DVec3, f32, u32)>;
 fn seen(world: &mut World, forest: &Forest, camera: &str) -> Trees {
     world.surfaces.set_forest(Some(forest.clone()));
     // None is left out.
-    world.surfaces.set_tree_detail(20.0);
+    world.surfaces.set_tree_detail(4.0);
     let pose = world.pose(camera);
     let trees = drawn_trees(world, &mut Frame::new(&world.gpu).unwrap(), pose, SIZE_PX);
     let key = |at_m: DVec3| [at_m.x, at_m.y].map(|along_m| (100.0 * along_m).round() as i64);
@@ -93,7 +93,10 @@ fn trees_are_the_same_for_whoever_looks() {
         let is_same = at_m.truncate().distance(other_m.truncate()) < 0.01;
         shared += usize::from(is_same);
         // Its foot stands on the land as it is drawn.
-        assert!(!is_same || (at_m.z - other_m.z).abs() < 0.3 && height_m == other_height_m);
+        assert!(
+            !is_same || (at_m.z - other_m.z).abs() < 0.3 && height_m == other_height_m,
+            "{at_m} {other_m} {height_m} {other_height_m}"
+        );
     }
     println!("{} from above, {} from aside, {shared} from both", above.len(), aside.len());
     assert!(shared > 500);

@@ -97,6 +97,8 @@ pub struct Sight<'a> {
     pub frustum: &'a Frustum,
     /// Trees that are farther away are not drawn.
     pub reach_m: f64,
+    /// Between which corners there is land.
+    pub land_m: [DVec2; 2],
     /// The least and the greatest height of the land.
     pub range_m: [f64; 2],
     /// The height of the tallest tree.
@@ -107,11 +109,11 @@ pub struct Sight<'a> {
 
 /// The blocks within reach that the frustum may see, and the most trees that they may draw.
 pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
-    let &Sight { eye_m, frustum, reach_m, range_m, tallest_m, thinning } = sight;
+    let &Sight { eye_m, frustum, reach_m, land_m, range_m, tallest_m, thinning } = sight;
     let (mut blocks, mut most) = (Vec::new(), 0);
     let side_m = Block::widest(IVec2::ZERO).side_m();
-    let first = ((eye_m.truncate() - reach_m) / side_m).floor().as_ivec2();
-    let last = ((eye_m.truncate() + reach_m) / side_m).floor().as_ivec2();
+    let first = ((eye_m.truncate() - reach_m).max(land_m[0]) / side_m).floor().as_ivec2();
+    let last = ((eye_m.truncate() + reach_m).min(land_m[1]) / side_m).floor().as_ivec2();
     let mut rest: Vec<Block> =
         (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| Block::widest(IVec2::new(x, y)))).collect();
     while let Some(block) = rest.pop() {
@@ -123,7 +125,8 @@ pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
             high_m: (corner_m + block.side_m()).extend(range_m[1] + tallest_m) + margin_m - eye_m,
         };
         let away_m = bounds.distance_m();
-        if away_m > reach_m || !frustum.may_see(&bounds) {
+        let is_beside = corner_m.cmpgt(land_m[1]).any() || (corner_m + block.side_m()).cmplt(land_m[0]).any();
+        if is_beside || away_m > reach_m || !frustum.may_see(&bounds) {
             continue;
         }
         let rank = thinning.rank_at(away_m);
@@ -148,7 +151,8 @@ mod tests {
 
     fn sight(frustum: &Frustum, thinning: Thinning) -> Sight<'_> {
         let eye_m = DVec3::new(1234.5, -987.0, 150.0);
-        Sight { eye_m, frustum, reach_m: 9000.0, range_m: [0.0, 100.0], tallest_m: 20.0, thinning }
+        let land_m = [DVec2::splat(-1e6), DVec2::splat(1e6)];
+        Sight { eye_m, frustum, reach_m: 9000.0, land_m, range_m: [0.0, 100.0], tallest_m: 20.0, thinning }
     }
 
     /// The trees of blocks: each one's tile and number.

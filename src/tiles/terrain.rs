@@ -153,13 +153,19 @@ impl Terrain {
 
     /// East and north extent in metres.
     pub fn extent_m(&self) -> [f64; 2] {
+        let [low_m, high_m] = self.corners_m();
+        (high_m - low_m).to_array()
+    }
+
+    /// The least and the greatest east and north of its corners.
+    pub fn corners_m(&self) -> [DVec2; 2] {
         let size = self.store.levels()[0];
         let (right, bottom) = (f64::from(size.width - 1), f64::from(size.height - 1));
         let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
         let places = corners.map(|(x, y)| self.grid_projection.world_from_grid(DVec2::new(x, y)));
         let low = places.into_iter().reduce(DVec2::min).unwrap_or_default();
         let high = places.into_iter().reduce(DVec2::max).unwrap_or_default();
-        (high - low).to_array()
+        [low, high]
     }
 
     /// Where its tiles come from.

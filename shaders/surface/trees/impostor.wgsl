@@ -34,10 +34,10 @@ struct Drawn {
 
 const FRAMES: f32 = 12.0;
 const FRAME_PX: f32 = 128.0;
-const STEPS: u32 = 12u;
+const STEPS: u32 = 20u;
 const HALVINGS: u32 = 4u;
 // By the sphere's radius.
-const THICKNESS: f32 = 0.35;
+const THICKNESS: f32 = 0.13;
 
 // From the world into the tree that is 1 tall and wide.
 fn own_of(tree: TreeInstance, from_foot_m: vec3<f32>) -> vec3<f32> {

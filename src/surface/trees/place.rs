@@ -69,6 +69,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         eye_m: eye.pose.position_m,
         frustum: &eye.frustum(),
         reach_m: TALLEST * height_m * focal_px / LOWEST_PX,
+        land_m: terrain.corners_m(),
         range_m: terrain.range_m().map(f64::from),
         tallest_m: TALLEST * height_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
