@@ -1,4 +1,8 @@
-#![allow(clippy::disallowed_methods, reason = "tests damage their own scratch files")]
+#![allow(
+    clippy::disallowed_methods,
+    clippy::print_stdout,
+    reason = "tests damage their scratch files, and say what they skip"
+)]
 
 use std::path::PathBuf;
 
