@@ -12,7 +12,7 @@ use common::hill::Hill;
 use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
 use hachure::scene::forest::{Form, Species};
-use hachure::scene::{Forest, Scene};
+use hachure::scene::{CoverFiles, Forest, Scene};
 
 const SIZE_PX: [u32; 2] = [128, 72];
 /// Straight down, from where all of [`within`] is seen.
@@ -191,6 +191,7 @@ fn a_scene_says_where_trees_stand() {
         raggedness_m: 5.0,
         steepest_deg: 30.0,
         species: vec![Species::new(Form::Birch, 1.0, 9.0), snag],
+        cover: CoverFiles::default(),
     };
     assert_eq!(parse(text).unwrap().forest, Some(expected));
     let many = "[[forest.species]]\nform = \"birch\"\n".repeat(9);

@@ -1,8 +1,11 @@
 //! `[forest]` of a scene: which trees stand where.
 
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 use serde::Deserialize;
+
+use super::forest_cover::{ClassToml, CoverFiles, CoverToml};
 
 /// Where trees stand: by rules, which the land answers.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +22,8 @@ pub struct Forest {
     pub steepest_deg: f64,
     /// Of 1 to [`Forest::MOST_SPECIES`] kinds.
     pub species: Vec<Species>,
+    /// Rasters that say where they stand, beside the rules.
+    pub cover: CoverFiles,
 }
 
 /// A kind of tree, and where it prefers to stand.
@@ -96,6 +101,11 @@ pub(super) struct ForestToml {
     raggedness_m: Option<f64>,
     steepest_deg: Option<f64>,
     height_m: Option<f64>,
+    mask: Option<String>,
+    land_cover: Option<String>,
+    canopy_height: Option<String>,
+    #[serde(default)]
+    classes: Vec<ClassToml>,
     #[serde(default)]
     species: Vec<SpeciesToml>,
 }
@@ -130,7 +140,7 @@ fn one() -> u32 {
 pub(super) type WrongKey = (String, String);
 
 /// A number of a table; `table` ends with a dot.
-fn within(
+pub(super) fn within(
     table: &str,
     key: &str,
     value: Option<f64>,
@@ -143,9 +153,11 @@ fn within(
 }
 
 impl ForestToml {
+    /// Of the scene file at `scene`, beside which rasters lie.
+    ///
     /// # Errors
     /// The first key that is wrong.
-    pub(super) fn checked(&self) -> Result<Forest, WrongKey> {
+    pub(super) fn checked(&self, scene: &Path) -> Result<Forest, WrongKey> {
         let number = |key, value, default, range| within("forest.", key, value, default, range);
         let height_m = number("height_m", self.height_m, 18.0, 0.01..=1000.0)?;
         if self.species.len() > Forest::MOST_SPECIES {
@@ -154,6 +166,9 @@ impl ForestToml {
         let own = self.species.iter().enumerate();
         let own = own.map(|(number, species)| species.checked(&format!("forest.species[{number}]."), height_m));
         let own: Vec<Species> = own.collect::<Result<_, _>>()?;
+        let species = if own.is_empty() { Species::mixed(height_m) } else { own };
+        let Self { mask, land_cover, canopy_height, classes, .. } = self;
+        let cover = CoverToml { mask, land_cover, canopy_height, classes }.checked(scene, &species)?;
         Ok(Forest {
             seed: self.seed,
             trees_per_ha: number("trees_per_ha", self.trees_per_ha, 300.0, 0.0..=Forest::MOST_TREES_PER_HA)?,
@@ -161,7 +176,8 @@ impl ForestToml {
             tree_line_m: number("tree_line_m", self.tree_line_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?,
             raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,
             steepest_deg: number("steepest_deg", self.steepest_deg, 38.0, 1.0..=89.0)?,
-            species: if own.is_empty() { Species::mixed(height_m) } else { own },
+            species,
+            cover,
         })
     }
 }

@@ -5,6 +5,7 @@ pub mod camera;
 pub mod earth;
 pub mod embedded;
 pub mod forest;
+pub mod forest_cover;
 pub mod frustum;
 pub mod path;
 pub mod reach;
@@ -16,6 +17,7 @@ use std::path::PathBuf;
 
 use camera::Camera;
 pub use forest::Forest;
+pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 
 use crate::source::OpenOptions;

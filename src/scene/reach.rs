@@ -61,6 +61,10 @@ impl Scene {
             World::Url(url) => return Err(outside("world.dem", remote::name_of(url), "is an address on the network")),
             World::Procedural { .. } | World::Continent { .. } => {}
         }
+        for (key, path) in self.forest.iter().flat_map(|forest| forest.cover.files()) {
+            check(key, path)?;
+            source::files_of(path).iter().try_for_each(|other| check(key, other))?;
+        }
         self.meshes.iter().try_for_each(|mesh| check("meshes.file", &mesh.file))
     }
 }

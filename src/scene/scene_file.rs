@@ -39,6 +39,14 @@
 //! raggedness_m = 80                 # of the tree line
 //! steepest_deg = 38
 //! height_m = 18                     # of a tree in the mean, where its species says nothing
+//! mask = "mask.png"                 # where they stand: grey, white is all of them; or a GeoTIFF
+//! land_cover = "cover.tif"          # a GeoTIFF of classes, of which `forest.classes` tells
+//! canopy_height = "chm.tif"         # a GeoTIFF of how tall trees are, in metres; below 2 m there is none
+//!
+//! [[forest.classes]]                # of land_cover; a class that is not listed has no trees
+//! class = 43
+//! density = 0.8                     # of trees_per_ha; without it, 1
+//! mix = { conifer = 3, broadleaf = 1 }   # shares of forms; or of species: species = [3, 1, 0]
 //!
 //! [[forest.species]]                # up to 8; without them, a mixed forest
 //! form = "conifer"                  # or "broadleaf", "birch", "snag"
@@ -264,7 +272,7 @@ impl Scene {
         }
         scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(forest) = &file.forest {
-            scene.forest = Some(forest.checked().map_err(|(key, cause)| wrong(&key, &cause))?);
+            scene.forest = Some(forest.checked(path).map_err(|(key, cause)| wrong(&key, &cause))?);
         }
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);

@@ -19,7 +19,7 @@ use super::geotiff_layout::{check, check_image, is_overview};
 use super::masked::Mask;
 use super::samples::{Meaning, Tally};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
-use super::{SourceError, Window, WorldMapping};
+use super::{Holds, SourceError, Window, WorldMapping};
 
 const TAG_GDAL_METADATA: u16 = 42112;
 
@@ -65,7 +65,7 @@ impl Pictures {
             .map_err(|source| SourceError::Damaged { path: name.into(), source })?;
         let file = Arc::new(file);
         let cache = tiff_blocks::cache(decoded_bytes);
-        let layout = check(&file, file_bytes, name)?;
+        let layout = check(&file, file_bytes, name, Holds::Heights)?;
         let (width, sample_type) = (layout.width, layout.blocks.samples.decoded);
         let damaged = |source| SourceError::Damaged { path: name.into(), source };
         let ifd = file.ifd(layout.blocks.ifd).map_err(damaged)?;

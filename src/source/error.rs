@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use tiff_reader::TiffError;
 
 use super::georeference::GeoreferenceError;
+use super::values::Holds;
 use crate::file::message::{chain, named};
 use crate::file::toml_text::TomlError;
 
@@ -71,13 +72,15 @@ pub enum SourceError {
         /// The compression or sample type: "compression JPEG 2000 (34712)".
         what: String,
     },
-    /// A picture, but not of heights.
-    #[error("{}: holds {what}, not heights", named(path))]
+    /// A picture, but not of heights, or of what else was to be read.
+    #[error("{}: holds {what}, not {holds}", named(path))]
     NotHeights {
         /// Of the file.
         path: PathBuf,
         /// What it holds: "an RGB picture".
         what: &'static str,
+        /// What it should hold.
+        holds: Holds,
     },
     /// What the file leaves open has to be said elsewhere: in its name, a file beside it, an option.
     #[error("{}: {why}", named(path))]

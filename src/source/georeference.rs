@@ -123,6 +123,11 @@ pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, Geore
 /// The georeference of a file that does not say where it lies, which is told.
 pub(super) fn nowhere(file: &str) -> Georeference {
     tracing::warn!("{file}: says nothing about where it lies; 1 m between samples is assumed");
+    unsaid()
+}
+
+/// The same where nobody needs to be told.
+pub(super) fn unsaid() -> Georeference {
     let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
     Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
 }

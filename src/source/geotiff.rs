@@ -18,6 +18,7 @@ use super::reader::{HeightReader, Window};
 use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
 use super::tiff_side_files::SideFiles;
+use super::values::{Holds, Values};
 use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
 
 const TAG_PIXEL_SCALE: u16 = 33550;
@@ -55,10 +56,18 @@ impl GeoTiffReader {
     /// # Errors
     /// See [`super::open_reader`].
     pub fn open(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
-        guarded(path, || Self::open_unguarded(path))
+        Ok(Self::open_as(path, Holds::Heights)?.reader)
     }
 
-    fn open_unguarded(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
+    /// Opens a file that begins as a TIFF does, and holds something else.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_as(path: &Path, holds: Holds) -> Result<Values, SourceError> {
+        guarded(path, || Self::open_unguarded(path, holds))
+    }
+
+    fn open_unguarded(path: &Path, holds: Holds) -> Result<Values, SourceError> {
         let damaged = |source| SourceError::Damaged { path: path.into(), source };
         let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
         let options = OpenOptions {
@@ -68,7 +77,7 @@ impl GeoTiffReader {
             ..OpenOptions::default()
         };
         let mut file = TiffFile::open_with_options(path, options).map_err(damaged)?;
-        let Layout { width, height, blocks, block_bytes, strides } = layout::check(&file, file_bytes, path)?;
+        let Layout { width, height, blocks, block_bytes, strides } = layout::check(&file, file_bytes, path, holds)?;
         // Else a strip of the whole picture would be decoded again for each window.
         let cache_bytes = CACHE_BYTES.max(block_bytes as usize);
         if strides.is_none() && cache_bytes > CACHE_BYTES {
@@ -83,9 +92,14 @@ impl GeoTiffReader {
         let mut tags = geo_tags(ifd);
         let mut meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
         side_files.overrule(&mut meaning);
+        if holds != Holds::Heights {
+            meaning = Meaning::metres(meaning.sample_type, meaning.no_data);
+        }
         let name = path.display().to_string();
-        let mut georeference = match side_files.place(&mut tags) {
+        let place = side_files.place(&mut tags);
+        let mut georeference = match place {
             Some(crs_from_grid) => georeference::from_transform(crs_from_grid, tags.geokeys, &name).map_err(located)?,
+            None if holds == Holds::Shades => georeference::unsaid(),
             None => georeference::nowhere(&name),
         };
         WorldMapping::new(&georeference, width, height).map_err(located)?;
@@ -96,6 +110,7 @@ impl GeoTiffReader {
         let identity = place::identity(&files, "");
         let cache = tiff_blocks::cache(cache_bytes);
         let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
+        let full = blocks.samples.decoded.largest(blocks.samples.bits);
         // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
         let heights: Box<dyn HeightReader> = if let Some(strides) = strides {
             let (size, is_big_endian) = ([width, height], file.byte_order() == ByteOrder::BigEndian);
@@ -114,7 +129,7 @@ impl GeoTiffReader {
                 told: Told::default(),
             })
         };
-        Ok(Masked::over(heights, masks, path))
+        Ok(Values { reader: Masked::over(heights, masks, path), full, is_located: place.is_some() })
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {

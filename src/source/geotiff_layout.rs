@@ -9,6 +9,7 @@ use super::flat::Strides;
 use super::place::inconsistent;
 use super::tiff_blocks::{Blocks, CODEC_NONE};
 use super::tiff_samples::Samples;
+use super::values::Holds;
 
 /// One strip or tile, decoded, all bands.
 pub(super) const MAX_BLOCK_BYTES: u64 = 1 << 31;
@@ -35,15 +36,19 @@ pub(super) struct Layout {
     pub strides: Option<Strides>,
 }
 
-/// The picture of the heights: the first that is neither an overview nor a mask, and what is known of it.
+/// The picture of the heights, or of what else the file holds: the first that is neither an overview nor a mask, and
+/// what is known of it.
 ///
 /// # Errors
 /// Anything that is damaged, not a height field, not supported, too small or too large.
-pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
+pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path, holds: Holds) -> Result<Layout, SourceError> {
     let none = || SourceError::Inconsistent { path: path.into(), what: "it holds no picture".to_owned() };
     // A cloud-optimised file has overviews and masks behind the full resolution.
     let full = file.ifds().iter().position(|ifd| subfile_type(ifd) & (OVERVIEW | MASK) == 0).unwrap_or(0);
-    check_image(file.ifds().get(full).ok_or_else(none)?, full, file_bytes, path)
+    let ifd = file.ifds().get(full).ok_or_else(none)?;
+    require_size(ifd, path)?;
+    require_samples_of(ifd, path, holds)?;
+    check_grid(ifd, full, file_bytes, path, holds)
 }
 
 fn subfile_type(ifd: &Ifd) -> u32 {
@@ -65,9 +70,14 @@ pub(super) fn is_mask(ifd: &Ifd) -> bool {
 /// # Errors
 /// As [`check`].
 pub(super) fn check_image(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
-    let (width, height) = (ifd.width(), ifd.height());
     require_size(ifd, path)?;
-    require_heights(ifd, path)?;
+    require_samples_of(ifd, path, Holds::Heights)?;
+    check_grid(ifd, index, file_bytes, path, Holds::Heights)
+}
+
+/// What [`check_image`] checks of a picture that may hold what it should.
+fn check_grid(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path, holds: Holds) -> Result<Layout, SourceError> {
+    let (width, height) = (ifd.width(), ifd.height());
     require_known_compression(ifd, path)?;
     if width < 2 || height < 2 {
         return Err(SourceError::TooSmall { path: path.into(), width, height });
@@ -75,7 +85,7 @@ pub(super) fn check_image(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path)
     let layout = check_samples(ifd, index, file_bytes, path)?;
     let Samples { per_pixel, alpha, .. } = layout.blocks.samples;
     if per_pixel > 1 + usize::from(alpha.is_some()) {
-        tracing::warn!("{}: has {per_pixel} bands; the first is taken as heights", path.display());
+        tracing::warn!("{}: has {per_pixel} bands; the first is taken as {holds}", path.display());
     }
     Ok(layout)
 }
@@ -144,12 +154,15 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
     Ok(Layout { width, height, blocks, block_bytes, strides })
 }
 
-fn require_heights(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {
+fn require_samples_of(ifd: &Ifd, path: &Path, holds: Holds) -> Result<(), SourceError> {
     let format = ifd.sample_format().ok().and_then(|formats| formats.first().copied());
     let what = match (format, ifd.photometric_interpretation()) {
         (Some(5 | 6), _) => "complex numbers",
         (_, Some(2)) => "an RGB picture",
+        // The palette only says how classes are to be coloured.
+        (_, Some(3)) if holds == Holds::Classes => return Ok(()),
         (_, Some(3)) => "a palette picture",
+        (_, Some(4)) if holds == Holds::Shades => return Ok(()),
         (_, Some(4)) => "a mask",
         (_, Some(5)) => "a CMYK picture",
         (_, Some(6)) => "a YCbCr picture",
@@ -158,7 +171,7 @@ fn require_heights(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {
         (_, Some(32_844 | 32_845)) => "a LogLuv picture",
         _ => return Ok(()),
     };
-    Err(SourceError::NotHeights { path: path.into(), what })
+    Err(SourceError::NotHeights { path: path.into(), what, holds })
 }
 
 fn require_known_compression(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {

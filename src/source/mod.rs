@@ -54,6 +54,7 @@ mod tile_folder;
 mod undeclared;
 mod usgs_dem;
 mod valley;
+mod values;
 mod wkt;
 mod world_mapping;
 mod xyz;
@@ -70,6 +71,7 @@ pub use inputs::{add_inputs, files_of};
 pub use reader::{HeightReader, Window};
 pub use side_file::{Encoding, OpenOptions};
 pub use statistics::{Statistics, statistics};
+pub use values::{Holds, Values, open_values};
 pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.

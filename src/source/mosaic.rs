@@ -7,6 +7,7 @@
 
 mod place;
 
+pub(crate) use place::Way;
 pub use place::{MosaicGrid, Placed};
 
 use super::georeference::Georeference;

@@ -19,6 +19,7 @@ use super::place::{self, check_window};
 use super::reader::{HeightReader, Window};
 use super::samples::{Meaning, SampleType, Tally, Told};
 use super::side_file::Said;
+use super::values::Holds;
 use super::{picture, terrain_rgb};
 
 /// A block is some rows of about so many samples.
@@ -28,7 +29,7 @@ const BLOCK_SAMPLES: u32 = 1 << 20;
 pub(super) fn open(path: &Path, said: &Said) -> Result<Box<dyn HeightReader>, SourceError> {
     let header = picture::header(path)?;
     place::check_size(path, header.size)?;
-    let refused = |what| Err(SourceError::NotHeights { path: path.into(), what });
+    let refused = |what| Err(SourceError::NotHeights { path: path.into(), what, holds: Holds::Heights });
     match (header.color, header.depth) {
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
             Ok(Box::new(GreyReader::open(path, said, header.size)?))

@@ -84,6 +84,15 @@ impl SampleType {
         })
     }
 
+    /// The largest number of so many bits of a whole number, as it is in the file; 1 for the others.
+    pub fn largest(self, bits: u16) -> f64 {
+        match self {
+            Self::U8 | Self::U16 | Self::U32 | Self::U64 => 2f64.powi(bits.into()) - 1.0,
+            Self::I8 | Self::I16 | Self::I32 | Self::I64 => 2f64.powi(i32::from(bits) - 1) - 1.0,
+            Self::F32 | Self::F64 => 1.0,
+        }
+    }
+
     /// Bytes of a decoded sample.
     pub fn bytes(self) -> usize {
         match self {

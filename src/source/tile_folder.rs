@@ -16,6 +16,7 @@ use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::side_file::{OpenOptions, Said};
 use super::terrain_rgb::Packing;
+use super::values::Holds;
 
 /// Half the width of the map in metres: π times the equator's radius on WGS 84.
 const HALF_MAP_M: f64 = 20_037_508.342_789_244;
@@ -138,7 +139,11 @@ fn decode(path: &Path, tile_px: u32) -> Result<Picture, SourceError> {
     }
     let picture = picture::decode(path)?;
     if picture.channels < 3 || picture.channel_bytes != 1 {
-        return Err(SourceError::NotHeights { path: path.into(), what: "a grey or 16-bit picture" });
+        return Err(SourceError::NotHeights {
+            path: path.into(),
+            what: "a grey or 16-bit picture",
+            holds: Holds::Heights,
+        });
     }
     Ok(picture)
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
+use crate::forest::cover::Cover;
 use crate::mesh::placed::Placed;
 use crate::scene::Forest;
 use crate::tiles::Terrain;
@@ -19,13 +20,14 @@ pub struct Surfaces {
     pub terrain: Terrain,
     meshes: Option<Arc<Placed>>,
     forest: Option<Forest>,
+    forest_cover: Option<Arc<Cover>>,
     tree_detail: f64,
 }
 
 impl From<Terrain> for Surfaces {
     /// Bare land.
     fn from(terrain: Terrain) -> Self {
-        Self { terrain, meshes: None, forest: None, tree_detail: 1.0 }
+        Self { terrain, meshes: None, forest: None, forest_cover: None, tree_detail: 1.0 }
     }
 }
 
@@ -48,6 +50,16 @@ impl Surfaces {
     /// Grows another forest, or none.
     pub fn set_forest(&mut self, forest: Option<Forest>) {
         self.forest = forest;
+    }
+
+    /// What rasters say of where its trees stand, if any do.
+    pub fn forest_cover(&self) -> Option<&Arc<Cover>> {
+        self.forest_cover.as_ref()
+    }
+
+    /// Lets trees stand where rasters say it, or none of them.
+    pub fn set_forest_cover(&mut self, cover: Option<Arc<Cover>>) {
+        self.forest_cover = cover;
     }
 
     /// Trees go over to something simpler where they are so many times smaller than is usual.

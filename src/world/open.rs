@@ -8,6 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::file::guard::Inputs;
 use crate::file::message::named;
+use crate::forest::cover::{Cover, CoverError};
 use crate::gpu::Gpu;
 use crate::mesh::placed::{Placed, Stance};
 use crate::mesh::{Mesh, MeshError, obj};
@@ -58,6 +59,9 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A raster of the scene's forest cannot be read, or does not lie over the world.
+    #[error(transparent)]
+    Cover(#[from] CoverError),
     /// Voids are named for heights that are not baked here.
     #[error("{}: --nodata is for DEM files of this machine: bake it with --nodata first", named(name))]
     NoData {
@@ -110,8 +114,8 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
-/// All files of this machine that a world is read from: the scene file, DEMs with what lies beside them, meshes with
-/// their materials and textures.
+/// All files of this machine that a world is read from: the scene file, DEMs and rasters with what lies beside them,
+/// meshes with their materials and textures.
 pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     let mut inputs = Inputs::default();
     if let Some(path) = world.map(Path::new).filter(|path| is_scene(path)) {
@@ -122,6 +126,8 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
         World::Files(paths) => paths.iter().for_each(|path| source::add_inputs(path, &mut inputs)),
         World::Url(_) | World::Procedural { .. } | World::Continent { .. } => {}
     }
+    let rasters = scene.forest.iter().flat_map(|forest| forest.cover.files());
+    rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
     if scene.embedded.is_none() {
         let mut known: FxHashSet<&Path> = FxHashSet::default();
         for mesh in &scene.meshes {
@@ -247,8 +253,18 @@ impl OpenWorld {
         let mut world = Self { scene, surfaces: terrain.into() };
         let placed = world.place_meshes(progress).map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_meshes(placed);
+        let cover = world.forest_cover().map_err(|error| WorldError::from(error).of(&world.scene))?;
+        world.surfaces.set_forest_cover(cover.map(Arc::new));
         world.surfaces.set_forest(world.scene.forest.clone());
         Ok(world)
+    }
+
+    /// Reads the rasters of the scene's forest, if it has any.
+    fn forest_cover(&self) -> Result<Option<Cover>, CoverError> {
+        let Some(forest) = &self.scene.forest else { return Ok(None) };
+        let store = self.surfaces.terrain.store();
+        let size = store.levels()[0];
+        Cover::load(&forest.cover, store.georeference(), [size.width, size.height])
     }
 
     /// Reads the meshes of the scene, each file once, and puts them where they stand.

@@ -50,6 +50,28 @@ struct TreePoint {
 // For each species and level the arguments of its draw: vertices of a tree, trees, and the first of each. Then how many
 // instances there are.
 @group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
+#ifdef COVER
+@group(0) @binding(8) var<uniform> cover: Cover;
+// Density, class, height of the canopy: see src/forest/cover.rs. Rows from the south.
+@group(0) @binding(9) var tree_cover: texture_2d<u32>;
+// For each class of land and each species, in place of the species' share.
+@group(0) @binding(10) var<storage, read> tree_shares: array<f32>;
+
+struct Cover {
+    // The south-western corner, from the origin of the rig.
+    low_m: vec2<f32>,
+    cells_per_m: vec2<f32>,
+}
+
+// What rasters say of a place; nothing grows outside of them.
+fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
+    let at = vec2<i32>(floor((xy_m - cover.low_m) * cover.cells_per_m));
+    if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(textureDimensions(tree_cover))) {
+        return vec4<u32>(0u);
+    }
+    return textureLoad(tree_cover, at, 0);
+}
+#endif
 
 const TREES: u32 = 1u;
 const DRAW_WORDS: u32 = 4u;
@@ -64,6 +86,9 @@ const SHRINKS: vec2<f32> = vec2<f32>(1.5, 2.1);
 // Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
 const LEAST_LIGHT: f32 = 0.6;
+// Where a raster says how tall trees are: between these, by the mean height of the species.
+const LOWEST: f32 = 0.3;
+const TALLEST: f32 = 2.5;
 // Seen along the land trees hide each other, and fewer show as much.
 const LEAST_FORESHORTENING: f32 = 0.25;
 
@@ -85,15 +110,26 @@ fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) {
     tree_instances[number] = drawn;
 }
 
+// How much of a species there is at a site, of a class of land: 0 is none.
+fn share_of(site: Site, number: u32, class_of_land: u32) -> f32 {
+    var species = tree_species[number];
+#ifdef COVER
+    if class_of_land > 0u {
+        species.share = tree_shares[(class_of_land - 1u) * forest.species + number];
+    }
+#endif
+    return suits(species, site);
+}
+
 // Of which species a tree is.
-fn species_at(site: Site, chance: f32) -> u32 {
+fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
     var sum = 0.0;
     for (var i = 0u; i < forest.species; i++) {
-        sum += suits(tree_species[i], site);
+        sum += share_of(site, i, class_of_land);
     }
     var rest = chance * sum;
     for (var i = 0u; i < forest.species; i++) {
-        rest -= suits(tree_species[i], site);
+        rest -= share_of(site, i, class_of_land);
         if rest < 0.0 {
             return i;
         }
@@ -108,11 +144,18 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         return;
     }
     let xy_m = corner_m + point.at * forest.tile_m;
+    var said = vec4<u32>(255u, 0u, 0u, 255u);
+#ifdef COVER
+    said = cover_at(xy_m);
+    if rank >= forest.density * f32(said.x) / 255.0 {
+        return;
+    }
+#endif
     let site = site_at(xy_m);
     if !has_land(site.g) {
         return;
     }
-    let density = density_of(forest, site, stray(forest.seed, tile, point.at));
+    let density = density_of(forest, site, stray(forest.seed, tile, point.at)) * f32(said.x) / 255.0;
     if rank >= density {
         return;
     }
@@ -134,12 +177,15 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let own = tile * i32(forest.points) + vec2<i32>(i32(point.number), 0);
     let chance = random(forest.seed, own, 2u);
     let more = random(forest.seed, own, 3u);
-    let kind = species_at(site, more.x);
+    let kind = species_at(site, more.x, said.y);
     if kind >= forest.species {
         return;
     }
     let species = tree_species[kind];
-    let height_m = species.height_m * mix(0.65, 1.35, chance.x);
+    var height_m = species.height_m * mix(0.65, 1.35, chance.x);
+    if said.z > 0u {
+        height_m = clamp(0.25 * f32(said.z), LOWEST * species.height_m, TALLEST * species.height_m) * mix(0.85, 1.15, chance.x);
+    }
     let foot_m = surface_at(surface_near(site.g, surface_level(site.g, away_m))).height_m;
     let flat_m = vec3<f32>(xy_m, foot_m);
     let wider = inverseSqrt(share);

@@ -106,7 +106,9 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
         World::Files(paths) => paths.as_slice(),
         World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
     };
-    let mut missing: Vec<&PathBuf> = heights.iter().chain(scene.meshes.iter().map(|mesh| &mesh.file)).collect();
+    let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
+    let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
+    let mut missing: Vec<&PathBuf> = heights.iter().chain(meshes).chain(cover).collect();
     // Where nobody may look the opening tells.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();

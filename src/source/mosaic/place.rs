@@ -36,8 +36,9 @@ pub struct Placed {
     way: Way,
 }
 
+/// The way from the samples of one grid to those of another.
 #[derive(Debug)]
-enum Way {
+pub(crate) enum Way {
     /// Its sample (0, 0) lies at this sample of the grid.
     Whole([i64; 2]),
     /// `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` of its coordinates by the grid's.
@@ -48,7 +49,7 @@ enum Way {
 
 /// A grid with its reference system.
 #[derive(Debug)]
-struct Side {
+pub(crate) struct Side {
     crs_from_grid: [f64; 6],
     proj: Proj,
     /// What `proj` takes, radians or metres, for a unit of the CRS.
@@ -157,7 +158,10 @@ impl Placed {
 
 impl Way {
     /// From the grid at `from` to that at `to`.
-    fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// In one line: one of them has no reference system, or there is none between them.
+    pub fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
         let back = inverse(to.crs_from_grid);
         if !same(&from.crs, &to.crs) {
             let (from, to) = (Side::new(from)?, Side::new(to)?);
@@ -177,7 +181,8 @@ impl Way {
         Ok(Self::Affine(ways))
     }
 
-    fn map(&self, column: f64, row: f64) -> [f64; 2] {
+    /// (column, row) of a place; NaN where a projection cannot show it.
+    pub fn map(&self, column: f64, row: f64) -> [f64; 2] {
         match self {
             Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
             Self::Affine(by) => apply(*by, column, row),
@@ -207,8 +212,7 @@ impl Side {
             Crs::Projected { metres_per_unit, name } => {
                 let code = name.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
                 let known = code.and_then(crs_definitions::from_code);
-                let known = known
-                    .ok_or_else(|| format!("there is no way from {name} to the other members' reference systems"))?;
+                let known = known.ok_or_else(|| format!("there is no way from {name} to other reference systems"))?;
                 // Everything in metres: the file's own unit goes before the code's.
                 let words = known
                     .proj4

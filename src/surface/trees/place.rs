@@ -1,17 +1,23 @@
 //! Which trees an eye sees, and how each is drawn. See `shaders/surface/trees/place.wgsl`.
 
-use glam::{DVec2, DVec3};
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, UVec2};
 
 use super::{DRAW_WORDS, DrawnTrees};
 use crate::forest::blocks::{self, Sight, Thinning};
+use crate::forest::cover::Cover;
 use crate::forest::{LEVELS_OF_TILE, POINTS, TILE_M};
+use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, Species as SpeciesRecord};
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
-use crate::gpu::wgsl::surface::trees::place::TreeBlock;
+use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, TreeBlock};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
 use crate::scene::Forest;
 use crate::scene::forest::Species;
@@ -31,6 +37,8 @@ pub const MIDDLE_PX: f64 = 150.0;
 pub const IMPOSTOR_PX: f64 = 52.0;
 /// The height of the tallest tree, by that of the mean one.
 pub const TALLEST: f64 = 1.35;
+/// The same where a raster says how tall trees are.
+const TALLEST_OF_RASTER: f64 = 2.9;
 /// Trees that dissolve are drawn as two.
 const DRAWN_TWICE: f64 = 1.25;
 /// Workgroups in a row of a dispatch.
@@ -38,6 +46,8 @@ const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
 /// The blocks of an eye.
 const TREE_BLOCKS: BufferKind = BufferKind::storage("tree blocks");
+/// For each class of land and each species.
+const TREE_SHARES: BufferKind = BufferKind::storage("tree shares");
 /// Of a forest.
 const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
 
@@ -53,6 +63,8 @@ pub struct Inputs<'a> {
     pub terrain: &'a Terrain,
     /// The rules.
     pub forest: &'a Forest,
+    /// What rasters say of it.
+    pub cover: Option<&'a Arc<Cover>>,
     /// Unit.
     pub to_sun: DVec3,
     /// Sizes at which trees go over to something simpler are so many times smaller; 1 is what is usual.
@@ -61,17 +73,19 @@ pub struct Inputs<'a> {
 
 /// Finds the trees of a forest that an eye sees. Its species, for the passes that draw them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource {
-    let &Inputs { view, eye, origin_m, terrain, forest, to_sun, detail } = inputs;
+    let &Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
+    // A raster may say that trees are taller than their species in the mean.
+    let tallest_m = height_m * if forest.cover.canopy_height.is_some() { TALLEST_OF_RASTER } else { TALLEST };
     let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
     let mut sight = Sight {
         eye_m: eye.pose.position_m,
         frustum: &eye.frustum(),
-        reach_m: TALLEST * height_m * focal_px / LOWEST_PX,
+        reach_m: tallest_m * focal_px / LOWEST_PX,
         land_m: terrain.corners_m(),
         range_m: terrain.range_m().map(f64::from),
-        tallest_m: TALLEST * height_m,
+        tallest_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
     let most_trees = f64::from(MOST_TREES) / DRAWN_TWICE;
@@ -130,9 +144,59 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         ("tree_draws", trees.draws.binding()),
     ];
     resources.extend(terrain.resources());
+    let definitions: &[&str] = if cover.is_some() { &["COVER"] } else { &[] };
+    if let Some(cover) = cover {
+        resources.extend(cover_resources(cx, cover, forest, origin_m));
+    }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
-    cx.groups("surface/trees/place", [count.min(GROUPS_IN_ROW), rows], &resources);
+    cx.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
     species
+}
+
+/// A cover on the GPU.
+struct CoverTexture {
+    cover: Arc<Cover>,
+    view: wgpu::TextureView,
+}
+
+/// What rasters say, as the shader reads it.
+fn cover_resources(cx: &mut Cx<'_>, cover: &Arc<Cover>, forest: &Forest, origin_m: DVec3) -> [Named; 3] {
+    let made = cx.kept(
+        |known: &CoverTexture| Arc::ptr_eq(&known.cover, cover),
+        |gpu| Ok::<_, Infallible>(CoverTexture { cover: Arc::clone(cover), view: cover_view(gpu, cover) }),
+    );
+    let Ok(texture) = made;
+    let [low_m, high_m] = [cover.low_m, cover.high_m].map(DVec2::from_array);
+    let uniform = CoverUniform {
+        low_m: (low_m - origin_m.truncate()).as_vec2().to_array(),
+        cells_per_m: (UVec2::from_array(cover.size).as_dvec2() / (high_m - low_m)).as_vec2().to_array(),
+    };
+    let shares = forest.cover.classes.iter().flat_map(|class| class.shares.iter().map(|share| *share as f32));
+    // No buffer is empty.
+    let shares: Vec<f32> = shares.chain([0.0]).collect();
+    [
+        ("cover", cx.uniform("cover", &uniform)),
+        ("tree_cover", Resource::Texture("tree cover", texture.view.clone())),
+        ("tree_shares", cx.upload(&TREE_SHARES, &shares).binding()),
+    ]
+}
+
+fn cover_view(gpu: &Gpu, cover: &Cover) -> wgpu::TextureView {
+    gpu.count_object();
+    let size = wgpu::Extent3d { width: cover.size[0], height: cover.size[1], depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("tree cover"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * size.width), rows_per_image: None };
+    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&cover.texels), layout, size);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
 /// Draws of no trees, and no instances.

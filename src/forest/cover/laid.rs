@@ -1,0 +1,192 @@
+//! A raster over a world: which of its samples lies at a place.
+
+use std::path::Path;
+
+use glam::{DMat2, DVec2};
+
+use super::CoverError;
+use super::resample::Grid;
+use crate::file::message::printable;
+use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
+use crate::source::mosaic::Way;
+use crate::source::{HeightReader, WorldMapping};
+
+/// Places along each border by which an extent is found.
+const BORDER_PLACES: u32 = 32;
+
+/// The DEM of a world.
+pub(super) struct Ground<'a> {
+    place: &'a Georeference,
+    samples: [u32; 2],
+    mapping: WorldMapping,
+    /// The extent of its samples.
+    pub low_m: DVec2,
+    pub high_m: DVec2,
+}
+
+impl<'a> Ground<'a> {
+    pub fn new(place: &'a Georeference, samples: [u32; 2]) -> Result<Self, GeoreferenceError> {
+        let mapping = WorldMapping::new(place, samples[0], samples[1])?;
+        let last = samples.map(|count| f64::from(count.max(1) - 1));
+        let places = border([0.0, 0.0], last).map(|[column, row]| mapping.world_from_grid(column, row));
+        let (low_m, high_m) = extent(places).unwrap_or_default();
+        Ok(Self { place, samples, mapping, low_m, high_m })
+    }
+}
+
+/// See the head of the file.
+pub(super) struct Laid<'a> {
+    pub path: &'a Path,
+    pub reader: Box<dyn HeightReader>,
+    ground: &'a Ground<'a>,
+    way: Lies,
+    /// The part of the world in which it lies, or more.
+    pub low_m: DVec2,
+    pub high_m: DVec2,
+    /// Samples for each metre, in the middle of that.
+    per_m: DMat2,
+}
+
+/// From samples of the DEM to those of the raster.
+enum Lies {
+    ByPlace(Way),
+    /// Factor and shift.
+    Stretched(DVec2, DVec2),
+}
+
+impl<'a> Laid<'a> {
+    /// Where it says that it lies.
+    ///
+    /// # Errors
+    /// Where that is not known, or does not meet the world.
+    pub fn by_place(path: &'a Path, reader: Box<dyn HeightReader>, ground: &'a Ground<'a>) -> Result<Self, CoverError> {
+        if !is_known(&reader.georeference().crs) {
+            return Err(CoverError::Nowhere { path: path.to_owned() });
+        }
+        if !is_known(&ground.place.crs) {
+            return Err(CoverError::WorldNowhere { path: path.to_owned() });
+        }
+        let no_way = |cause: String| CoverError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
+        let way = Way::between(ground.place, reader.georeference()).map_err(no_way)?;
+        let back = Way::between(reader.georeference(), ground.place).map_err(no_way)?;
+        let last = reader.size().map(|count| f64::from(count) - 0.5);
+        let places: Vec<(DVec2, DVec2)> = border([-0.5; 2], last)
+            .map(|[column, row]| {
+                let [x, y] = back.map(column, row);
+                (DVec2::new(column, row), ground.mapping.world_from_grid(x, y))
+            })
+            .collect();
+        let laid = Self {
+            path,
+            reader,
+            ground,
+            way: Lies::ByPlace(way),
+            low_m: ground.low_m,
+            high_m: ground.high_m,
+            per_m: DMat2::IDENTITY,
+        };
+        // Far away, projections may lead anywhere. A raster that reaches so far is taken to be everywhere.
+        let is_sure = places.iter().all(|(sample, at_m)| laid.sample_at(*at_m).distance(*sample) < 0.5);
+        let own = extent(places.into_iter().map(|(_, at_m)| at_m)).filter(|_| is_sure);
+        let (low_m, high_m) = own.unwrap_or((ground.low_m, ground.high_m));
+        Self { low_m, high_m, ..laid }.measured()
+    }
+
+    /// Over all of the DEM, with the north above.
+    ///
+    /// # Errors
+    /// None for a DEM that has an extent.
+    pub fn stretched(
+        path: &'a Path,
+        reader: Box<dyn HeightReader>,
+        ground: &'a Ground<'a>,
+    ) -> Result<Self, CoverError> {
+        let size = DVec2::from_array(reader.size().map(f64::from));
+        let factor = size / DVec2::from_array(ground.samples.map(f64::from));
+        let shift = 0.5 * factor - 0.5;
+        // A DEM whose rows run north, or whose columns run west, is drawn as others are.
+        let [_, column_x, _, _, _, row_y] = ground.place.crs_from_grid;
+        let turned = |at: DVec2, is_turned: [bool; 2]| DVec2::select(is_turned.into(), size - 1.0 - at, at);
+        let is_turned = [column_x < 0.0, row_y > 0.0];
+        let sign = DVec2::select(is_turned.into(), DVec2::NEG_ONE, DVec2::ONE);
+        let way = Lies::Stretched(sign * factor, turned(shift, is_turned));
+        let (low_m, high_m) = (ground.low_m, ground.high_m);
+        Self { path, reader, ground, way, low_m, high_m, per_m: DMat2::IDENTITY }.measured()
+    }
+
+    /// (column, row) at a place in the world; NaN where nobody knows.
+    pub fn sample_at(&self, at_m: DVec2) -> DVec2 {
+        let on_ground = self.ground.mapping.grid_from_world(at_m);
+        match &self.way {
+            Lies::ByPlace(way) => DVec2::from_array(way.map(on_ground.x, on_ground.y)),
+            Lies::Stretched(factor, shift) => *factor * on_ground + *shift,
+        }
+    }
+
+    fn measured(self) -> Result<Self, CoverError> {
+        let beside = || CoverError::Beside { path: self.path.to_owned() };
+        let (low_m, high_m) = (self.low_m.max(self.ground.low_m), self.high_m.min(self.ground.high_m));
+        if !low_m.cmplt(high_m).all() {
+            return Err(beside());
+        }
+        let (middle_m, h_m) = (0.5 * (low_m + high_m), 1e-4 * (high_m - low_m).max_element());
+        let slope = |by_m: DVec2| (self.sample_at(middle_m + by_m) - self.sample_at(middle_m - by_m)) / (2.0 * h_m);
+        let per_m = DMat2::from_cols(slope(DVec2::X * h_m), slope(DVec2::Y * h_m));
+        if !(per_m.is_finite() && per_m.determinant() != 0.0) {
+            return Err(beside());
+        }
+        Ok(Self { per_m, ..self })
+    }
+
+    /// The smaller of the distances of its columns and of its rows.
+    pub fn spacing_m(&self) -> f64 {
+        let steps_m = self.per_m.inverse();
+        steps_m.x_axis.length().min(steps_m.y_axis.length())
+    }
+
+    /// Samples for each point at which it is asked for cells of a grid.
+    pub fn samples_per_point(&self, grid: &Grid) -> f64 {
+        let points = f64::from(grid.points_along(self));
+        self.per_m.determinant().abs() * (grid.cell_m / points).powi(2)
+    }
+
+    /// The corner of samples at a place, or next to it in the south-west, where its axes are those of the world; else the
+    /// place.
+    pub fn corner_at(&self, at_m: DVec2) -> DVec2 {
+        let [a, b, c, d] = self.per_m.to_cols_array();
+        if b.abs() > 1e-9 * a.abs() || c.abs() > 1e-9 * d.abs() {
+            return at_m;
+        }
+        let at = self.sample_at(at_m) + 0.5;
+        let close = DVec2::splat(1e-6);
+        let corner = DVec2::select([a > 0.0, d > 0.0].into(), (at + close).floor(), (at - close).ceil());
+        at_m + self.per_m.inverse() * (corner - at)
+    }
+}
+
+/// Whether two that have it are the same, or there may be a way between them.
+fn is_known(crs: &Crs) -> bool {
+    match crs {
+        Crs::Local => false,
+        Crs::Projected { name, .. } => name != "unnamed",
+        Crs::Geographic { .. } => true,
+    }
+}
+
+/// Places along the border of a rectangle.
+fn border(low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    (0..=BORDER_PLACES).flat_map(move |i| {
+        let part = f64::from(i) / f64::from(BORDER_PLACES);
+        let [x, y] = [0, 1].map(|axis| low[axis] + part * (high[axis] - low[axis]));
+        [[x, low[1]], [x, high[1]], [low[0], y], [high[0], y]]
+    })
+}
+
+/// None where one of the places is nowhere.
+fn extent(places: impl Iterator<Item = DVec2>) -> Option<(DVec2, DVec2)> {
+    let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (low, high, is_finite) = places.fold((nothing.0, nothing.1, true), |(low, high, is_finite), at| {
+        (low.min(at), high.max(at), is_finite && at.is_finite())
+    });
+    (is_finite && low.cmple(high).all()).then_some((low, high))
+}
