@@ -156,10 +156,10 @@ fn a_real_world_has_its_classes_where_they_should_be() {
         [WGS84, "+proj=utm +zone=32 +ellps=WGS84 +units=m +no_defs"].map(|text| Proj::from_proj_string(text).unwrap());
     let place = |at: DVec2| projected(&degrees, &utm, mapping.crs_from_world(at), [true, false]);
     let middle = place(DVec2::ZERO);
-    let (scratch, size) = (Scratch::new(), [900, 1300]);
+    let (scratch, size) = (Scratch::new(), [300, 434]);
     let corner = [middle.x - 45_000.0, middle.y + 65_000.0];
     let path = scratch
-        .tiff(builder(size, 32632), corner, [100.0; 2], size, |x, y| class_of(DVec2::new(x, y) - middle, 2300.0));
+        .tiff(builder(size, 32632), corner, [300.0; 2], size, |x, y| class_of(DVec2::new(x, y) - middle, 2300.0));
     let cover = dem.load(&land(path)).unwrap();
     assert_lies(&cover, |at| class_of(place(at) - middle, 2300.0));
 }
