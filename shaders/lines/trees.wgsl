@@ -33,11 +33,13 @@ const FEWEST_APART: f32 = 0.1;
 const WITHIN_PX: vec2<f32> = vec2<f32>(70.0, 140.0);
 // How far behind, by the tree's height, what a line stands before has to be: within a tree,
 // among trees, and before land.
-const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.04, 0.09);
+const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.05, 0.12);
 const BEHIND_APART: vec2<f32> = vec2<f32>(0.1, 0.3);
 const BEHIND_LAND: vec2<f32> = vec2<f32>(0.06, 0.2);
-// From here on it is another slope.
+// From here on it is another slope: by the tree's height, and by its distance, for land that is seen from aside goes on
+// far behind.
 const BEHIND_ALL: vec2<f32> = vec2<f32>(6.0, 12.0);
+const BEHIND_BY_DISTANCE: vec2<f32> = vec2<f32>(0.1, 0.25);
 
 // Whether a tree is among the share that is drawn; it fades in.
 fn is_chosen(tree: u32, share: f32) -> f32 {
@@ -81,7 +83,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let along_m = view.near_m / front;
     let size_px = tree_lines.height_m * view.focal_px / along_m;
     // By a tree's height; the sky is far.
-    let behind = (view.near_m / max(back, 1e-12) - along_m) / tree_lines.height_m;
+    let behind_m = view.near_m / max(back, 1e-12) - along_m;
+    let behind = behind_m / tree_lines.height_m;
     var drawn = 0.0;
     if is_one {
         drawn = smoothstep(WITHIN_PX.x, WITHIN_PX.y, size_px) * smoothstep(BEHIND_WITHIN.x, BEHIND_WITHIN.y, behind);
@@ -93,6 +96,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let share = clamp(size_px / OUTLINED_PX, FEWEST_OUTLINED, 1.0);
         drawn = is_chosen(tree, share) * smoothstep(BEHIND_LAND.x, BEHIND_LAND.y, behind);
     }
-    drawn = max(drawn, smoothstep(BEHIND_ALL.x, BEHIND_ALL.y, behind));
+    let is_ridge = smoothstep(BEHIND_ALL.x, BEHIND_ALL.y, behind)
+        * smoothstep(BEHIND_BY_DISTANCE.x, BEHIND_BY_DISTANCE.y, behind_m / along_m);
+    drawn = max(drawn, is_ridge);
     textureStore(tree_errors, p, found * drawn);
 }

@@ -3,8 +3,8 @@
 //! A block of level 0 has all of its points. Each further level is twice as wide and has a quarter of the points, those
 //! of lowest rank, so that every block has about 64: up to a tile, blocks are its parts, and above they are several
 //! tiles. Far away only trees of low rank are drawn ([`Thinning`]), so blocks are walked from the widest ones down, and
-//! one that has all points which may be drawn at its distance is not split. A view has some thousand blocks, whatever
-//! the density and the reach.
+//! one that has all points which may be drawn at its distance is not split. Beyond blocks whose tiles have one point
+//! each, only some tiles have one ([`chosen_tile`]). A view has some thousand blocks, whatever the density and the reach.
 
 use glam::{DVec2, DVec3, IVec2};
 
@@ -12,9 +12,13 @@ use super::points::{Point, Points};
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
 use crate::scene::frustum::{Bounds, Frustum};
 
-/// The widest blocks: each of their tiles has one point.
-pub const WIDEST: u32 = 6;
-const _: () = assert!(POINTS >> (2 * WIDEST) == 1);
+/// From this level on not all tiles have a point in a block: one of four in the next level, and so on.
+pub const SPARSE: u32 = 6;
+const _: () = assert!(POINTS >> (2 * SPARSE) == 1);
+/// The widest blocks.
+pub const WIDEST: u32 = 11;
+/// Which of four tiles, or groups of them, has a point in the next level: the same in WGSL.
+const CHOOSES: u32 = 0x9e37_79b9;
 
 /// A block of points in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,9 +42,14 @@ impl Block {
         TILE_M / f64::from(BLOCKS) * f64::from(1_u32 << self.level)
     }
 
-    /// Tiles along its side; 1 for a part of one.
+    /// Tiles along its side that have points; 1 for a part of one.
     pub fn tiles(self) -> u32 {
-        1 << (self.level + 1).saturating_sub(LEVELS_OF_TILE)
+        1 << (self.level.min(SPARSE) + 1).saturating_sub(LEVELS_OF_TILE)
+    }
+
+    /// How often four groups of tiles have become one that has a point.
+    pub fn sparseness(self) -> u32 {
+        self.level.saturating_sub(SPARSE)
     }
 
     /// Its corner with the least coordinates, in the world.
@@ -59,7 +68,7 @@ impl Block {
                 let (column, row) = (self.number % side, self.number / side);
                 return Self { level, number: (2 * row + y) * 2 * side + 2 * column + x, ..self };
             }
-            let half = (self.tiles() / 2) as i32;
+            let half = 1 << (level + 1 - LEVELS_OF_TILE);
             Self { level, tile: self.tile + IVec2::new(x as i32, y as i32) * half, number: 0 }
         })
     }
@@ -67,8 +76,39 @@ impl Block {
     /// The points that each of its tiles has here, by rank.
     pub fn points(self, points: &Points) -> &[Point] {
         let own = points.of_block(self.level.min(LEVELS_OF_TILE - 1), self.number);
-        if self.tiles() == 1 { own } else { &own[..(POINTS >> (2 * self.level)) as usize] }
+        if self.tiles() == 1 { own } else { &own[..(POINTS >> (2 * self.level.min(SPARSE))) as usize] }
     }
+}
+
+/// Of a group of 2^`sparseness` by as many tiles, counted in groups, the tile that has a point.
+pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
+    let mut at = group;
+    for level in (0..sparseness).rev() {
+        let mixed = pcg([(at.x as u32) ^ CHOOSES, (at.y as u32) ^ level])[0] >> 16;
+        at = at * 2 + IVec2::new((mixed & 1) as i32, (mixed >> 1 & 1) as i32);
+    }
+    at
+}
+
+/// The rank of the first point of a tile: below that of all others, and so much lower as the tile is chosen more often.
+pub fn first_rank(tile: IVec2) -> f64 {
+    let mut level = 0;
+    while level < WIDEST - SPARSE && chosen_tile(tile >> (level + 1) as i32, level + 1) == tile {
+        level += 1;
+    }
+    let own = f64::from(pcg([tile.x as u32, tile.y as u32])[1] >> 8) / f64::from(1 << 24);
+    (0.25 + 0.75 * own) / f64::from(POINTS) / f64::from(1_u32 << (2 * level))
+}
+
+/// As `shaders/shared/pcg.wgsl`.
+fn pcg(value: [u32; 2]) -> [u32; 2] {
+    let [mut x, mut y] = value.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
+    x = x.wrapping_add(y.wrapping_mul(1_664_525));
+    y = y.wrapping_add(x.wrapping_mul(1_664_525));
+    (x, y) = (x ^ (x >> 16), y ^ (y >> 16));
+    x = x.wrapping_add(y.wrapping_mul(1_664_525));
+    y = y.wrapping_add(x.wrapping_mul(1_664_525));
+    [x ^ (x >> 16), y ^ (y >> 16)]
 }
 
 /// Far away fewer trees are drawn, as many for a part of the picture as where they are as tall as trees may be that are
@@ -130,11 +170,12 @@ pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
             continue;
         }
         let rank = thinning.rank_at(away_m);
-        if block.level > 0 && rank * f64::from(1_u32 << (2 * block.level)) > 1.0 {
+        if block.level > 0 && rank * 4.0_f64.powi(block.level as i32) > 1.0 {
             rest.extend(block.parts());
             continue;
         }
-        let own = block.points(points).partition_point(|point| point.rank() < rank) as u64;
+        // The first of a tile may have a lower rank than its number says.
+        let own = block.points(points).partition_point(|point| point.number == 0 || point.rank() < rank) as u64;
         if own > 0 {
             most += own * u64::from(block.tiles()).pow(2);
             blocks.push(block);
@@ -152,15 +193,17 @@ mod tests {
     fn sight(frustum: &Frustum, thinning: Thinning) -> Sight<'_> {
         let eye_m = DVec3::new(1234.5, -987.0, 150.0);
         let land_m = [DVec2::splat(-1e6), DVec2::splat(1e6)];
-        Sight { eye_m, frustum, reach_m: 9000.0, land_m, range_m: [0.0, 100.0], tallest_m: 20.0, thinning }
+        Sight { eye_m, frustum, reach_m: 20_000.0, land_m, range_m: [0.0, 100.0], tallest_m: 20.0, thinning }
     }
 
     /// The trees of blocks: each one's tile and number.
     fn trees(blocks: &[Block], points: &Points) -> Vec<(IVec2, u32)> {
         let of = |block: &Block| {
             let own = block.points(points).to_vec();
-            let (tile, tiles) = (block.tile, block.tiles() as i32);
-            let tiles = (0..tiles).flat_map(move |y| (0..tiles).map(move |x| tile + IVec2::new(x, y)));
+            let (tile, tiles, sparseness) = (block.tile, block.tiles() as i32, block.sparseness());
+            let first = tile >> sparseness as i32;
+            let groups = (0..tiles).flat_map(move |y| (0..tiles).map(move |x| first + IVec2::new(x, y)));
+            let tiles = groups.map(move |group| chosen_tile(group, sparseness));
             tiles
                 .flat_map(move |tile| own.clone().into_iter().map(move |point| (tile, point.number)))
                 .collect::<Vec<_>>()
@@ -173,7 +216,7 @@ mod tests {
         let points = Points::new();
         let rays = [[-1.0, 1.0, 0.4], [1.0, 1.0, 0.4], [1.0, 1.0, -0.6], [-1.0, 1.0, -0.6]].map(DVec3::from_array);
         let frustum = Frustum::new(rays);
-        let thinning = Thinning { density: 0.5, full_m: 300.0 };
+        let thinning = Thinning { density: 0.5, full_m: 80.0 };
         let sight = sight(&frustum, thinning);
         let (blocks, most) = in_view(&sight, &points);
         let all = trees(&blocks, &points);
@@ -181,18 +224,24 @@ mod tests {
             all.iter().map(|(tile, number)| [tile.x.into(), tile.y.into(), i64::from(*number)]).collect();
         assert_eq!(each.len(), all.len(), "each once");
         let levels: BTreeSet<u32> = blocks.iter().map(|block| block.level).collect();
-        assert!(levels.len() >= 4 && blocks.len() < 4000, "{levels:?} {}", blocks.len());
+        assert!(
+            levels.len() >= 6 && levels.last() > Some(&SPARSE) && blocks.len() < 4000,
+            "{levels:?} {}",
+            blocks.len()
+        );
         // Every tile in reach, every point of it, by hand.
         let missing = |each: &BTreeSet<[i64; 3]>| {
             let (mut missing, mut drawn) = (0, 0_u64);
-            for tile in (-40..40).flat_map(|y| (-40..40).map(move |x| IVec2::new(x, y))) {
+            for tile in (-84..84).flat_map(|y| (-84..84).map(move |x| IVec2::new(x, y))) {
+                let first = first_rank(tile);
                 for point in &points.points[..POINTS as usize] {
+                    let rank = if point.number == 0 { first } else { point.rank() };
                     let at_m = (tile.as_dvec2() + DVec2::from_array(point.at)) * TILE_M;
                     let from_eye_m = at_m.extend(50.0) - sight.eye_m;
                     let away_m = from_eye_m.length();
                     let is_drawn = away_m < sight.reach_m
                         && frustum.may_see_sphere(from_eye_m, 0.0)
-                        && point.rank() < thinning.rank_at(away_m);
+                        && rank < thinning.rank_at(away_m);
                     drawn += u64::from(is_drawn);
                     let key = [tile.x.into(), tile.y.into(), i64::from(point.number)];
                     missing += u64::from(is_drawn && !each.contains(&key));
@@ -201,11 +250,22 @@ mod tests {
             (missing, drawn)
         };
         let (lost, drawn) = missing(&each);
-        assert!(lost == 0 && drawn > 3000 && drawn <= most && most < 4 * drawn, "{lost} of {drawn}, at most {most}");
-        // Planted: a block that is lost.
-        let fewer = trees(&blocks[..blocks.len() - 1], &points);
+        assert!(lost == 0 && drawn > 300 && drawn <= most && most < 8 * drawn, "{lost} of {drawn}, at most {most}");
+        // Planted: blocks that are lost.
+        let fewer = trees(&blocks[..blocks.len() / 2], &points);
         let fewer = fewer.iter().map(|(tile, number)| [tile.x.into(), tile.y.into(), i64::from(*number)]).collect();
         assert!(missing(&fewer).0 > 0);
+    }
+
+    #[test]
+    fn one_tile_of_four_is_chosen_again_and_again() {
+        let tiles = (0..256).flat_map(|y| (0..256).map(move |x| IVec2::new(x - 128, y - 64)));
+        let ranks: Vec<f64> = tiles.map(first_rank).collect();
+        for level in 0..4 {
+            let below = 4.0_f64.powi(-level) / f64::from(POINTS);
+            let count = ranks.iter().filter(|rank| **rank < below).count();
+            assert_eq!(count, 65_536 >> (2 * level), "{level}");
+        }
     }
 
     #[test]

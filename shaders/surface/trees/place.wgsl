@@ -29,7 +29,8 @@ struct TreeBlock {
     count: u32,
     // Along its side.
     tiles: u32,
-    padding: u32,
+    // How often four groups of tiles have become one that has a point.
+    sparseness: u32,
 }
 
 struct TreePoint {
@@ -76,6 +77,8 @@ fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
 const TREES: u32 = 1u;
 const DRAW_WORDS: u32 = 4u;
 
+// As often as four groups of tiles become one: WIDEST − SPARSE of src/forest/blocks.rs.
+const MOST_SPARSE: u32 = 5u;
 // The height on the picture at which a tree goes over strays by this for each tree, to either side.
 const OWN_SIZE: f32 = 0.18;
 // Over this part of the height it dissolves.
@@ -137,8 +140,34 @@ fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
     return forest.species;
 }
 
+// Which of four tiles, or groups of them, has a point in the next level.
+const CHOOSES: u32 = 0x9e3779b9u;
+
+// Of a group of tiles the one that has a point. See src/forest/blocks.rs.
+fn chosen_tile(group: vec2<i32>, sparseness: u32) -> vec2<i32> {
+    var at = group;
+    for (var level = i32(sparseness) - 1; level >= 0; level--) {
+        let mixed = pcg(bitcast<vec2<u32>>(at) ^ vec2<u32>(CHOOSES, u32(level))).x >> 16u;
+        at = at * 2 + vec2<i32>(i32(mixed & 1u), i32((mixed >> 1u) & 1u));
+    }
+    return at;
+}
+
+// Of a tile's points the first has a lower rank where its tile is chosen.
+fn rank_of(tile: vec2<i32>, number: u32) -> f32 {
+    if number > 0u {
+        return (f32(number) + 0.5) / forest.points;
+    }
+    var level = 0u;
+    while level < MOST_SPARSE && all(chosen_tile(tile >> vec2<u32>(level + 1u), level + 1u) == tile) {
+        level += 1u;
+    }
+    let own = f32(pcg(bitcast<vec2<u32>>(tile)).y >> 8u) / 16777216.0;
+    return (0.25 + 0.75 * own) / forest.points * exp2(-2.0 * f32(level));
+}
+
 fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
-    let rank = (f32(point.number) + 0.5) / forest.points;
+    let rank = rank_of(tile, point.number);
     // Most go here, where there are fewer trees than points.
     if rank >= forest.density {
         return;
@@ -235,8 +264,9 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let count = block.count * block.tiles * block.tiles;
     for (var i = thread; i < count; i += 64u) {
         let which = i / block.count;
-        let tile = vec2<i32>(vec2<u32>(which % block.tiles, which / block.tiles));
-        let corner_m = block.corner_m + vec2<f32>(tile) * forest.tile_m;
-        ask(block.tile + tile, corner_m, tree_points[block.first + i % block.count]);
+        let group = (block.tile >> vec2<u32>(block.sparseness)) + vec2<i32>(vec2<u32>(which % block.tiles, which / block.tiles));
+        let tile = chosen_tile(group, block.sparseness);
+        let corner_m = block.corner_m + vec2<f32>(tile - block.tile) * forest.tile_m;
+        ask(tile, corner_m, tree_points[block.first + i % block.count]);
     }
 }

@@ -17,8 +17,8 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, Species as SpeciesRecord};
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
-use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, TreeBlock};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
+use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, TreeBlock};
 use crate::scene::Forest;
 use crate::scene::forest::Species;
 use crate::scene::view::View;
@@ -29,8 +29,8 @@ use crate::tiles::Terrain;
 pub const MOST_TREES: u32 = 1 << 17;
 /// Where trees are smaller than this on the picture, fewer and wider ones are drawn.
 pub const FULL_PX: f64 = 22.0;
-/// Pieces of canopy that are lower than this on the picture are not drawn.
-pub const LOWEST_PX: f64 = 0.7;
+/// Forests that are farther away are not drawn.
+pub const FARTHEST_M: f64 = 60_000.0;
 /// Where trees are smaller than this on the picture, their meshes have few triangles.
 pub const MIDDLE_PX: f64 = 150.0;
 /// Where they are smaller than this, they are drawn from pictures.
@@ -82,7 +82,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
     let mut sight = Sight {
         eye_m: eye.pose.position_m,
         frustum: &eye.frustum(),
-        reach_m: tallest_m * focal_px / LOWEST_PX,
+        reach_m: FARTHEST_M,
         land_m: terrain.corners_m(),
         range_m: terrain.range_m().map(f64::from),
         tallest_m,
@@ -105,7 +105,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
                 first: shared.points.starts[level][block.number as usize],
                 count: block.points(&shared.points).len() as u32,
                 tiles: block.tiles(),
-                padding: 0,
+                sparseness: block.sparseness(),
             }
         })
         .collect();

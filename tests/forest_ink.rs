@@ -1,0 +1,63 @@
+//! Forests are neither black nor bare, from whatever distance they are seen.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+mod common;
+
+use common::World;
+use common::draw::{draw, halves, north_west, still};
+use common::forest::of;
+use common::{grid_of, quantile};
+use hachure::composite::PICTURE;
+use hachure::frame::Frame;
+use hachure::scene::forest::{Form, Species};
+use hachure::style::Style;
+
+const SIZE_PX: [u32; 2] = [320, 180];
+
+/// How dark the picture of a camera is in the mean: 0 is the sheet, 1 black.
+fn darkness(world: &mut World, frame: &mut Frame, style: &Style, away_m: f64) -> f64 {
+    let pitch_deg: f64 = -25.0;
+    let up_m = away_m * -pitch_deg.to_radians().sin();
+    let pose = world.pose(&format!("{},{},{up_m},30,{pitch_deg},30", 37.0, -0.6 * away_m));
+    for _ in 0..3 {
+        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), style, &north_west());
+    }
+    let light = |[r, g, b, _]: &[f64; 4]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let picture = halves(&world.gpu, &frame.target(&PICTURE).unwrap());
+    let paper = style.paper.color.linear().map(f64::from);
+    1.0 - picture.iter().map(light).sum::<f64>() / picture.len() as f64 / light(&[paper[0], paper[1], paper[2], 1.0])
+}
+
+/// How many times the middle of some numbers, or its inverse, the one is that is farthest from it.
+fn from_middle(numbers: &[f64]) -> f64 {
+    let middle = quantile(&mut numbers.to_vec(), 0.5);
+    numbers.iter().map(|number| (number / middle).max(middle / number.max(1e-6))).fold(0.0, f64::max)
+}
+
+#[test]
+fn ink_of_a_forest_does_not_depend_on_its_distance() {
+    let Some(mut world) = World::new(grid_of(1025, 1025, 60.0, |_, _| 0.0), 1.0) else { return };
+    let mut forest = of(Form::Conifer, 300.0, 20.0);
+    forest.species = Species::mixed(20.0);
+    let distances_m = [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0, 20_000.0];
+    let mut worst = 0.0_f64;
+    for name in ["ink", "strokes", "crosshatch", "pencil", "stipple", "engraving", "woodcut", "hachures"] {
+        let mut style = Style::load(name).unwrap();
+        // What haze does is not asked here.
+        style.haze.faintest_tone = 1.0;
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut of_each = |forest: Option<_>| {
+            world.surfaces.set_forest(forest);
+            distances_m.map(|away_m| darkness(&mut world, &mut frame, &style, away_m))
+        };
+        let (bare, wooded) = (of_each(None), of_each(Some(forest.clone())));
+        let most = from_middle(&wooded);
+        // Planted: a forest that ends before it is far away.
+        let mut ends = wooded;
+        ends[5..].copy_from_slice(&bare[5..]);
+        assert!(from_middle(&ends) > 2.0, "{ends:?}");
+        println!("{name:12} forest {wooded:.3?}, bare {bare:.3?}; at most {most:.2} times the middle");
+        worst = worst.max(most);
+    }
+    assert!(worst < 2.0, "{worst}");
+}
