@@ -5,14 +5,16 @@ mod common;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use common::World;
 use common::forest::{drawn_trees, of, points};
 use common::hill::Hill;
 use glam::{DVec2, DVec3};
+use hachure::forest::cover::Cover;
 use hachure::frame::Frame;
 use hachure::scene::forest::{Form, Species};
-use hachure::scene::{CoverFiles, Forest, Scene};
+use hachure::scene::{CoverClass, CoverFiles, Forest, Scene};
 
 const SIZE_PX: [u32; 2] = [128, 72];
 /// Straight down, from where all of [`within`] is seen.
@@ -161,6 +163,49 @@ fn holes_have_no_trees() {
     let expected = places(20.0).into_iter().filter(|at_m| inside(*at_m)).count();
     println!("{wrong} trees in a hole that has {expected} points");
     assert!(wrong == 0 && expected > 50);
+}
+
+/// Rasters: a class of land has its own density and species, a canopy its own height.
+#[test]
+fn rasters_say_what_grows() {
+    let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.02) else { return };
+    let mut forest = tall(20.0);
+    forest.species.push(Species::new(Form::Snag, 1.0, 600.0));
+    let class = |class, shares: [f64; 2]| CoverClass { class, density: 1.0, shares: shares.to_vec() };
+    forest.cover.classes = vec![class(41, [0.0, 1.0]), class(42, [1.0, 0.0])];
+    // Columns from the west: nothing, the first class at half density, the second with trees of 200 m.
+    let texel = |column: u32| [[0, 1, 0, 255], [128, 1, 0, 255], [255, 2, 255, 255]][column as usize];
+    let texels: Vec<[u8; 4]> = (0..6).map(|cell| texel(cell % 3)).collect();
+    let cover = Cover { low_m: [-600.0, -400.0], high_m: [600.0, 400.0], size: [3, 2], texels };
+    forest.cover.canopy_height = Some(Path::new("canopy.tif").to_owned());
+    world.surfaces.set_forest_cover(Some(Arc::new(cover)));
+    let forest_of = |world: &mut World| {
+        world.surfaces.set_forest(Some(forest.clone()));
+        world.surfaces.set_tree_detail(4.0);
+        let pose = world.pose(ABOVE);
+        drawn_trees(world, &mut Frame::new(&world.gpu).unwrap(), pose, SIZE_PX)
+    };
+    let trees = forest_of(&mut world);
+    let places = places(20.0);
+    let expected = |low_m: f64, density: f64| {
+        let is_within = |at_m: &&DVec2| (low_m..low_m + 400.0).contains(&at_m.x) && at_m.y.abs() < 400.0;
+        density * places.iter().filter(is_within).count() as f64
+    };
+    let within = |low_m: f64| trees.iter().filter(move |tree| (low_m..low_m + 400.0).contains(&tree.at_m.x));
+    assert!(trees.iter().all(|tree| tree.at_m.x > -200.0 && tree.at_m.x < 600.0 && tree.at_m.y.abs() < 400.0));
+    for (low_m, density, species) in [(-200.0, 128.0 / 255.0, 1), (200.0, 1.0, 0)] {
+        let (count, expected) = (within(low_m).count() as f64, expected(low_m, density));
+        println!("from {low_m} m on {count} trees of {expected:.0}");
+        // One that dissolves is drawn twice.
+        assert!(within(low_m).all(|tree| tree.species == species) && (count / expected - 1.1).abs() < 0.12);
+    }
+    // 255 quarters of a metre, but at least 0.3 of the species' height.
+    assert!(within(200.0).all(|tree| (150.0..=210.0).contains(&tree.instance.height_m)));
+    assert!(within(-200.0).any(|tree| tree.instance.height_m > 300.0));
+    // Planted: without the cover trees stand everywhere, of both species.
+    world.surfaces.set_forest_cover(None);
+    let everywhere = forest_of(&mut world);
+    assert!(everywhere.iter().any(|tree| tree.at_m.x < -200.0) && everywhere.len() > 2 * trees.len());
 }
 
 #[test]

@@ -102,9 +102,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, seen)));
     var marked = value;
 #ifdef MARKED_TREES
-    // Marks do not follow each leaf.
+    // Marks do not follow each leaf, and lines add to what they make dark.
     if n.w < 1.0 {
-        let at_marks = vec4<f32>(mark_normal_at(view, mark_normal, pixel, at, n.xyz), n.w);
+        let at_marks = vec4<f32>(mark_normal_at(view, mark_normal, pixel, at, n.xyz), sqrt(n.w));
         marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, seen)));
     }
 #endif

@@ -51,7 +51,7 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, hut); without one, the embedded world
+    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, forest, hut); without one, the embedded world
     pub world: Option<String>,
     /// What height files leave open.
     #[command(flatten)]

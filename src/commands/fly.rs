@@ -18,7 +18,7 @@ use crate::scene::camera::Camera;
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
 pub struct FlyArgs {
-    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, hut); without one, the embedded world
+    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, forest, hut); without one, the embedded world
     pub world: Option<String>,
     /// What height files leave open.
     #[command(flatten)]

@@ -37,7 +37,7 @@ use crate::world::{self, OpenWorld};
 /// Arguments of `render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, hut); without one, the embedded world
+    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, forest, hut); without one, the embedded world
     pub world: Option<String>,
     /// What height files leave open.
     #[command(flatten)]

@@ -19,9 +19,10 @@ pub struct EmbeddedScene {
 }
 
 /// All of them, by name.
-pub static SCENES: [EmbeddedScene; 3] = [
+pub static SCENES: [EmbeddedScene; 4] = [
     EmbeddedScene { name: "continent", text: include_str!("../../terrain/continent.toml"), models: &[] },
     EmbeddedScene { name: "continent_small", text: include_str!("../../terrain/continent_small.toml"), models: &[] },
+    EmbeddedScene { name: "forest", text: include_str!("../../terrain/forest.toml"), models: &[] },
     EmbeddedScene {
         name: "hut",
         text: include_str!("../../terrain/hut.toml"),

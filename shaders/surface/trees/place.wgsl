@@ -52,11 +52,11 @@ struct TreePoint {
 // instances there are.
 @group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
 #ifdef COVER
-@group(0) @binding(8) var<uniform> cover: Cover;
+@group(0) @binding(24) var<uniform> cover: Cover;
 // Density, class, height of the canopy: see src/forest/cover.rs. Rows from the south.
-@group(0) @binding(9) var tree_cover: texture_2d<u32>;
+@group(0) @binding(25) var tree_cover: texture_2d<u32>;
 // For each class of land and each species, in place of the species' share.
-@group(0) @binding(10) var<storage, read> tree_shares: array<f32>;
+@group(0) @binding(26) var<storage, read> tree_shares: array<f32>;
 
 struct Cover {
     // The south-western corner, from the origin of the rig.
