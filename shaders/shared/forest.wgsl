@@ -51,9 +51,11 @@ struct Species {
     by_hollow: f32,
     // Of a crown, by the tree's height.
     crown: f32,
-    // Of the sphere of the impostor, in tree units.
+    // Of the spheres of its pictures, in tree units: of a tree, and of a piece of canopy.
     middle: vec3<f32>,
     radius: f32,
+    canopy_middle: vec3<f32>,
+    canopy_radius: f32,
 }
 
 // The land where a tree stands, or would.

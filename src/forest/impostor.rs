@@ -15,8 +15,6 @@ use rayon::prelude::*;
 
 /// Sides along each of the map's axes.
 pub const FRAMES: u32 = 12;
-/// Of a side's picture.
-pub const FRAME_PX: u32 = 128;
 const _: () = assert!(FRAMES.is_multiple_of(2));
 
 /// A corner of a triangle, three to each; in the space of a tree that is 1 tall.
@@ -32,11 +30,13 @@ pub struct ImpostorCorner {
 
 /// The pictures of a tree.
 pub struct Impostor {
+    /// The side of a picture.
+    pub frame_px: u32,
     /// The middle of its sphere.
     pub middle: DVec3,
     /// Of its sphere.
     pub radius: f64,
-    /// Row by row, [`FRAMES`] × [`FRAME_PX`] in each: the normal in octahedral coordinates, how far toward the eye (by
+    /// Row by row, [`FRAMES`] × [`Impostor::frame_px`] in each: the normal in octahedral coordinates, how far toward the eye (by
     /// the radius, −1 to 1), and the lightness; 0 is where nothing is seen.
     pub texels: Vec<[f16; 4]>,
 }
@@ -65,32 +65,38 @@ pub fn octahedral(n: DVec3) -> DVec2 {
 }
 
 impl Impostor {
-    /// Takes the pictures.
-    pub fn take(corners: &[ImpostorCorner]) -> Self {
+    /// Takes the pictures, each of `frame_px` by as many.
+    pub fn take(corners: &[ImpostorCorner], frame_px: u32) -> Self {
         let low = corners.iter().map(|corner| corner.at).fold(DVec3::INFINITY, DVec3::min);
         let high = corners.iter().map(|corner| corner.at).fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
         let farthest = corners.iter().map(|corner| corner.at.distance(middle)).fold(1e-6, f64::max);
         // A texel is free all around.
-        let radius = farthest * f64::from(FRAME_PX) / f64::from(FRAME_PX - 2);
+        let radius = farthest * f64::from(frame_px) / f64::from(frame_px - 2);
         let frames = (0..FRAMES * FRAMES).into_par_iter();
-        let pictures: Vec<Vec<[f16; 4]>> =
-            frames.map(|frame| picture(corners, middle, radius, direction([frame % FRAMES, frame / FRAMES]))).collect();
-        let side = (FRAMES * FRAME_PX) as usize;
-        let (frames, px) = (FRAMES as usize, FRAME_PX as usize);
+        let pictures: Vec<Vec<[f16; 4]>> = frames
+            .map(|frame| picture(corners, (middle, radius), frame_px, direction([frame % FRAMES, frame / FRAMES])))
+            .collect();
+        let side = (FRAMES * frame_px) as usize;
+        let (frames, px) = (FRAMES as usize, frame_px as usize);
         let texel = |at: usize| {
             let (x, y) = (at % side, at / side);
             pictures[y / px * frames + x / px][y % px * px + x % px]
         };
-        Self { middle, radius, texels: (0..side * side).map(texel).collect() }
+        Self { frame_px, middle, radius, texels: (0..side * side).map(texel).collect() }
     }
 }
 
 /// A side's picture: what is nearest at the middle of each texel.
-fn picture(corners: &[ImpostorCorner], middle: DVec3, radius: f64, direction: DVec3) -> Vec<[f16; 4]> {
+fn picture(
+    corners: &[ImpostorCorner],
+    (middle, radius): (DVec3, f64),
+    frame_px: u32,
+    direction: DVec3,
+) -> Vec<[f16; 4]> {
     let [right, up] = axes(direction);
-    let half = 0.5 * f64::from(FRAME_PX);
-    let px = FRAME_PX as usize;
+    let half = 0.5 * f64::from(frame_px);
+    let px = frame_px as usize;
     let mut texels = vec![[f16::ZERO; 4]; px * px];
     let mut nearest = vec![f64::NEG_INFINITY; px * px];
     for triangle in corners.chunks_exact(3) {
@@ -174,7 +180,8 @@ mod tests {
             .flat_map(|(i, j)| [(i, j), (i, j + 1), (i + 1, j + 1), (i, j), (i + 1, j + 1), (i + 1, j)])
             .map(|(i, j)| corner(at(i, j)))
             .collect();
-        let impostor = Impostor::take(&corners);
+        const FRAME_PX: u32 = 64;
+        let impostor = Impostor::take(&corners, FRAME_PX);
         let side = (FRAMES * FRAME_PX) as usize;
         let mut worst = [0.0_f64; 2];
         for (number, texel) in impostor.texels.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec2};
+use hachure::forest::blocks::first_rank;
 use hachure::forest::points::Points;
 use hachure::forest::{POINTS, TILE_M};
 use hachure::frame::Frame;
@@ -100,7 +101,8 @@ pub fn points(reach: i32, trees_per_ha: f64) -> Vec<(DVec3, f64)> {
             some.iter()
                 .map(move |point| {
                     let at_m = (tile.as_dvec2() + glam::DVec2::from_array(point.at)) * TILE_M;
-                    (at_m.extend(0.0), point.rank())
+                    let rank = if point.number == 0 { first_rank(tile) } else { point.rank() };
+                    (at_m.extend(0.0), rank)
                 })
                 .collect::<Vec<_>>()
         })

@@ -3,11 +3,12 @@
 // The ray of a pixel is followed, in the space of the tree, through the depths of the picture that was taken from nearest
 // to the eye (src/forest/impostor.rs). Depths are told by a single surface, so what the ray passes behind by more than
 // THICKNESS is not hit. Steps are as long as a ray needs that leans against the picture's axis by half of what lies
-// between two pictures; then the step that hits is halved.
+// between two pictures; then the step that hits is halved. A piece of canopy is drawn in the same way, from pictures of
+// its own; since it is wide, and lies on land that is not as flat, it stands as if it were somewhat nearer to the eye.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
-#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of}
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of, CANOPY, TREE_LEVELS}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
@@ -33,11 +34,25 @@ struct Drawn {
 }
 
 const FRAMES: f32 = 12.0;
-const FRAME_PX: f32 = 128.0;
 const STEPS: u32 = 20u;
+const CANOPY_STEPS: u32 = 8u;
 const HALVINGS: u32 = 4u;
 // By the sphere's radius.
 const THICKNESS: f32 = 0.13;
+const CANOPY_THICKNESS: f32 = 0.3;
+
+// How much nearer a piece of canopy stands: by what it is wider than tall, and of its distance at most.
+const NEARER: f32 = 0.5;
+const NEARER_AT_MOST: f32 = 0.05;
+
+// The sphere of a tree's pictures.
+fn sphere_of(tree: TreeInstance) -> vec4<f32> {
+    let species = tree_species[species_of(tree)];
+    if (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY {
+        return vec4<f32>(species.canopy_middle, species.canopy_radius);
+    }
+    return vec4<f32>(species.middle, species.radius);
+}
 
 // From the world into the tree that is 1 tall and wide.
 fn own_of(tree: TreeInstance, from_foot_m: vec3<f32>) -> vec3<f32> {
@@ -70,17 +85,17 @@ fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
     let tree = tree_instances[number];
-    let species = tree_species[species_of(tree)];
+    let sphere = sphere_of(tree);
     let foot_m = bend(tree.flat_m);
     let eye = own_of(tree, view.eye_m - foot_m);
-    let toward = normalize(eye - species.middle);
+    let toward = normalize(eye - sphere.xyz);
     // A square that faces the eye and is as far away as the middle, wide enough for the sphere as the eye sees it.
-    let far = max(length(eye - species.middle), 1.01 * species.radius);
-    let wide = species.radius * far * inverseSqrt(far * far - species.radius * species.radius);
+    let far = max(length(eye - sphere.xyz), 1.01 * sphere.w);
+    let wide = sphere.w * far * inverseSqrt(far * far - sphere.w * sphere.w);
     let right = normalize(select(vec3<f32>(-toward.y, toward.x, 0.0), vec3<f32>(1.0, 0.0, 0.0), length(toward.xy) < 1e-4));
     let up = cross(toward, right);
     let corner = vec2<f32>(select(-1.0, 1.0, index == 1u || index == 2u || index == 4u), select(-1.0, 1.0, index == 2u || index >= 4u));
-    let own = species.middle + wide * (corner.x * right + corner.y * up);
+    let own = sphere.xyz + wide * (corner.x * right + corner.y * up);
     let at_m = foot_m + place_on_tree(tree, own);
     return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, eye, own, frame_near(toward));
 }
@@ -88,26 +103,30 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
 @fragment
 fn fragment(in: Vertex) -> Drawn {
     let tree = tree_instances[in.number];
-    let species = tree_species[species_of(tree)];
+    let sphere = sphere_of(tree);
     let toward = direction_of(in.frame);
     let right = normalize(vec3<f32>(-toward.y, toward.x, 0.0));
     let axes = mat3x3<f32>(right, cross(toward, right), toward);
     // In the picture's space: right, up, toward the eye; the sphere's radius is 1.
-    let origin = (in.eye - species.middle) * axes / species.radius;
+    let origin = (in.eye - sphere.xyz) * axes / sphere.w;
     let ray = normalize((in.at - in.eye) * axes);
     let nearest = -dot(origin, ray);
     let half = sqrt(max(1.0 - dot(origin, origin) + nearest * nearest, 0.0));
-    let first = vec2<f32>(in.frame * FRAME_PX) + 0.5 * FRAME_PX;
+    let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
+    let first = (in.frame + 0.5) * frame_px;
+    let is_canopy = (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY;
+    let steps = select(STEPS, CANOPY_STEPS, is_canopy);
+    let thickness = select(THICKNESS, CANOPY_THICKNESS, is_canopy);
     var before = nearest - half;
     var texel = vec4<f32>(0.0);
     var hit = 0.0;
     var is_hit = false;
-    for (var i = 0u; i < STEPS; i++) {
-        let along = nearest + half * (2.0 * f32(i + 1u) / f32(STEPS) - 1.0);
+    for (var i = 0u; i < steps; i++) {
+        let along = nearest + half * (2.0 * f32(i + 1u) / f32(steps) - 1.0);
         let p = origin + ray * along;
-        let seen = look(first, p.xy);
+        let seen = look(first, frame_px, p.xy);
         let behind = seen.z - p.z;
-        if seen.w > 0.0 && behind >= 0.0 && behind < THICKNESS {
+        if seen.w > 0.0 && behind >= 0.0 && behind < thickness {
             is_hit = true;
             hit = along;
             texel = seen;
@@ -119,9 +138,9 @@ fn fragment(in: Vertex) -> Drawn {
         for (var i = 0u; i < HALVINGS; i++) {
             let along = 0.5 * (before + hit);
             let p = origin + ray * along;
-            let seen = look(first, p.xy);
+            let seen = look(first, frame_px, p.xy);
             let behind = seen.z - p.z;
-            if seen.w > 0.0 && behind >= 0.0 && behind < THICKNESS {
+            if seen.w > 0.0 && behind >= 0.0 && behind < thickness {
                 hit = along;
                 texel = seen;
             } else {
@@ -132,14 +151,16 @@ fn fragment(in: Vertex) -> Drawn {
     if !is_hit || !is_shown(tree, in.clip.xy) {
         discard;
     }
-    let own = axes * (origin + ray * hit) * species.radius + species.middle;
+    let own = axes * (origin + ray * hit) * sphere.w + sphere.xyz;
     let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
+    let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), NEARER_AT_MOST * clip.w);
     let normal = normal_on_tree(tree, from_octahedral(texel.xy));
-    return Drawn(tree.id, vec4<f32>(normal, texel.w * light_of(tree)), clip.z / clip.w);
+    return Drawn(tree.id, vec4<f32>(normal, texel.w * light_of(tree)), clip.z / (clip.w - nearer_m));
 }
 
 // The texel of a picture at a place of its space.
-fn look(middle_px: vec2<f32>, p: vec2<f32>) -> vec4<f32> {
-    let within = clamp(vec2<f32>(p.x, -p.y) * 0.5 * FRAME_PX, vec2<f32>(-0.5 * FRAME_PX), vec2<f32>(0.5 * FRAME_PX - 0.01));
+fn look(middle_px: vec2<f32>, frame_px: f32, p: vec2<f32>) -> vec4<f32> {
+    let half_px = 0.5 * frame_px;
+    let within = clamp(vec2<f32>(p.x, -p.y) * half_px, vec2<f32>(-half_px), vec2<f32>(half_px - 0.01));
     return textureLoad(tree_pictures, vec2<i32>(floor(middle_px + within)), 0);
 }

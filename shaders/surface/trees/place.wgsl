@@ -180,6 +180,11 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         return;
     }
 #endif
+    // Nor those that are too many at the distance: it is this at least.
+    let far_m = length(xy_m - view.eye_m.xy) / forest.full_m;
+    if rank >= forest.density / max(far_m * far_m, 1.0) {
+        return;
+    }
     let site = site_at(xy_m);
     if !has_land(site.g) {
         return;

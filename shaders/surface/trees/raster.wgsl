@@ -31,9 +31,6 @@ struct Drawn {
 const CLEAR_M: f32 = 1.5;
 const WITHIN_M: f32 = 8.0;
 
-// By its width.
-const NEARER: f32 = 0.5;
-
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
@@ -41,11 +38,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let own = tree_vertices[index];
     let at_m = bend(tree.flat_m + place_on_tree(tree, own.at.xyz));
     let normal = vec4<f32>(normal_on_tree(tree, own.normal.xyz), own.normal.w * light_of(tree));
-    var clip = view.clip_from_camera * vec4<f32>(at_m, 1.0);
-    // A wide piece of canopy lies on land that is not as flat: it is drawn as if it were somewhat nearer.
-    let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), 0.05 * clip.w);
-    clip.z *= clip.w / (clip.w - nearer_m);
-    return Vertex(clip, number, normal);
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal);
 }
 
 @fragment

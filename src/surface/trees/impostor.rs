@@ -1,10 +1,10 @@
-//! Draws the trees in view that are drawn from pictures. See `shaders/surface/trees/impostor.wgsl`.
+//! Draws the trees in view that are drawn from pictures, and the pieces of canopy. See `shaders/surface/trees/impostor.wgsl`.
 
 use super::raster::{Inputs, NORMAL_FORMAT};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Cx, Drawing};
-use crate::gpu::wgsl::shared::trees::{IMPOSTOR, TREE_LEVELS};
+use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, TREE_LEVELS};
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 /// Of an impostor's two triangles.
@@ -23,16 +23,18 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, species, depth, .. } = inputs;
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in trees.shared.species.iter().enumerate() {
-        let bucket = number as u32 * TREE_LEVELS + IMPOSTOR;
-        let resources = [
-            ("view", view.clone()),
-            terrain.clone(),
-            ("tree_instances", trees.instances.binding()),
-            ("tree_order", trees.order_of(bucket).binding()),
-            ("tree_species", species.clone()),
-            ("tree_pictures", Resource::Texture("tree pictures", model.pictures.clone())),
-        ];
-        drawings.push((bucket, cx.drawing(&DRAW, &resources)));
+        for (level, pictures) in [(IMPOSTOR, &model.alone), (CANOPY, &model.canopy)] {
+            let bucket = number as u32 * TREE_LEVELS + level;
+            let resources = [
+                ("view", view.clone()),
+                terrain.clone(),
+                ("tree_instances", trees.instances.binding()),
+                ("tree_order", trees.order_of(bucket).binding()),
+                ("tree_species", species.clone()),
+                ("tree_pictures", Resource::Texture("tree pictures", pictures.view.clone())),
+            ];
+            drawings.push((bucket, cx.drawing(&DRAW, &resources)));
+        }
     }
     let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
     let on = Attachments { colors: &inputs.attached(), depth: Some(depth), is_cleared: false };

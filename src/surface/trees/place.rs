@@ -207,7 +207,7 @@ fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
             (NEAR, model.near.count),
             (MIDDLE, model.middle.count),
             (IMPOSTOR, super::impostor::CORNERS),
-            (CANOPY, model.canopy.count),
+            (CANOPY, super::impostor::CORNERS),
         ];
         for (level, count) in counts {
             words[((species as u32 * TREE_LEVELS + level) * DRAW_WORDS) as usize] = count;
@@ -234,8 +234,10 @@ fn species_records(cx: &mut Cx<'_>, forest: &Forest, trees: &DrawnTrees) -> Reso
                 aspect: (DVec2::new(east, north) * *by_aspect).as_vec2().to_array(),
                 by_hollow: *by_hollow as f32,
                 crown: model.crown,
-                middle: model.sphere.0,
-                radius: model.sphere.1,
+                middle: model.alone.middle,
+                radius: model.alone.radius,
+                canopy_middle: model.canopy.middle,
+                canopy_radius: model.canopy.radius,
             }
         })
         .collect();

@@ -5,7 +5,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Cx, Drawing};
 use crate::gpu::target::{Target, TargetKind};
-use crate::gpu::wgsl::shared::trees::{CANOPY, MIDDLE, NEAR, TREE_LEVELS};
+use crate::gpu::wgsl::shared::trees::{MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
@@ -52,7 +52,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, depth, .. } = inputs;
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (species, model) in trees.shared.species.iter().enumerate() {
-        for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle), (CANOPY, &model.canopy)] {
+        for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle)] {
             let bucket = species as u32 * TREE_LEVELS + level;
             let resources = [
                 ("view", view.clone()),

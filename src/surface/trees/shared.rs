@@ -2,7 +2,7 @@
 
 use super::place::TreePoint;
 use super::raster::TreeVertex;
-use crate::forest::impostor::{FRAME_PX, FRAMES, Impostor, ImpostorCorner};
+use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner};
 use crate::forest::points::Points;
 use crate::forest::species::{Corner, Detail, Grown, Part, canopy};
 use crate::gpu::Gpu;
@@ -14,6 +14,9 @@ const POINTS: BufferKind = BufferKind::storage("tree points");
 /// [`TreeVertex`]s of a mesh.
 const VERTICES: BufferKind = BufferKind::storage("tree vertices");
 const PICTURES: &str = "tree pictures";
+/// Sides of pictures of a tree, and of a piece of canopy.
+const TREE_PX: u32 = 128;
+const CANOPY_PX: u32 = 40;
 
 /// Triangles on the GPU.
 pub(super) struct TreeMesh {
@@ -25,12 +28,18 @@ pub(super) struct TreeMesh {
 pub(super) struct SpeciesModel {
     pub near: TreeMesh,
     pub middle: TreeMesh,
-    pub canopy: TreeMesh,
-    pub pictures: wgpu::TextureView,
-    /// The sphere of the pictures.
-    pub sphere: ([f32; 3], f32),
+    pub alone: TreePictures,
+    pub canopy: TreePictures,
     /// How far its crown reaches, by its height.
     pub crown: f32,
+}
+
+/// Pictures on the GPU.
+pub(super) struct TreePictures {
+    pub view: wgpu::TextureView,
+    /// Of their sphere, in tree units.
+    pub middle: [f32; 3],
+    pub radius: f32,
 }
 
 pub(super) struct Shared {
@@ -63,12 +72,6 @@ impl SpeciesModel {
             Form::Snag => Grown::Snag,
         };
         let [near, middle] = [Detail::Near, Detail::Middle].map(|detail| grown.grow(detail));
-        let pictured = |corner: &Corner| ImpostorCorner {
-            at: corner.at,
-            normal: corner.normal,
-            lightness: lightness(form, corner.part),
-        };
-        let impostor = Impostor::take(&near.iter().map(pictured).collect::<Vec<_>>());
         // What lies farther out are single twigs.
         let mut reaches: Vec<f64> = near.iter().map(|corner| corner.at.truncate().length()).collect();
         reaches.sort_by(f64::total_cmp);
@@ -77,9 +80,8 @@ impl SpeciesModel {
         Self {
             near: mesh(&near),
             middle: mesh(&middle),
-            canopy: mesh(&canopy(grown)),
-            pictures: pictures(gpu, &impostor),
-            sphere: (impostor.middle.as_vec3().to_array(), impostor.radius as f32),
+            alone: TreePictures::new(gpu, form, &near, TREE_PX),
+            canopy: TreePictures::new(gpu, form, &canopy(grown), CANOPY_PX),
             crown: crown as f32,
         }
     }
@@ -108,9 +110,22 @@ fn lightness(form: Form, part: Part) -> f64 {
     }
 }
 
-fn pictures(gpu: &Gpu, impostor: &Impostor) -> wgpu::TextureView {
+impl TreePictures {
+    fn new(gpu: &Gpu, form: Form, corners: &[Corner], frame_px: u32) -> Self {
+        let pictured = |corner: &Corner| ImpostorCorner {
+            at: corner.at,
+            normal: corner.normal,
+            lightness: lightness(form, corner.part),
+        };
+        let impostor = Impostor::take(&corners.iter().map(pictured).collect::<Vec<_>>(), frame_px);
+        let middle = impostor.middle.as_vec3().to_array();
+        Self { view: texture(gpu, &impostor), middle, radius: impostor.radius as f32 }
+    }
+}
+
+fn texture(gpu: &Gpu, impostor: &Impostor) -> wgpu::TextureView {
     gpu.count_object();
-    let side = FRAMES * FRAME_PX;
+    let side = FRAMES * impostor.frame_px;
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(PICTURES),
