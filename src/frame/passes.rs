@@ -137,10 +137,11 @@ fn see(
         meshes
     });
     let trees = world.forest().and_then(|forest| {
-        let trees = &DrawnTrees::of(cx, forest)?;
+        let trees = &DrawnTrees::of(cx, forest, world.tree_models())?;
         let detail = world.tree_detail();
         let (origin_m, to_sun, cover) = (rig.origin_m, light.to_sun, world.forest_cover());
-        let asked = trees::place::Inputs { view: &view, eye: view_of_eye, origin_m, terrain, forest, cover, to_sun, detail };
+        let asked =
+            trees::place::Inputs { view: &view, eye: view_of_eye, origin_m, terrain, forest, cover, to_sun, detail };
         let species = &trees::place::run(cx, &asked, trees);
         let tree_normal = targets.whole(gpu, &trees::raster::TREE_NORMAL);
         let (terrain, tree_normal_of) = (terrain.uniform(), &tree_normal);

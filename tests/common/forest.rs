@@ -6,8 +6,8 @@ use hachure::forest::points::Points;
 use hachure::forest::{POINTS, TILE_M};
 use hachure::frame::Frame;
 use hachure::gpu::readback::read_buffer;
-use hachure::scene::Forest;
 use hachure::scene::CoverFiles;
+use hachure::scene::Forest;
 use hachure::scene::forest::{Form, Species};
 use hachure::scene::view::Pose;
 use hachure::style::Style;
@@ -36,6 +36,7 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
         raggedness_m: 0.0,
         steepest_deg: 89.0,
         species: vec![Species::new(form, 1.0, height_m)],
+        models: Vec::new(),
         cover: CoverFiles::default(),
     }
 }
