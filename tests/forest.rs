@@ -13,7 +13,8 @@ use common::hill::Hill;
 use glam::{DVec2, DVec3};
 use hachure::forest::cover::Cover;
 use hachure::frame::Frame;
-use hachure::scene::forest::{Form, Species};
+use hachure::scene::forest::{Form, Species, TreeFile};
+use hachure::scene::reach::Reach;
 use hachure::scene::{CoverClass, CoverFiles, Forest, Scene};
 
 const SIZE_PX: [u32; 2] = [128, 72];
@@ -236,6 +237,7 @@ fn a_scene_says_where_trees_stand() {
         raggedness_m: 5.0,
         steepest_deg: 30.0,
         species: vec![Species::new(Form::Birch, 1.0, 9.0), snag],
+        models: Vec::new(),
         cover: CoverFiles::default(),
     };
     assert_eq!(parse(text).unwrap().forest, Some(expected));
@@ -246,7 +248,13 @@ fn a_scene_says_where_trees_stand() {
         ("form = \"birch\"\nshare = -1", "scene.toml:5:9: forest.species.share: it must lie within 0 to 1000000"),
         ("form = \"birch\"\nlow_m = 3\nhigh_m = 2", "forest.species.low_m: it lies above high_m"),
         ("form = \"birch\"\nby_aspect = 2", "forest.species.by_aspect: it must lie within 0 to 1"),
-        ("share = 1", "form"),
+        ("share = 1", "scene.toml:3:1: forest.species: it needs form = \"conifer\" or file = \"tree.obj\""),
+        ("form = \"birch\"\nfile = \"a.obj\"", "scene.toml:5:8: forest.species.file: it stands beside form"),
+        ("form = \"birch\"\nup = \"z\"", "scene.toml:5:6: forest.species.up: it is of a file, and there is none"),
+        ("file = \"\"", "scene.toml:4:8: forest.species.file: it is empty"),
+        ("file = \"https://x/a.obj\"", "scene.toml:4:8: forest.species.file: it must be a file of this machine"),
+        ("file = \"a.obj\"\nup = \"x\"", "scene.toml:5:6: "),
+        ("file = 3", "scene.toml:4:8: "),
     ] {
         let error = parse(&format!("[[forest.species]]\n{wrong}")).unwrap_err();
         assert!(error.contains(told) && error.lines().count() == 1, "{error}");
@@ -264,4 +272,35 @@ fn a_scene_says_where_trees_stand() {
         let error = parse(&format!("[forest]\n{wrong}")).unwrap_err();
         assert!(error.starts_with("scene.toml:4:") && error.contains(told) && error.lines().count() == 1, "{error}");
     }
+}
+
+#[test]
+fn a_species_may_be_a_model() {
+    let species = [
+        "file = \"a.obj\"",
+        "form = \"snag\"",
+        "file = \"b/c.obj\"\nup = \"z\"\nheight_m = 9",
+        "file = \"a.obj\"\nup = \"y\"",
+    ];
+    let text: String = species.map(|keys| format!("[[forest.species]]\n{keys}\n")).concat();
+    let parse = |text: &str| {
+        Scene::parse(Path::new("land/s.toml"), &format!("[world]\nprocedural = {{ seed = 1 }}\n{text}")).unwrap()
+    };
+    let scene = parse(&text);
+    let forest = scene.forest.clone().unwrap();
+    let forms: Vec<Form> = forest.species.iter().map(|species| species.form).collect();
+    // Each file once.
+    assert_eq!(forms, [Form::Model(0), Form::Snag, Form::Model(1), Form::Model(0)]);
+    let model = |file: &str, z_up| TreeFile { file: file.into(), z_up };
+    assert_eq!(forest.models, [model("land/a.obj", false), model("land/b/c.obj", true)]);
+    assert!(forest.species[2].height_m == 9.0 && forest.species[0].height_m == 18.0);
+    // Planted: lying and standing it is not the same.
+    assert_ne!(parse(&text.replace("\"y\"", "\"z\"")).forest.unwrap().species[3].form, Form::Model(0));
+    let check =
+        |scene: &Scene, reach| scene.check_reach(Path::new("land/s.toml"), reach).map_err(|error| error.to_string());
+    assert_eq!(check(&scene, Reach::Beside), Ok(()));
+    let far = parse(&text.replace("a.obj", "../a.obj"));
+    let error = check(&far, Reach::Beside).unwrap_err();
+    assert!(error.contains("forest.species.file: ") && error.contains("--trust-scene"), "{error}");
+    assert_eq!(check(&far, Reach::Anywhere), Ok(()));
 }

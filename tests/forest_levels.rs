@@ -162,9 +162,9 @@ fn pictured(
         draw(&world.gpu, &mut world.surfaces, frame, &still(pose, size_px), &style, &NOON);
     }
     let target = frame.target(&SURFACE_ID).unwrap();
-    let ids = read(&world.gpu, &target, [0, 0], target.size_px()).unwrap();
+    let ids = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     let ids = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
-    let normals = halves(&world.gpu, &frame.target(&TREE_NORMAL).unwrap());
+    let normals = halves(&world.gpu, frame.target(&TREE_NORMAL).unwrap());
     let normals = normals.into_iter().map(|[x, y, z, _]| DVec3::new(x, y, z)).collect();
     (ids, normals, listed(world, frame, pose.position_m))
 }

@@ -157,9 +157,9 @@ mod tests {
             });
             directions.map(nearest).fold(0.0, f64::max).to_degrees()
         };
-        assert!(all.iter().all(|d| d.z > -1e-12) && farthest_deg(&all) < 10.0, "{}", farthest_deg(&all));
+        assert!(all.iter().all(|d| d.z > -1e-12) && farthest_deg(&all) < 12.0, "{}", farthest_deg(&all));
         // Planted: one that is missing.
-        assert!(farthest_deg(&all[..all.len() - 20]) > 10.0);
+        assert!(farthest_deg(&all[..all.len() - 20]) > 12.0);
         for d in all {
             let [right, up] = axes(d);
             assert!((right.cross(up) - d).length() < 1e-12 && up.z >= 0.0);
@@ -192,7 +192,7 @@ mod tests {
                 [x % FRAME_PX, y % FRAME_PX].map(|at| (f64::from(at) + 0.5) / (0.5 * f64::from(FRAME_PX)) - 1.0);
             let [u, v, toward, lightness] = texel.map(f16::to_f64);
             let within = px.hypot(py) * impostor.radius / 0.4;
-            if within > 1.02 || within < 0.95 {
+            if !(0.95..=1.02).contains(&within) {
                 assert_eq!(lightness > 0.0, within < 1.0, "{x} {y}");
             }
             if within < 0.95 {
@@ -203,6 +203,6 @@ mod tests {
                 worst[1] = worst[1].max((toward * impostor.radius - 0.4 * expected.dot(d)).abs());
             }
         }
-        assert!(worst[0] < 4.0 && worst[1] < 0.01, "{worst:?}");
+        assert!(worst[0] < 4.0 && worst[1] < 0.015, "{worst:?}");
     }
 }

@@ -13,6 +13,7 @@
 pub mod blocks;
 pub mod cover;
 pub mod impostor;
+pub mod model;
 pub mod points;
 pub mod species;
 

@@ -137,7 +137,7 @@ fn see(
         meshes
     });
     let trees = world.forest().and_then(|forest| {
-        let trees = &DrawnTrees::of(cx, forest)?;
+        let trees = &DrawnTrees::of(cx, forest, world.tree_models())?;
         let detail = world.tree_detail();
         let (origin_m, to_sun, cover) = (rig.origin_m, light.to_sun, world.forest_cover());
         let asked =

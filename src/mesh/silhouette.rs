@@ -68,7 +68,7 @@ pub fn overlap(mesh: &Mesh, other: &Mesh, views: impl Iterator<Item = DVec3>) ->
 }
 
 /// Sets the bits of a triangle.
-fn cover(rows: &mut [u64; SIDE_PX], [a, b, c]: [DVec2; 3]) {
+pub(crate) fn cover(rows: &mut [u64; SIDE_PX], [a, b, c]: [DVec2; 3]) {
     let first = |low: f64| (low - 0.5).ceil().max(0.0) as usize;
     let end = |high: f64| ((high - 0.5).floor() + 1.0).clamp(0.0, SIDE_PX as f64) as usize;
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));

@@ -1,11 +1,12 @@
 //! `[forest]` of a scene: which trees stand where.
 
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
 use super::forest_cover::{ClassToml, CoverFiles, CoverToml};
+use super::scene_file::UpToml;
 
 /// Where trees stand: by rules, which the land answers.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,8 @@ pub struct Forest {
     pub steepest_deg: f64,
     /// Of 1 to [`Forest::MOST_SPECIES`] kinds.
     pub species: Vec<Species>,
+    /// What [`Form::Model`] counts: each file once.
+    pub models: Vec<TreeFile>,
     /// Rasters that say where they stand, beside the rules.
     pub cover: CoverFiles,
 }
@@ -56,6 +59,17 @@ pub enum Form {
     Birch,
     /// A dead trunk.
     Snag,
+    /// A model of the user's: one of [`Forest::models`].
+    Model(usize),
+}
+
+/// A model of a tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TreeFile {
+    /// An OBJ file.
+    pub file: PathBuf,
+    /// Whether the file's z points up; else its y does.
+    pub z_up: bool,
 }
 
 impl Forest {
@@ -63,6 +77,14 @@ impl Forest {
     pub const MOST_TREES_PER_HA: f64 = 625.0;
     /// More are not told apart.
     pub const MOST_SPECIES: usize = 8;
+
+    /// The species that are models, each with its own.
+    pub fn species_of_models(&self) -> impl Iterator<Item = (&Species, &TreeFile)> {
+        self.species.iter().filter_map(|species| match species.form {
+            Form::Model(number) => Some((species, self.models.get(number)?)),
+            Form::Conifer | Form::Broadleaf | Form::Birch | Form::Snag => None,
+        })
+    }
 
     /// The mean height of the tallest species.
     pub fn height_m(&self) -> f64 {
@@ -113,7 +135,9 @@ pub(super) struct ForestToml {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SpeciesToml {
-    form: FormToml,
+    form: Option<FormToml>,
+    file: Option<String>,
+    up: Option<UpToml>,
     share: Option<f64>,
     height_m: Option<f64>,
     low_m: Option<f64>,
@@ -164,7 +188,12 @@ impl ForestToml {
             return Err(("forest.species".to_owned(), format!("there may be {} at most", Forest::MOST_SPECIES)));
         }
         let own = self.species.iter().enumerate();
-        let own = own.map(|(number, species)| species.checked(&format!("forest.species[{number}]."), height_m));
+        let mut models = Vec::new();
+        let own = own.map(|(number, species)| {
+            let table = format!("forest.species[{number}]");
+            let form = species.form(&table, scene, &mut models)?;
+            species.checked(&format!("{table}."), form, height_m)
+        });
         let own: Vec<Species> = own.collect::<Result<_, _>>()?;
         let species = if own.is_empty() { Species::mixed(height_m) } else { own };
         let Self { mask, land_cover, canopy_height, classes, .. } = self;
@@ -177,25 +206,50 @@ impl ForestToml {
             raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,
             steepest_deg: number("steepest_deg", self.steepest_deg, 38.0, 1.0..=89.0)?,
             species,
+            models,
             cover,
         })
     }
 }
 
 impl SpeciesToml {
-    fn checked(&self, table: &str, height_m: f64) -> Result<Species, WrongKey> {
+    /// What it looks like. A model that is not among those of the scene yet is added.
+    fn form(&self, table: &str, scene: &Path, models: &mut Vec<TreeFile>) -> Result<Form, WrongKey> {
+        let wrong = |key: &str, cause: &str| Err((format!("{table}{key}"), cause.to_owned()));
+        let name = match (self.form, self.file.as_deref()) {
+            (Some(_), Some(_)) => return wrong(".file", "it stands beside form, and one of them is enough"),
+            (None, None) => return wrong("", "it needs form = \"conifer\" or file = \"tree.obj\""),
+            (Some(_), None) if self.up.is_some() => return wrong(".up", "it is of a file, and there is none"),
+            (Some(form), None) => {
+                return Ok(match form {
+                    FormToml::Conifer => Form::Conifer,
+                    FormToml::Broadleaf => Form::Broadleaf,
+                    FormToml::Birch => Form::Birch,
+                    FormToml::Snag => Form::Snag,
+                });
+            }
+            (None, Some("")) => return wrong(".file", "it is empty"),
+            (None, Some(name)) if name.contains("://") => {
+                return wrong(".file", "it must be a file of this machine");
+            }
+            (None, Some(name)) => name,
+        };
+        let file = scene.parent().unwrap_or(Path::new("")).join(name);
+        let model = TreeFile { file, z_up: matches!(self.up, Some(UpToml::Z)) };
+        let known = models.iter().position(|known| *known == model);
+        Ok(Form::Model(known.unwrap_or_else(|| {
+            models.push(model);
+            models.len() - 1
+        })))
+    }
+
+    fn checked(&self, table: &str, form: Form, height_m: f64) -> Result<Species, WrongKey> {
         let number = |key, value, default, range| within(table, key, value, default, range);
         let low_m = number("low_m", self.low_m, -HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
         let high_m = number("high_m", self.high_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
         if low_m > high_m {
             return Err((format!("{table}low_m"), "it lies above high_m".to_owned()));
         }
-        let form = match self.form {
-            FormToml::Conifer => Form::Conifer,
-            FormToml::Broadleaf => Form::Broadleaf,
-            FormToml::Birch => Form::Birch,
-            FormToml::Snag => Form::Snag,
-        };
         // A slope that is to look somewhere is one that should.
         let by_aspect = if self.aspect_deg.is_some() { 1.0 } else { 0.0 };
         Ok(Species {

@@ -50,6 +50,8 @@
 //!
 //! [[forest.species]]                # up to 8; without them, a mixed forest
 //! form = "conifer"                  # or "broadleaf", "birch", "snag"
+//! # file = "oak.obj"                # instead of form: a model, as tall as height_m in the mean
+//! # up = "y"                        # or "z": what points up in the file
 //! share = 6                         # of all trees, by those of the others
 //! height_m = 22
 //! low_m = 800                       # it stands between these heights
@@ -206,7 +208,7 @@ enum HeightToml {
 
 #[derive(Deserialize, Default)]
 #[serde(rename_all = "lowercase")]
-enum UpToml {
+pub(super) enum UpToml {
     #[default]
     Y,
     Z,

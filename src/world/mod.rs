@@ -3,6 +3,7 @@
 //! A frame draws [`Surfaces`]. [`open`] makes them of what a user names: a scene file, a DEM, a pyramid, an address.
 
 pub mod open;
+mod tree_models;
 
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use glam::DVec3;
 
 pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
 use crate::forest::cover::Cover;
+use crate::forest::model::TreeModel;
 use crate::mesh::placed::Placed;
 use crate::scene::Forest;
 use crate::tiles::Terrain;
@@ -21,13 +23,14 @@ pub struct Surfaces {
     meshes: Option<Arc<Placed>>,
     forest: Option<Forest>,
     forest_cover: Option<Arc<Cover>>,
+    tree_models: Vec<Arc<TreeModel>>,
     tree_detail: f64,
 }
 
 impl From<Terrain> for Surfaces {
     /// Bare land.
     fn from(terrain: Terrain) -> Self {
-        Self { terrain, meshes: None, forest: None, forest_cover: None, tree_detail: 1.0 }
+        Self { terrain, meshes: None, forest: None, forest_cover: None, tree_models: Vec::new(), tree_detail: 1.0 }
     }
 }
 
@@ -60,6 +63,16 @@ impl Surfaces {
     /// Lets trees stand where rasters say it, or none of them.
     pub fn set_forest_cover(&mut self, cover: Option<Arc<Cover>>) {
         self.forest_cover = cover;
+    }
+
+    /// The models of its trees, as the forest counts them ([`Forest::models`]).
+    pub fn tree_models(&self) -> &[Arc<TreeModel>] {
+        &self.tree_models
+    }
+
+    /// Sets [`Surfaces::tree_models`]; a species whose model is missing is drawn as a broadleaf.
+    pub fn set_tree_models(&mut self, models: Vec<Arc<TreeModel>>) {
+        self.tree_models = models;
     }
 
     /// Trees go over to something simpler where they are so many times smaller than is usual.

@@ -23,7 +23,7 @@ use crate::scene::{Light, MeshPlacement, Scene, World};
 use crate::source::{self, Kind, OpenOptions, Progress, Silent};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
-use crate::world::Surfaces;
+use crate::world::{Surfaces, tree_models};
 
 /// A COG with no more samples is baked all the same: it takes two seconds, and its errors are measured then.
 const BAKED_SAMPLES: usize = 1 << 24;
@@ -59,6 +59,9 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A model of a tree cannot be read, or is none.
+    #[error("forest.species.file: {0}")]
+    TreeModel(#[source] MeshError),
     /// A raster of the scene's forest cannot be read, or does not lie over the world.
     #[error(transparent)]
     Cover(#[from] CoverError),
@@ -130,12 +133,13 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
     if scene.embedded.is_none() {
         let mut known: FxHashSet<&Path> = FxHashSet::default();
-        for mesh in &scene.meshes {
-            if !known.insert(&mesh.file) {
+        let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
+        for file in scene.meshes.iter().map(|mesh| &mesh.file).chain(trees) {
+            if !known.insert(file) {
                 continue;
             }
-            inputs.add(&mesh.file);
-            obj::files_beside(&mesh.file).iter().for_each(|file| inputs.add(file));
+            inputs.add(file);
+            obj::files_beside(file).iter().for_each(|file| inputs.add(file));
         }
     }
     inputs
@@ -255,6 +259,8 @@ impl OpenWorld {
         world.surfaces.set_meshes(placed);
         let cover = world.forest_cover().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_forest_cover(cover.map(Arc::new));
+        let models = tree_models::read(&world.scene, progress);
+        world.surfaces.set_tree_models(models.map_err(|error| WorldError::TreeModel(error).of(&world.scene))?);
         world.surfaces.set_forest(world.scene.forest.clone());
         Ok(world)
     }

@@ -43,3 +43,26 @@ fn no_picture_replaces_a_texture() {
     assert!(error.contains("bark.png: is the input"), "{error}");
     assert_eq!(std::fs::read(place.path("bark.png")).unwrap(), b"a texture");
 }
+
+#[test]
+fn trees_of_a_forest_are_told_and_read() {
+    let place = Place::empty();
+    let scene = "[world]\nprocedural = { seed = 1 }\n[[forest.species]]\nform = \"birch\"\n[[forest.species]]\n\
+                 file = \"tree.obj\"\nheight_m = 21.5\nshare = 3\n";
+    place.file("a.toml", scene);
+    place.file("tree.obj", MODEL);
+    let told = String::from_utf8(place.hachure(&["info", "a.toml"]).stdout).unwrap();
+    assert!(told.contains("species   tree.obj: 4 triangles, 21.5 m tall, share 3\n"), "{told}");
+    assert_eq!(told.matches("species").count(), 1, "{told}");
+    let models = &place.json(&["info", "a.toml", "--json"])["tree_models"];
+    assert!(models[0]["triangles"] == 4 && models[0]["up"] == "y" && models[1].is_null(), "{models}");
+    // No picture replaces what it is made of.
+    place.file("tree.mtl", "newmtl bark\nKd 1 0 0\nmap_Kd bark.png\n");
+    place.file("bark.png", "a texture");
+    let error = place.error(&["render", "a.toml", "-o", "bark.png"]);
+    assert!(error.contains("bark.png: is the input"), "{error}");
+    // Planted: one that is not there.
+    std::fs::remove_file(place.path("tree.obj")).unwrap();
+    let error = String::from_utf8(place.hachure(&["info", "a.toml"]).stderr).unwrap();
+    assert!(error.contains("tree.obj is not there") && error.lines().count() == 1, "{error}");
+}

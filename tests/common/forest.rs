@@ -37,6 +37,7 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
         raggedness_m: 0.0,
         steepest_deg: 89.0,
         species: vec![Species::new(form, 1.0, height_m)],
+        models: Vec::new(),
         cover: CoverFiles::default(),
     }
 }

@@ -105,11 +105,22 @@ fn the_composite_is_its_twin() {
         let picture = bench.out(&PICTURE);
         bench.run(|cx| {
             let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
-            let (style, light) = (&style, &light);
+            let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, picture) = (&ink, &marks, &picture);
-            let inputs =
-                composite::Inputs { view, style, light, position, tone, line, ink, marks, is_sample: false, picture };
+            let inputs = composite::Inputs {
+                view,
+                style,
+                lines,
+                light,
+                position,
+                tone,
+                line,
+                ink,
+                marks,
+                is_sample: false,
+                picture,
+            };
             composite::run(cx, &inputs);
         });
         let found: Vec<f64> =

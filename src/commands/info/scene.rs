@@ -14,7 +14,7 @@ use crate::file::message::{named, printable};
 use crate::mesh::placed::Stance;
 use crate::mesh::{Mesh, MeshError};
 use crate::scene::reach::Reach;
-use crate::scene::{MeshPlacement, Scene, World};
+use crate::scene::{Forest, MeshPlacement, Scene, World};
 
 #[derive(Serialize)]
 pub(super) struct SceneInfo {
@@ -26,6 +26,19 @@ pub(super) struct SceneInfo {
     start: Option<String>,
     vertical_exaggeration: f64,
     meshes: Vec<MeshInfo>,
+    tree_models: Vec<TreeInfo>,
+}
+
+/// A species of a scene's forest that is a model.
+#[derive(Serialize)]
+struct TreeInfo {
+    file: PathBuf,
+    up: &'static str,
+    /// Of a tree in the mean.
+    height_m: f64,
+    share: f64,
+    /// Of the file.
+    triangles: u64,
 }
 
 /// A mesh of a scene, as its file is.
@@ -66,6 +79,7 @@ impl SceneInfo {
         // Each file once: a long one takes a while, and what is wrong with its materials is told once.
         let mut known: FxHashMap<&Path, Rc<Mesh>> = FxHashMap::default();
         let mut meshes = Vec::with_capacity(scene.meshes.len());
+        let mut tree_models = Vec::new();
         for placement in &scene.meshes {
             let mesh = match known.get(placement.file.as_path()) {
                 Some(mesh) => Rc::clone(mesh),
@@ -73,6 +87,20 @@ impl SceneInfo {
             };
             meshes.push(MeshInfo::of(&mesh, placement));
             known.insert(&placement.file, mesh);
+        }
+        for (species, model) in scene.forest.iter().flat_map(Forest::species_of_models) {
+            let mesh = match known.get(model.file.as_path()) {
+                Some(mesh) => Rc::clone(mesh),
+                None => Rc::new(scene.read_mesh_with(&model.file, &Bar::default())?),
+            };
+            tree_models.push(TreeInfo {
+                file: model.file.clone(),
+                up: if model.z_up { "z" } else { "y" },
+                height_m: species.height_m,
+                share: species.share,
+                triangles: mesh.triangles.len() as u64,
+            });
+            known.insert(&model.file, mesh);
         }
         let (dem, procedural_seed) = match scene.world {
             World::File(path) => (Some(path.display().to_string()), None),
@@ -95,6 +123,7 @@ impl SceneInfo {
             start: scene.start.map(|camera| camera.to_string()),
             vertical_exaggeration: scene.vertical_exaggeration,
             meshes,
+            tree_models,
         })
     }
 }
@@ -108,7 +137,8 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     };
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
     let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
-    let mut missing: Vec<&PathBuf> = heights.iter().chain(meshes).chain(cover).collect();
+    let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
+    let mut missing: Vec<&PathBuf> = heights.iter().chain(meshes).chain(trees).chain(cover).collect();
     // Where nobody may look the opening tells.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();
@@ -171,6 +201,13 @@ impl MeshInfo {
     }
 }
 
+impl TreeInfo {
+    fn line(&self) -> String {
+        let Self { file, height_m, share, triangles, .. } = self;
+        format!("species   {}: {triangles} triangles, {height_m} m tall, share {share}\n", named(file))
+    }
+}
+
 impl SceneInfo {
     pub fn text(&self, file: &str) -> String {
         let world = match (&self.dem, self.procedural_seed) {
@@ -183,9 +220,10 @@ impl SceneInfo {
             None => "over the diagonal of the extent".to_owned(),
         };
         let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
+        let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{meshes}",
+             start     {}\nheights   × {}\n{meshes}{trees}",
             self.sun_azimuth_deg,
             self.sun_elevation_deg,
             self.start.as_deref().unwrap_or("a view that the extent suggests"),

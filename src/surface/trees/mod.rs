@@ -14,11 +14,14 @@ use std::sync::Arc;
 
 use self::place::MOST_TREES;
 pub use self::place::TreeInstance;
-use self::shared::Shared;
+use self::shared::{Look, Shared};
+use crate::forest::model::TreeModel;
+use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 pub use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 use crate::scene::Forest;
+use crate::scene::forest::Form;
 
 /// [`TreeInstance`]s of an eye.
 pub const INSTANCES: BufferKind = BufferKind::storage("tree instances");
@@ -38,12 +41,22 @@ pub struct DrawnTrees {
 }
 
 impl DrawnTrees {
-    /// None are found yet. Nothing while its species are grown beside the frame.
-    pub fn of(cx: &mut Cx<'_>, forest: &Forest) -> Option<Self> {
-        let forms: Vec<_> = forest.species.iter().map(|species| species.form).collect();
-        let asked = forms.clone();
+    /// None are found yet. Nothing while its species are grown beside the frame. A species whose model is not among
+    /// `models` is a broadleaf.
+    pub fn of(cx: &mut Cx<'_>, forest: &Forest, models: &[Arc<TreeModel>]) -> Option<Self> {
+        let look = |form: Form| match form {
+            Form::Conifer => Look::Grown(Grown::Conifer),
+            Form::Broadleaf => Look::Grown(Grown::Broadleaf),
+            Form::Birch => Look::Grown(Grown::Birch),
+            Form::Snag => Look::Grown(Grown::Snag),
+            Form::Model(number) => {
+                models.get(number).map_or(Look::Grown(Grown::Broadleaf), |model| Look::Model(Arc::clone(model)))
+            }
+        };
+        let looks: Vec<Look> = forest.species.iter().map(|species| look(species.form)).collect();
+        let asked = looks.clone();
         let shared =
-            cx.kept_beside(move |shared: &Shared| shared.forms == asked, move |gpu| Shared::new(gpu, forms))?;
+            cx.kept_beside(move |shared: &Shared| shared.looks == asked, move |gpu| Shared::new(gpu, looks))?;
         let buckets = u64::from(TREE_LEVELS) * forest.species.len() as u64;
         Some(Self {
             shared,

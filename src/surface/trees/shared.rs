@@ -1,13 +1,15 @@
 //! What all forests of the same species share: points, meshes and pictures on the GPU.
 
+use std::sync::Arc;
+
 use super::place::TreePoint;
 use super::raster::TreeVertex;
 use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner};
+use crate::forest::model::{TreeCorner, TreeModel};
 use crate::forest::points::Points;
 use crate::forest::species::{Corner, Detail, Grown, Part, canopy};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::scene::forest::Form;
 
 /// [`TreePoint`]s of a tile, level by level.
 const POINTS: BufferKind = BufferKind::storage("tree points");
@@ -42,8 +44,26 @@ pub(super) struct TreePictures {
     pub radius: f32,
 }
 
+/// What the trees of a species look like.
+#[derive(Clone)]
+pub(super) enum Look {
+    Grown(Grown),
+    Model(Arc<TreeModel>),
+}
+
+impl PartialEq for Look {
+    /// A model is itself only.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Grown(one), Self::Grown(other)) => one == other,
+            (Self::Model(one), Self::Model(other)) => Arc::ptr_eq(one, other),
+            (Self::Grown(_), Self::Model(_)) | (Self::Model(_), Self::Grown(_)) => false,
+        }
+    }
+}
+
 pub(super) struct Shared {
-    pub forms: Vec<Form>,
+    pub looks: Vec<Look>,
     pub points: Points,
     pub point_buffer: Buffer,
     pub species: Vec<SpeciesModel>,
@@ -51,71 +71,76 @@ pub(super) struct Shared {
 
 impl Shared {
     /// Grows them.
-    pub fn new(gpu: &Gpu, forms: Vec<Form>) -> Self {
+    pub fn new(gpu: &Gpu, looks: Vec<Look>) -> Self {
         let points = Points::new();
         let packed: Vec<TreePoint> = points
             .points
             .iter()
             .map(|point| TreePoint { at: point.at.map(|along| along as f32), number: point.number, padding: 0 })
             .collect();
-        let species = forms.iter().map(|form| SpeciesModel::new(gpu, *form)).collect();
-        Self { point_buffer: Buffer::with(gpu, &POINTS, &packed), points, species, forms }
+        let species = looks.iter().map(|look| SpeciesModel::of(gpu, look)).collect();
+        Self { point_buffer: Buffer::with(gpu, &POINTS, &packed), points, species, looks }
     }
 }
 
 impl SpeciesModel {
-    fn new(gpu: &Gpu, form: Form) -> Self {
-        let grown = match form {
-            Form::Conifer => Grown::Conifer,
-            Form::Broadleaf => Grown::Broadleaf,
-            Form::Birch => Grown::Birch,
-            Form::Snag => Grown::Snag,
-        };
-        let [near, middle] = [Detail::Near, Detail::Middle].map(|detail| grown.grow(detail));
+    fn of(gpu: &Gpu, look: &Look) -> Self {
+        match look {
+            Look::Grown(grown) => {
+                let all = [grown.grow(Detail::Near), grown.grow(Detail::Middle), canopy(*grown)];
+                let [near, middle, canopy] =
+                    all.map(|corners| corners.iter().map(|corner| toned(*grown, corner)).collect::<Vec<_>>());
+                Self::new(gpu, [&near, &middle, &canopy])
+            }
+            Look::Model(model) => Self::new(gpu, [&model.near, &model.middle, &model.canopy]),
+        }
+    }
+
+    fn new(gpu: &Gpu, [near, middle, canopy]: [&[TreeCorner]; 3]) -> Self {
         // What lies farther out are single twigs.
         let mut reaches: Vec<f64> = near.iter().map(|corner| corner.at.truncate().length()).collect();
         reaches.sort_by(f64::total_cmp);
         let crown = reaches.get(reaches.len() * 9 / 10).copied().unwrap_or(0.2);
-        let mesh = |corners: &[Corner]| TreeMesh::new(gpu, form, corners);
         Self {
-            near: mesh(&near),
-            middle: mesh(&middle),
-            alone: TreePictures::new(gpu, form, &near, TREE_PX),
-            canopy: TreePictures::new(gpu, form, &canopy(grown), CANOPY_PX),
+            near: TreeMesh::new(gpu, near),
+            middle: TreeMesh::new(gpu, middle),
+            alone: TreePictures::new(gpu, near, TREE_PX),
+            canopy: TreePictures::new(gpu, canopy, CANOPY_PX),
             crown: crown as f32,
         }
     }
 }
 
 impl TreeMesh {
-    fn new(gpu: &Gpu, form: Form, corners: &[Corner]) -> Self {
-        let vertex = |corner: &Corner| TreeVertex {
+    fn new(gpu: &Gpu, corners: &[TreeCorner]) -> Self {
+        let vertex = |corner: &TreeCorner| TreeVertex {
             at: corner.at.as_vec3().extend(corner.sway as f32).to_array(),
-            normal: corner.normal.as_vec3().extend(lightness(form, corner.part) as f32).to_array(),
+            normal: corner.normal.as_vec3().extend(corner.lightness as f32).to_array(),
         };
         let vertices: Vec<TreeVertex> = corners.iter().map(vertex).collect();
         Self { vertices: Buffer::with(gpu, &VERTICES, &vertices), count: vertices.len() as u32 }
     }
 }
 
-/// Of what a tree is made of, where bare land is 1.
-fn lightness(form: Form, part: Part) -> f64 {
-    match (form, part) {
-        (Form::Conifer, Part::Leaf) => 0.5,
-        (Form::Broadleaf, Part::Leaf) => 0.62,
-        (Form::Birch, Part::Leaf) => 0.74,
-        (Form::Birch, Part::Bark) => 0.97,
-        (Form::Snag, _) => 0.75,
-        (Form::Conifer | Form::Broadleaf, Part::Bark) => 0.45,
-    }
+/// With the lightness of what it is made of, where bare land is 1.
+fn toned(grown: Grown, corner: &Corner) -> TreeCorner {
+    let Corner { at, normal, part, sway } = *corner;
+    let lightness = match (grown, part) {
+        (Grown::Conifer, Part::Leaf) => 0.5,
+        (Grown::Broadleaf, Part::Leaf) => 0.62,
+        (Grown::Birch, Part::Leaf) => 0.74,
+        (Grown::Birch, Part::Bark) => 0.97,
+        (Grown::Snag, _) => 0.75,
+        (Grown::Conifer | Grown::Broadleaf, Part::Bark) => 0.45,
+    };
+    TreeCorner { at, normal, lightness, sway }
 }
 
 impl TreePictures {
-    fn new(gpu: &Gpu, form: Form, corners: &[Corner], frame_px: u32) -> Self {
-        let pictured = |corner: &Corner| ImpostorCorner {
-            at: corner.at,
-            normal: corner.normal,
-            lightness: lightness(form, corner.part),
+    fn new(gpu: &Gpu, corners: &[TreeCorner], frame_px: u32) -> Self {
+        let pictured = |corner: &TreeCorner| {
+            let TreeCorner { at, normal, lightness, .. } = *corner;
+            ImpostorCorner { at, normal, lightness }
         };
         let impostor = Impostor::take(&corners.iter().map(pictured).collect::<Vec<_>>(), frame_px);
         let middle = impostor.middle.as_vec3().to_array();

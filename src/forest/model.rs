@@ -1,0 +1,266 @@
+//! A species from a model: what a [`Mesh`] looks like as a tree that is 1 tall.
+//!
+//! It stands on the plane of its lowest vertex, with the middle of what is lowest of it at the origin. Meshes of fewer
+//! triangles are those of [`simplify`]; far away it is the clump of a grown species whose outline is most like its own.
+//! Sheets of leaves have no outside: their triangles wind as their normals say, and what looks at them from behind sees
+//! normals that are turned to it, as of all trees.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::species::{Corner, Grown, canopy};
+use crate::mesh::placed::Stance;
+use crate::mesh::silhouette::{SIDE_PX, cover};
+use crate::mesh::simplify::simplify;
+use crate::mesh::{Material, Mesh};
+
+/// Triangles of a tree that is near, at most.
+pub const NEAR_TRIANGLES: usize = 1800;
+/// Triangles of one that is not, at most.
+pub const MIDDLE_TRIANGLES: usize = 300;
+
+/// Of so many triangles the tree of the middle distance is made of the near one.
+pub const MANY_TRIANGLES: usize = 50_000;
+
+/// What is wider, by its height, is no tree: more likely its height lies along another axis.
+const WIDEST: f64 = 20.0;
+/// What is lower, by the height, is the foot.
+const FOOT: f64 = 0.05;
+/// What is higher is the crown.
+const CROWN: f64 = 0.35;
+/// The least cosine between a normal and that of its triangle: see [`super::species`].
+const LEAST_AGREEMENT: f64 = 0.15;
+
+/// Of what nobody gave a colour.
+const PLAIN_LIGHTNESS: f64 = 0.62;
+/// No part of a tree is darker or lighter.
+const LIGHTNESS: [f64; 2] = [0.3, 0.97];
+
+/// A corner of a triangle of a tree that is 1 tall and stands at the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreeCorner {
+    /// Where it is.
+    pub at: DVec3,
+    /// Of the surface there; of length 1.
+    pub normal: DVec3,
+    /// Of its colour: 0 is black, and 1 as light as bare land.
+    pub lightness: f64,
+    /// How far wind moves it: 0 at the foot, 1 at the ends of twigs.
+    pub sway: f64,
+}
+
+/// A model of a tree at all distances; three corners to a triangle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeModel {
+    /// Of at most [`NEAR_TRIANGLES`].
+    pub near: Vec<TreeCorner>,
+    /// Of at most [`MIDDLE_TRIANGLES`].
+    pub middle: Vec<TreeCorner>,
+    /// Of what grown species its canopy is.
+    pub clump: Grown,
+    /// As [`canopy`], in the model's own lightness.
+    pub canopy: Vec<TreeCorner>,
+}
+
+impl TreeModel {
+    /// Of a mesh of any size.
+    ///
+    /// # Errors
+    /// A cause in words: it has no height, or almost none.
+    pub fn new(mesh: &Mesh, z_up: bool) -> Result<Self, String> {
+        let own = Own::of(mesh, z_up)?;
+        let less = simplify(mesh, NEAR_TRIANGLES);
+        let near = own.corners(&less);
+        // It would take as long once more.
+        let from = if mesh.triangles.len() > MANY_TRIANGLES { &less } else { mesh };
+        let middle = own.corners(&simplify(from, MIDDLE_TRIANGLES));
+        if near.is_empty() || middle.is_empty() {
+            return Err("all of its triangles are without area".to_owned());
+        }
+        let clump = Shape::of(&near).clump();
+        let lightness = lightness_of_crown(&near);
+        let toned = |corner: Corner| {
+            let Corner { at, normal, sway, .. } = corner;
+            TreeCorner { at, normal, lightness, sway }
+        };
+        let canopy = canopy(clump).into_iter().map(toned).collect();
+        Ok(Self { near, middle, clump, canopy })
+    }
+}
+
+/// How a mesh becomes a tree that is 1 tall.
+struct Own {
+    turn: DMat3,
+    /// In the mesh's units, turned up.
+    foot: DVec3,
+    height: f64,
+}
+
+impl Own {
+    fn of(mesh: &Mesh, z_up: bool) -> Result<Self, String> {
+        let turn = Stance { origin_m: DVec3::ZERO, yaw_deg: 0.0, scale: 1.0, z_up }.world_from_mesh();
+        let places = || places(mesh, turn);
+        let [low, high] = bounds(places());
+        let size = high - low;
+        let wide = size.truncate().max_element();
+        // Vertices are held in f32.
+        if size.z <= 1e-6 * wide.max(f64::MIN_POSITIVE) {
+            return Err("it has no height".to_owned());
+        }
+        if wide > WIDEST * size.z {
+            let times = wide / size.z;
+            return Err(format!("it is {times:.0} times as wide as tall, which is no tree; up says what points up"));
+        }
+        let [foot_low, foot_high] = bounds(places().filter(|at| at.z <= low.z + FOOT * size.z));
+        let foot = ((foot_low + foot_high) * 0.5).truncate().extend(low.z);
+        Ok(Self { turn, foot, height: size.z })
+    }
+
+    /// Of this mesh, or of one that stands for it; from 0 to 1 high.
+    fn corners(&self, mesh: &Mesh) -> Vec<TreeCorner> {
+        let at: Vec<DVec3> = places(mesh, self.turn).map(|at| (at - self.foot) / self.height).collect();
+        let [low, high] = bounds(at.iter().copied());
+        // What stands for it may be a little lower or taller.
+        let tall = if high.z - low.z > 0.5 { high.z - low.z } else { 1.0 };
+        let at: Vec<DVec3> = at.into_iter().map(|at| at.truncate().extend((at.z - low.z) / tall)).collect();
+        let lightness: Vec<f64> = mesh.materials.iter().map(lightness_of).collect();
+        let mut corners: Vec<TreeCorner> = Vec::with_capacity(3 * mesh.triangles.len());
+        for triangle in &mesh.triangles {
+            let places = triangle.corners.map(|corner| at[corner as usize]);
+            let [a, b, c] = places;
+            let face = (b - a).cross(c - a).normalize_or_zero();
+            if face == DVec3::ZERO {
+                continue;
+            }
+            let normals = triangle.normals.map(|normal| self.turn * normal);
+            let is_turned = face.dot(normals.iter().sum()) < 0.0;
+            let face = if is_turned { -face } else { face };
+            let order = if is_turned { [0, 2, 1] } else { [0, 1, 2] };
+            corners.extend(order.map(|corner| {
+                let normal = normals[corner];
+                let lacks = (LEAST_AGREEMENT - normal.dot(face)).max(0.0);
+                TreeCorner {
+                    at: places[corner],
+                    normal: (normal + face * lacks).normalize_or(face),
+                    lightness: lightness[usize::from(triangle.material)],
+                    sway: 0.0,
+                }
+            }));
+        }
+        sway(&mut corners);
+        corners
+    }
+}
+
+fn places(mesh: &Mesh, turn: DMat3) -> impl Iterator<Item = DVec3> {
+    mesh.vertices_m.iter().map(move |at_m| turn * (mesh.middle_m + DVec3::from_array(at_m.map(f64::from))))
+}
+
+fn bounds(places: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
+}
+
+/// As grown trees sway: what is high more than what is low, and what is far from the trunk more than what is near.
+fn sway(corners: &mut [TreeCorner]) {
+    let reach = corners.iter().map(|corner| corner.at.truncate().length()).fold(1e-6, f64::max);
+    for corner in corners {
+        let out = corner.at.truncate().length() / reach;
+        corner.sway = (corner.at.z.max(0.0) * (0.35 + 0.65 * out) * 1.25).min(1.0);
+    }
+}
+
+/// Of a material, where bare land is 1: the greens of leaves have 0.5 to 0.75.
+fn lightness_of(material: &Material) -> f64 {
+    let [red, green, blue] = material.color.map(f64::from);
+    // What nobody chose: nothing, or what programs write where there is a texture.
+    if red == green && green == blue && (0.35..0.9).contains(&red) {
+        return PLAIN_LIGHTNESS;
+    }
+    let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    // L* of CIE 1976, but for the straight piece next to black.
+    let perceived = 116.0 * luminance.max(0.0).cbrt() - 16.0;
+    (0.3 + 0.0062 * perceived).clamp(LIGHTNESS[0], LIGHTNESS[1])
+}
+
+/// The mean by area of what is high up; of all where nothing is.
+fn lightness_of_crown(corners: &[TreeCorner]) -> f64 {
+    let mean = |above: f64| {
+        let (mut sum, mut all) = (0.0, 0.0);
+        for [a, b, c] in corners.as_chunks().0 {
+            if a.at.z + b.at.z + c.at.z >= 3.0 * above {
+                let area = (b.at - a.at).cross(c.at - a.at).length();
+                sum += a.lightness * area;
+                all += area;
+            }
+        }
+        (all > 0.0).then(|| sum / all)
+    };
+    mean(CROWN).or_else(|| mean(0.0)).unwrap_or(PLAIN_LIGHTNESS)
+}
+
+/// Sides that a shape is taken from, over half a turn.
+const SIDES: u32 = 6;
+/// The rows at the top of a picture that are its tip.
+const TIP_ROWS: usize = 9;
+
+// Models of dead trees have a fill of 0.53 and 0.54, all others at least 0.87; tips of conifers 0.09 to 0.23, and those of
+// other trees at least 0.3. Bushes may be pointed and are wide.
+const LEAST_FILL: f64 = 0.7;
+const LEAST_AREA: f64 = 0.05;
+const BLUNT_TIP: f64 = 0.265;
+const WIDE: f64 = 0.85;
+
+/// What an outline is like, seen from the level; the tree is 1 tall.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// How much it covers.
+    area: f64,
+    /// The part of its width that it covers.
+    fill: f64,
+    /// The width of its widest height.
+    width: f64,
+    /// The width of the topmost seventh, by that of the widest height.
+    tip: f64,
+}
+
+impl Shape {
+    fn of(corners: &[TreeCorner]) -> Self {
+        let reach = corners.iter().map(|corner| corner.at.truncate().length()).fold(1e-6, f64::max);
+        // Of each height: what is covered, and what lies between the outermost of it.
+        let mut heights = [[0.0_f64; 2]; SIDE_PX];
+        for side in 0..SIDES {
+            let right = DVec2::from_angle(f64::from(side) / f64::from(SIDES) * std::f64::consts::PI);
+            let on_picture = |corner: &TreeCorner| {
+                DVec2::new(0.5 + 0.5 * corner.at.truncate().dot(right) / reach, corner.at.z) * SIDE_PX as f64
+            };
+            let mut rows = [0_u64; SIDE_PX];
+            for triangle in corners.as_chunks::<3>().0 {
+                cover(&mut rows, triangle.each_ref().map(on_picture));
+            }
+            let px = 2.0 * reach / SIDE_PX as f64 / f64::from(SIDES);
+            for ([covered, between], row) in heights.iter_mut().zip(rows) {
+                *covered += f64::from(row.count_ones()) * px;
+                let free = if row == 0 { u64::BITS } else { row.leading_zeros() + row.trailing_zeros() };
+                *between += f64::from(u64::BITS - free) * px;
+            }
+        }
+        let [covered, between] = [0, 1].map(|which| heights.map(|height| height[which]));
+        let area: f64 = covered.iter().sum();
+        let width = between.iter().copied().fold(1e-9, f64::max);
+        let tip = between[SIDE_PX - TIP_ROWS..].iter().sum::<f64>() / TIP_ROWS as f64 / width;
+        Self { area: area / SIDE_PX as f64, fill: area / between.iter().sum::<f64>().max(1e-9), width, tip }
+    }
+
+    /// The grown species whose canopy is most like that of such trees.
+    fn clump(self) -> Grown {
+        if self.fill < LEAST_FILL || self.area < LEAST_AREA {
+            Grown::Snag
+        } else if self.tip < BLUNT_TIP && self.width < WIDE {
+            Grown::Conifer
+        } else {
+            Grown::Broadleaf
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
