@@ -128,7 +128,7 @@ fn a_forest_at_rest_becomes_still() {
         let view = View::whole(pose, pose, SIZE_PX);
         draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
         if [0, 1, 38, 39].contains(&number) {
-            pictures.push(halves(&world.gpu, &frame.target(&PICTURE).unwrap()));
+            pictures.push(halves(&world.gpu, frame.target(&PICTURE).unwrap()));
         }
     }
     let change = |a: &[[f64; 4]], b: &[[f64; 4]]| {

@@ -14,18 +14,24 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [256, 144];
 
-/// How dark the picture of a camera is in the mean: 0 is the sheet, 1 black.
+/// How dark pictures from a distance are in the mean: 0 is the sheet, 1 black. Near, one picture is a matter of luck.
 fn darkness(world: &mut World, frame: &mut Frame, style: &Style, away_m: f64) -> f64 {
     let pitch_deg: f64 = -25.0;
     let up_m = away_m * -pitch_deg.to_radians().sin();
-    let pose = world.pose(&format!("{},{},{up_m},30,{pitch_deg},30", 37.0, -0.6 * away_m));
-    for _ in 0..3 {
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), style, &north_west());
-    }
     let light = |[r, g, b, _]: &[f64; 4]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let picture = halves(&world.gpu, &frame.target(&PICTURE).unwrap());
     let paper = style.paper.color.linear().map(f64::from);
-    1.0 - picture.iter().map(light).sum::<f64>() / picture.len() as f64 / light(&[paper[0], paper[1], paper[2], 1.0])
+    let views = if away_m < 100.0 { 8 } else { 1 };
+    let all = (0..views).map(|i| {
+        let i = f64::from(i);
+        let camera = format!("{},{},{up_m},{},{pitch_deg},30", 37.0 + 9.0 * i, -0.6 * away_m, 30.0 + 45.0 * i);
+        let pose = world.pose(&camera);
+        for _ in 0..3 {
+            draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), style, &north_west());
+        }
+        let picture = halves(&world.gpu, frame.target(&PICTURE).unwrap());
+        picture.iter().map(light).sum::<f64>() / picture.len() as f64 / light(&[paper[0], paper[1], paper[2], 1.0])
+    });
+    1.0 - all.sum::<f64>() / f64::from(views)
 }
 
 /// How many times the middle of some numbers, or its inverse, the one is that is farthest from it.
