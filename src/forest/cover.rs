@@ -6,8 +6,8 @@
 //! samples of the finest raster, or as [`MOST_CELLS`] along a side allow. Where the axes agree, cells are the samples of
 //! that raster.
 //!
-//! [`laid`] takes a place of the world to the samples of a raster, through the samples of the DEM, as mosaics do it. A
-//! cell asks at points within it ([`resample`]), one where its raster is no finer than the grid, else several for each
+//! `laid` takes a place of the world to the samples of a raster, through the samples of the DEM, as mosaics do it. A
+//! cell asks at points within it (`resample`), one where its raster is no finer than the grid, else several for each
 //! sample: its density is the mean over them, its class the one that has most trees there, its canopy the mean of those
 //! who have trees. Several rasters are multiplied.
 //!
