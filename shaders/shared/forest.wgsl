@@ -31,8 +31,10 @@ struct Forest {
     impostor_px: f32,
     tile_m: f32,
     points: f32,
-    padding_a: f32,
-    padding_b: f32,
+    // A species asks for hollows or ridges.
+    asks_hollow: u32,
+    // Of the tallest tree.
+    tallest_m: f32,
     // Unit.
     to_sun: vec3<f32>,
     padding_c: f32,
@@ -56,6 +58,9 @@ struct Species {
     radius: f32,
     canopy_middle: vec3<f32>,
     canopy_radius: f32,
+    // The upright cylinders within: radius, bottom and top.
+    cylinder: vec4<f32>,
+    canopy_cylinder: vec4<f32>,
 }
 
 // The land where a tree stands, or would.
@@ -66,8 +71,6 @@ struct Site {
     slope: vec2<f32>,
     // Relative to the camera.
     height_m: f32,
-    // How far it lies below the land around it, by RULE_M.
-    hollow: f32,
 }
 
 // The land is asked at this scale.
@@ -107,9 +110,15 @@ fn site_at(xy_m: vec2<f32>) -> Site {
     let rule_level = clamp(log2(RULE_M / terrain.spacing_m), 0.0, f32(terrain.level_count - 1));
     let land = surface_at(surface_near(at.g, as_far_as_there(rule_level, place_on_level(i32(rule_level), at.g), at.g)));
     let slope = vec2<f32>(dot(land.gradient, at.dg_dx), dot(land.gradient, at.dg_dy));
-    let wide_level = min(rule_level + AROUND, f32(terrain.level_count - 1));
-    let wide = surface_at(surface_near(at.g, as_far_as_there(wide_level, place_on_level(i32(wide_level), at.g), at.g)));
-    return Site(at.g, slope, land.height_m, (wide.height_m - land.height_m) / RULE_M);
+    return Site(at.g, slope, land.height_m);
+}
+
+// How far a site lies below the land around it, by RULE_M.
+fn hollow_at(site: Site) -> f32 {
+    let rule_level = clamp(log2(RULE_M / terrain.spacing_m), 0.0, f32(terrain.level_count - 1));
+    let level = min(rule_level + AROUND, f32(terrain.level_count - 1));
+    let wide = surface_at(surface_near(site.g, as_far_as_there(level, place_on_level(i32(level), site.g), site.g)));
+    return (wide.height_m - site.height_m) / RULE_M;
 }
 
 // Of the points, those that have trees: it thins out toward the tree line and toward what is too steep. `stray` is that of
@@ -121,13 +130,13 @@ fn density_of(forest: Forest, site: Site, stray: f32) -> f32 {
 }
 
 // How much of a species' share there is at a place.
-fn suits(species: Species, site: Site) -> f32 {
+fn suits(species: Species, site: Site, hollow: f32) -> f32 {
     let above_sea_m = site.height_m + camera_z_m();
     let by_height = clamp(1.0 + min(above_sea_m - species.low_m, species.high_m - above_sea_m) / FADES_OVER_M, 0.0, 1.0);
     let steepness = length(site.slope);
     // A slope looks down: against its gradient. Gentle ones hardly look anywhere.
     let looks = -dot(site.slope, species.aspect) / max(steepness, 1e-6);
     let by_aspect = 1.0 + smoothstep(0.05, 0.3, steepness) * 0.5 * (looks - length(species.aspect));
-    let by_hollow = clamp(1.0 + 2.0 * species.by_hollow * site.hollow, 0.0, 2.0);
+    let by_hollow = clamp(1.0 + 2.0 * species.by_hollow * hollow, 0.0, 2.0);
     return max(species.share * by_height * by_aspect * by_hollow, 0.0);
 }

@@ -10,15 +10,14 @@ use glam::{DVec2, DVec3, IVec2};
 
 use super::points::{Point, Points};
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
+use crate::gpu::wgsl::surface::trees::place::{CHOOSES, MOST_SPARSE};
 use crate::scene::frustum::{Bounds, Frustum};
 
 /// From this level on not all tiles have a point in a block: one of four in the next level, and so on.
 pub const SPARSE: u32 = 6;
 const _: () = assert!(POINTS >> (2 * SPARSE) == 1);
 /// The widest blocks.
-pub const WIDEST: u32 = 11;
-/// Which of four tiles, or groups of them, has a point in the next level: the same in WGSL.
-const CHOOSES: u32 = 0x9e37_79b9;
+pub const WIDEST: u32 = SPARSE + MOST_SPARSE;
 
 /// A block of points in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

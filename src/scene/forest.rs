@@ -94,7 +94,7 @@ impl Forest {
 
 impl Species {
     /// Above and below the heights of a species it becomes rarer over as much.
-    pub const FADES_OVER_M: f64 = 100.0;
+    pub const FADES_OVER_M: f64 = crate::gpu::wgsl::shared::forest::FADES_OVER_M as f64;
 
     /// Anywhere.
     pub fn new(form: Form, share: f64, height_m: f64) -> Self {

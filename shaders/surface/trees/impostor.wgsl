@@ -1,10 +1,10 @@
 // Draws the trees in view that are impostors: two triangles each, which face the eye and hold the tree's sphere.
 //
-// The ray of a pixel is followed, in the space of the tree, through the depths of the picture that was taken from nearest
-// to the eye (src/forest/impostor.rs). Depths are told by a single surface, so what the ray passes behind by more than
-// THICKNESS is not hit. Steps are as long as a ray needs that leans against the picture's axis by half of what lies
-// between two pictures; then the step that hits is halved. A piece of canopy is drawn in the same way, from pictures of
-// its own; since it is wide, and lies on land that is not as flat, it stands as if it were somewhat nearer to the eye.
+// The ray of a pixel is followed, in the space of the tree and as far as it runs within the tree's upright cylinder,
+// through the depths of the picture that was taken from nearest to the eye (src/forest/impostor.rs). Depths are told by a
+// single surface, so what the ray passes behind by more than a step and THICKNESS is not hit. The step that hits is
+// halved. A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and lies on land that is
+// not as flat, it stands as if it were somewhat nearer to the eye.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
@@ -34,12 +34,11 @@ struct Drawn {
 }
 
 const FRAMES: f32 = 12.0;
-const STEPS: u32 = 20u;
+const STEPS: u32 = 16u;
 const CANOPY_STEPS: u32 = 8u;
 const HALVINGS: u32 = 4u;
 // By the sphere's radius.
-const THICKNESS: f32 = 0.13;
-const CANOPY_THICKNESS: f32 = 0.3;
+const THICKNESS: f32 = 0.04;
 
 // How much nearer a piece of canopy stands: by what it is wider than tall, and of its distance at most.
 const NEARER: f32 = 0.5;
@@ -81,6 +80,20 @@ fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
     return normalize(vec3<f32>(p - select(-vec2<f32>(fold), vec2<f32>(fold), p >= vec2<f32>(0.0)), z));
 }
 
+// Where a ray enters an upright cylinder (radius, bottom, top) and where it leaves it; the same where it does not.
+fn cross_cylinder(cylinder: vec4<f32>, origin: vec3<f32>, ray: vec3<f32>) -> vec2<f32> {
+    let a = max(dot(ray.xy, ray.xy), 1e-9);
+    let b = dot(origin.xy, ray.xy);
+    let inner = b * b - a * (dot(origin.xy, origin.xy) - cylinder.x * cylinder.x);
+    if inner <= 0.0 {
+        return vec2<f32>(0.0);
+    }
+    let around = (vec2<f32>(-1.0, 1.0) * sqrt(inner) - b) / a;
+    let rising = select(ray.z, 1e-9, abs(ray.z) < 1e-9);
+    let levels = (cylinder.yz - origin.z) / rising;
+    return vec2<f32>(max(max(around.x, min(levels.x, levels.y)), 0.0), min(around.y, max(levels.x, levels.y)));
+}
+
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
@@ -110,19 +123,25 @@ fn fragment(in: Vertex) -> Drawn {
     // In the picture's space: right, up, toward the eye; the sphere's radius is 1.
     let origin = (in.eye - sphere.xyz) * axes / sphere.w;
     let ray = normalize((in.at - in.eye) * axes);
-    let nearest = -dot(origin, ray);
-    let half = sqrt(max(1.0 - dot(origin, origin) + nearest * nearest, 0.0));
     let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
     let first = (in.frame + 0.5) * frame_px;
     let is_canopy = (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY;
     let steps = select(STEPS, CANOPY_STEPS, is_canopy);
-    let thickness = select(THICKNESS, CANOPY_THICKNESS, is_canopy);
-    var before = nearest - half;
+    let species = tree_species[species_of(tree)];
+    let within = cross_cylinder(select(species.cylinder, species.canopy_cylinder, is_canopy), in.eye, normalize(in.at - in.eye));
+    if within.y <= within.x || !is_shown(tree, in.clip.xy) {
+        discard;
+    }
+    // Lengths of the ray count in the sphere's radius from here on.
+    let span = within / sphere.w;
+    let step = (span.y - span.x) / f32(steps);
+    let thickness = THICKNESS + step * abs(ray.z);
+    var before = span.x;
     var texel = vec4<f32>(0.0);
     var hit = 0.0;
     var is_hit = false;
     for (var i = 0u; i < steps; i++) {
-        let along = nearest + half * (2.0 * f32(i + 1u) / f32(steps) - 1.0);
+        let along = span.x + step * f32(i + 1u);
         let p = origin + ray * along;
         let seen = look(first, frame_px, p.xy);
         let behind = seen.z - p.z;
@@ -148,7 +167,7 @@ fn fragment(in: Vertex) -> Drawn {
             }
         }
     }
-    if !is_hit || !is_shown(tree, in.clip.xy) {
+    if !is_hit {
         discard;
     }
     let own = axes * (origin + ray * hit) * sphere.w + sphere.xyz;

@@ -15,7 +15,7 @@
 #import hachure::terrain::{terrain, surface_level}
 #import hachure::earth::bend
 #import hachure::pcg::pcg
-#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, density_of, suits}
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, density_of, suits}
 #import hachure::surface_id::FIRST_TREE
 #import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS}
 
@@ -89,6 +89,8 @@ const SHRINKS: vec2<f32> = vec2<f32>(1.5, 2.1);
 // Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
 const LEAST_LIGHT: f32 = 0.6;
+// By the height of a tree: no crown is wider, canopies included.
+const WIDEST_CROWN: f32 = 0.75;
 // Where a raster says how tall trees are: between these, by the mean height of the species.
 const LOWEST: f32 = 0.3;
 const TALLEST: f32 = 2.5;
@@ -114,25 +116,29 @@ fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) {
 }
 
 // How much of a species there is at a site, of a class of land: 0 is none.
-fn share_of(site: Site, number: u32, class_of_land: u32) -> f32 {
+fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
     var species = tree_species[number];
 #ifdef COVER
     if class_of_land > 0u {
         species.share = tree_shares[(class_of_land - 1u) * forest.species + number];
     }
 #endif
-    return suits(species, site);
+    return suits(species, site, hollow);
 }
 
 // Of which species a tree is.
 fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
+    var hollow = 0.0;
+    if forest.asks_hollow != 0u {
+        hollow = hollow_at(site);
+    }
     var sum = 0.0;
     for (var i = 0u; i < forest.species; i++) {
-        sum += share_of(site, i, class_of_land);
+        sum += share_of(site, hollow, i, class_of_land);
     }
     var rest = chance * sum;
     for (var i = 0u; i < forest.species; i++) {
-        rest -= share_of(site, i, class_of_land);
+        rest -= share_of(site, hollow, i, class_of_land);
         if rest < 0.0 {
             return i;
         }
@@ -141,7 +147,7 @@ fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
 }
 
 // Which of four tiles, or groups of them, has a point in the next level.
-const CHOOSES: u32 = 0x9e3779b9u;
+const CHOOSES: u32 = 2654435769u;
 
 // Of a group of tiles the one that has a point. See src/forest/blocks.rs.
 fn chosen_tile(group: vec2<i32>, sparseness: u32) -> vec2<i32> {
@@ -196,6 +202,13 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let toward_eye = view.eye_m - vec3<f32>(xy_m, site.height_m);
     let away_m = length(toward_eye);
     if away_m > forest.reach_m {
+        return;
+    }
+    // Before anything that costs more: the widest that it could be here.
+    let farther = max(away_m / forest.full_m, 1.0) / sqrt(LEAST_FORESHORTENING);
+    let tallest_m = forest.tallest_m;
+    let about = vec3<f32>(xy_m, site.height_m + 0.5 * tallest_m);
+    if is_beside(view, bend(about), tallest_m * (1.0 + WIDEST_CROWN * farther)) {
         return;
     }
     let foreshortening = abs(dot(toward_eye, vec3<f32>(-site.slope, 1.0)))

@@ -126,6 +126,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         impostor_px: (IMPOSTOR_PX / detail) as f32,
         tile_m: TILE_M as f32,
         points: POINTS as f32,
+        asks_hollow: forest.species.iter().any(|species| species.by_hollow != 0.0).into(),
+        tallest_m: tallest_m as f32,
         to_sun: to_sun.as_vec3().to_array(),
         ..ForestUniform::default()
     };
@@ -238,6 +240,8 @@ fn species_records(cx: &mut Cx<'_>, forest: &Forest, trees: &DrawnTrees) -> Reso
                 radius: model.alone.radius,
                 canopy_middle: model.canopy.middle,
                 canopy_radius: model.canopy.radius,
+                cylinder: model.alone.cylinder,
+                canopy_cylinder: model.canopy.cylinder,
             }
         })
         .collect();

@@ -42,6 +42,8 @@ pub(super) struct TreePictures {
     /// Of their sphere, in tree units.
     pub middle: [f32; 3],
     pub radius: f32,
+    /// Radius, bottom and top of the upright cylinder that holds the tree.
+    pub cylinder: [f32; 4],
 }
 
 /// What the trees of a species look like.
@@ -144,7 +146,14 @@ impl TreePictures {
         };
         let impostor = Impostor::take(&corners.iter().map(pictured).collect::<Vec<_>>(), frame_px);
         let middle = impostor.middle.as_vec3().to_array();
-        Self { view: texture(gpu, &impostor), middle, radius: impostor.radius as f32 }
+        let reach = corners.iter().map(|corner| corner.at.truncate().length()).fold(0.0, f64::max);
+        let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), corner| {
+            (low.min(corner.at.z), high.max(corner.at.z))
+        });
+        // As wide as a texel more, for what it shows is as wide.
+        let more = 2.0 * impostor.radius / f64::from(frame_px);
+        let cylinder = [reach + more, low - more, high + more, 0.0].map(|along| along as f32);
+        Self { view: texture(gpu, &impostor), middle, radius: impostor.radius as f32, cylinder }
     }
 }
 
