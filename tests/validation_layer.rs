@@ -9,8 +9,17 @@ use std::process::Command;
 
 use hachure::file::atomic;
 
-/// One of each kind: lines and models, chained strokes, marks, fractal marks, shadows, colour that runs.
-const PRESETS: [&str; 5] = ["ink", "pen", "crosshatch", "stipple", "wash"];
+/// One of each kind: lines and models, chained strokes, marks, fractal marks, shadows, colour that runs; and trees with
+/// lines, and with strokes and marks.
+const DRAWN: [(&str, &str); 7] = [
+    ("hut", "ink"),
+    ("hut", "pen"),
+    ("hut", "crosshatch"),
+    ("hut", "stipple"),
+    ("hut", "wash"),
+    ("forest", "ink"),
+    ("forest", "crosshatch"),
+];
 
 /// What the layer says of all programs, by the beginning of its name, with the reason why it is none of our business.
 const OTHERS: [(&str, &str); 2] = [
@@ -25,7 +34,7 @@ struct Told {
 }
 
 /// Draws two frames, so that strokes take over from the first, under the layer. None where there is no layer.
-fn told(folder: &Path, preset: &str, enables: &str) -> Option<Told> {
+fn told(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<Told> {
     let log = folder.join("layer.log");
     let _ = std::fs::remove_file(&log);
     let settings = format!(
@@ -39,7 +48,7 @@ fn told(folder: &Path, preset: &str, enables: &str) -> Option<Told> {
     let flight = "t,x,y,z,yaw,pitch,fov\n0,1310,-4630,+4.5,16,3,50\n0.04,1310,-4629,+4.5,17,3,50\n";
     atomic::write(&folder.join("flight.csv"), flight.as_bytes()).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_hachure"))
-        .args(["render", "hut", "--size", "96x54", "--style", preset, "--path", "flight.csv", "--fps", "25"])
+        .args(["render", world, "--size", "96x54", "--style", preset, "--path", "flight.csv", "--fps", "25"])
         .args(["-o", "frame%02d.png", "--antialias", "temporal"])
         .current_dir(folder)
         .env("HACHURE_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("validation-layer"))
@@ -74,18 +83,18 @@ fn the_validation_layer_has_nothing_to_say() {
     }
     let folder = tempfile::tempdir().unwrap();
     let synchronisation = "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT";
-    for preset in PRESETS {
-        let Some(told) = told(folder.path(), preset, synchronisation) else {
+    for drawn in DRAWN {
+        let Some(told) = told(folder.path(), drawn, synchronisation) else {
             println!("skipped: there is no validation layer of Khronos (vulkan-validationlayers)");
             return;
         };
         let looks = told.status.contains("Current Enables: VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION");
         assert!(looks, "the layer does not look at synchronisation: {}", told.status);
-        assert!(told.messages.is_empty(), "{preset}: {}", told.messages.join("\n"));
+        assert!(told.messages.is_empty(), "{drawn:?}: {}", told.messages.join("\n"));
     }
     // The planted error: with its advice turned on the layer has something to say of the same frames, of small
     // allocations for example, and it arrives here.
-    let advice = told(folder.path(), PRESETS[0], "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT").unwrap();
+    let advice = told(folder.path(), DRAWN[0], "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT").unwrap();
     println!("{} pieces of advice", advice.messages.len());
     assert!(!advice.messages.is_empty(), "nothing was heard of the layer");
 }
