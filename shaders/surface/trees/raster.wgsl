@@ -27,9 +27,9 @@ struct Drawn {
     @location(1) normal: vec4<f32>,
 }
 
-// Leaves that are nearer to the eye are not drawn, and from within none that are nearer than this.
-const CLEAR_M: f32 = 1.5;
-const WITHIN_M: f32 = 8.0;
+// What is nearer to the eye is not drawn, and from within nothing that is nearer than this.
+const CLEAR_M: f32 = 5.0;
+const WITHIN_M: f32 = 14.0;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
