@@ -59,7 +59,7 @@ pub struct BenchArgs {
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
-    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport)
+    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
     #[arg(long)]
     pub path: PathBuf,
     /// Presets or style files; ratios are to the first

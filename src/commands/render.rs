@@ -57,7 +57,7 @@ pub struct RenderArgs {
     /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
-    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport)
+    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
     #[arg(long)]
     pub path: Option<PathBuf>,
     /// Frames per second along the path

@@ -31,7 +31,8 @@ pub static SCENES: [EmbeddedScene; 4] = [
 ];
 
 /// The camera paths inside the program, by name.
-pub const PATHS: [(&str, &str); 3] = [
+pub const PATHS: [(&str, &str); 4] = [
+    ("ascent", include_str!("../../terrain/paths/ascent.csv")),
     ("teleport", include_str!("../../terrain/paths/teleport.csv")),
     ("tour", include_str!("../../terrain/paths/tour.csv")),
     ("valley", include_str!("../../terrain/paths/valley.csv")),

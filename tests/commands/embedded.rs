@@ -34,6 +34,8 @@ fn an_installed_program_tells_its_scenes_and_paths() {
         ("hut", "mesh      hut.obj: "),
         ("continent", "continent 1, 327680 × 327680 samples"),
         ("continent_small", "continent 1, 2048 × 2048 samples"),
+        ("forest", "the procedural world, seed 1"),
+        ("ascent", "a camera path"),
         ("tour", "a camera path"),
         ("valley", "a camera path"),
     ] {
