@@ -3,7 +3,7 @@
 use super::raster::{Inputs, NORMAL_FORMAT};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx, Drawing};
+use crate::gpu::recorder::{Cx, Drawing};
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, TREE_LEVELS};
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
@@ -20,7 +20,7 @@ const DRAW: Draw = Draw {
 
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, species, depth, .. } = inputs;
+    let &Inputs { view, ref terrain, trees, species, .. } = inputs;
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in trees.shared.species.iter().enumerate() {
         for (level, pictures) in [(IMPOSTOR, &model.alone), (CANOPY, &model.canopy)] {
@@ -36,12 +36,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
             drawings.push((bucket, cx.drawing(&DRAW, &resources)));
         }
     }
-    let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
-    let on = Attachments { colors: &inputs.attached(), depth: Some(depth), is_cleared: false };
-    cx.render(DRAW.name, &all, on, |pass| {
-        for (bucket, drawing) in &drawings {
-            drawing.set(pass);
-            trees.draw(pass, *bucket);
-        }
-    });
+    inputs.draw(cx, DRAW.name, &drawings);
 }

@@ -26,7 +26,7 @@ use crate::tiles::Terrain;
 
 /// Trees and pieces of canopy that are drawn for an eye, at most; where there were more, they are thinned out nearer to
 /// the eye.
-pub const MOST_TREES: u32 = 1 << 17;
+pub const MOST_TREES: u32 = 1 << 18;
 /// Where trees are smaller than this on the picture, fewer and wider ones are drawn.
 pub const FULL_PX: f64 = 22.0;
 /// Forests that are farther away are not drawn.
@@ -39,8 +39,8 @@ pub const IMPOSTOR_PX: f64 = 52.0;
 pub const TALLEST: f64 = 1.35;
 /// The same where a raster says how tall trees are.
 const TALLEST_OF_RASTER: f64 = 2.9;
-/// Trees that dissolve are drawn as two.
-const DRAWN_TWICE: f64 = 1.25;
+/// A tree that dissolves is drawn as two, and so is one in whose place a canopy rises.
+const DRAWN_TWICE: f64 = 2.0;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 

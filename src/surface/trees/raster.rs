@@ -41,15 +41,23 @@ pub struct Inputs<'a> {
 }
 
 impl Inputs<'_> {
-    /// What they draw on.
-    pub(super) fn attached(&self) -> [&Target; 2] {
-        [self.surface_id, self.tree_normal]
+    /// Draws lists of trees, each by its species and level, over what is there.
+    pub(super) fn draw(&self, cx: &mut Cx<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
+        let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
+        let colors = &[self.surface_id, self.tree_normal];
+        let on = Attachments { colors, depth: Some(self.depth), is_cleared: false };
+        cx.render(name, &all, on, |pass| {
+            for (bucket, drawing) in drawings {
+                drawing.set(pass);
+                self.trees.draw(pass, *bucket);
+            }
+        });
     }
 }
 
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, depth, .. } = inputs;
+    let &Inputs { view, ref terrain, trees, .. } = inputs;
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (species, model) in trees.shared.species.iter().enumerate() {
         for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle)] {
@@ -64,12 +72,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
             drawings.push((bucket, cx.drawing(&DRAW, &resources)));
         }
     }
-    let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
-    let on = Attachments { colors: &inputs.attached(), depth: Some(depth), is_cleared: false };
-    cx.render(DRAW.name, &all, on, |pass| {
-        for (bucket, drawing) in &drawings {
-            drawing.set(pass);
-            trees.draw(pass, *bucket);
-        }
-    });
+    inputs.draw(cx, DRAW.name, &drawings);
 }
