@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use common::World;
 use common::forest::{drawn_trees, of, points};
 use common::hill::Hill;
+use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::forest::cover::Cover;
 use hachure::frame::Frame;
@@ -147,6 +147,40 @@ fn no_tree_stands_where_the_land_is_against_it() {
     assert!(low.len() < everywhere.len() && flat.len() < everywhere.len());
 }
 
+/// A round lake in rolling land, and a meadow that is all but level.
+#[test]
+fn no_tree_stands_in_a_lake() {
+    let shore_m = 260.0;
+    let land_m = |x: f64, y: f64| {
+        let beyond_m = x.hypot(y) - shore_m;
+        if beyond_m < 0.0 { 40.0 } else { 40.0 + 0.04 * beyond_m + 2.0 * (0.01 * x).sin() * (0.02 * beyond_m).tanh() }
+    };
+    let Some(mut world) = World::new(grid_of(321, 321, 10.0, land_m), 0.02) else { return };
+    let wet = Forest { level_is_water: true, ..tall(20.0) };
+    let [with_lake, everywhere] = [&wet, &tall(20.0)].map(|forest| seen(&mut world, forest, ABOVE));
+    let inside =
+        |trees: &Trees, radius_m: f64| trees.values().filter(|tree| tree.0.truncate().length() < radius_m).count();
+    let ashore = |trees: &Trees| trees.values().filter(|tree| tree.0.truncate().length() > shore_m + 25.0).count();
+    println!(
+        "in the lake {} of {} trees, 20 m from its shore {}; ashore {} of {}",
+        inside(&with_lake, shore_m),
+        inside(&everywhere, shore_m),
+        inside(&with_lake, shore_m - 20.0),
+        ashore(&with_lake),
+        ashore(&everywhere)
+    );
+    // The land is asked at the scale of 30 m: a tree may stand at the shore.
+    assert_eq!(inside(&with_lake, shore_m - 20.0), 0);
+    assert!(inside(&with_lake, shore_m) <= inside(&everywhere, shore_m) / 8);
+    assert_eq!(ashore(&with_lake), ashore(&everywhere));
+    // Planted: without the rule there are some.
+    assert!(inside(&everywhere, shore_m - 20.0) > 200);
+    // Land that only rises a little is land.
+    let Some(mut meadow) = World::new(grid_of(321, 321, 10.0, |x, y| 0.002 * x + 0.001 * y), 0.02) else { return };
+    let [wet, all] = [&wet, &tall(20.0)].map(|forest| seen(&mut meadow, forest, ABOVE).len());
+    assert_eq!(wet, all);
+}
+
 #[test]
 fn holes_have_no_trees() {
     let (_, mut grid) = Hill::square(321, 10.0);
@@ -217,11 +251,11 @@ fn a_scene_says_where_trees_stand() {
     };
     assert_eq!(parse("").unwrap().forest, None);
     let forest = parse("[forest]").unwrap().forest.unwrap();
-    assert!(forest.seed == 1 && forest.trees_per_ha == 300.0 && forest.tree_line_m > 9000.0);
+    assert!(forest.level_is_water && forest.seed == 1 && forest.trees_per_ha == 300.0 && forest.tree_line_m > 9000.0);
     let forms: Vec<Form> = forest.species.iter().map(|species| species.form).collect();
     assert_eq!(forms, [Form::Conifer, Form::Broadleaf, Form::Birch, Form::Snag]);
     let text = "[forest]\nseed = 3\ntrees_per_ha = 40.5\ntree_line_m = -20\nraggedness_m = 5\nsteepest_deg = 30\n\
-                height_m = 9\n[[forest.species]]\nform = \"birch\"\n[[forest.species]]\nform = \"snag\"\n\
+                level_ground = \"land\"\nheight_m = 9\n[[forest.species]]\nform = \"birch\"\n[[forest.species]]\nform = \"snag\"\n\
                 share = 0.5\nheight_m = 7\nlow_m = 100\nhigh_m = 900\naspect_deg = 200\nby_hollow = -0.5";
     let snag = Species {
         heights_m: [100.0, 900.0],
@@ -236,6 +270,7 @@ fn a_scene_says_where_trees_stand() {
         tree_line_m: -20.0,
         raggedness_m: 5.0,
         steepest_deg: 30.0,
+        level_is_water: false,
         species: vec![Species::new(Form::Birch, 1.0, 9.0), snag],
         models: Vec::new(),
         cover: CoverFiles::default(),

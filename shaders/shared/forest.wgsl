@@ -37,7 +37,13 @@ struct Forest {
     tallest_m: f32,
     // Unit.
     to_sun: vec3<f32>,
-    padding_c: f32,
+    // As far away from the sun a tree's shadow reaches from its foot, by its height; 0 where there are no shadows.
+    shadow_reach: f32,
+    // Where land is level there is water.
+    level_is_water: u32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
 }
 
 struct Species {
@@ -77,6 +83,11 @@ struct Site {
 const RULE_M: f32 = 30.0;
 // Hollows and ridges are told by so much wider a look: three levels.
 const AROUND: f32 = 3.0;
+// Still water is not steeper, rise over run, and as level within so far; and at its shore at the scale of RULE_M.
+const STEEPEST_WATER: f32 = 2e-4;
+const STEEPEST_SHORE: f32 = 0.3;
+const WATER_M: f32 = 90.0;
+const LEVEL_WATER_M: f32 = 0.03;
 // Of the noise that the tree line strays by: so many in a tile, so that it fits together.
 const PATCHES: i32 = 4;
 // Above and below its heights a species becomes rarer over as much.
@@ -119,6 +130,27 @@ fn hollow_at(site: Site) -> f32 {
     let level = min(rule_level + AROUND, f32(terrain.level_count - 1));
     let wide = surface_at(surface_near(site.g, as_far_as_there(level, place_on_level(i32(level), site.g), site.g)));
     return (wide.height_m - site.height_m) / RULE_M;
+}
+
+// Whether a site is water: lakes and the sea are level in elevation data, wherever they are wider than what is around a
+// site; at a shore less than half of that is.
+fn is_still_water(site: Site) -> bool {
+    // Its shore is nearer than what the land is asked at.
+    if length(site.slope) > STEEPEST_SHORE {
+        return false;
+    }
+    let own = surface_at(surface_near(site.g, as_far_as_there(0.0, place_on_level(0, site.g), site.g)));
+    if length(own.gradient) > STEEPEST_WATER * terrain.spacing_m {
+        return false;
+    }
+    var level = 0;
+    for (var i = 0; i < 8; i++) {
+        let angle = f32(i) * 0.78539816;
+        let g = site.g + WATER_M / terrain.spacing_m * vec2<f32>(cos(angle), sin(angle));
+        let there = surface_at(surface_near(g, as_far_as_there(0.0, place_on_level(0, g), g)));
+        level += i32(abs(there.height_m - own.height_m) < LEVEL_WATER_M);
+    }
+    return level >= 3;
 }
 
 // Of the points, those that have trees: it thins out toward the tree line and toward what is too steep. `stray` is that of

@@ -1,9 +1,17 @@
 // Where the blocks of the `mark_normal` picture lie, and what it says at a pixel.
 #define_import_path hachure::mark_normal
-#import hachure::view::{View, place_of_pixel}
+#import hachure::view::{View, place_of_pixel, ray_of_pixel}
 
 // Side of the block of pixels that shares a texel.
 const BLOCK_PX: i32 = 4;
+
+// In place of the lightness of what is seen: it is a tree, flat to marks.
+const FLAT: f32 = -1.0;
+
+// What marks follow where they do not follow the land. `surface`: a normal, and FLAT or lightness.
+fn own_mark_normal(view: View, pixel: vec2<i32>, surface: vec4<f32>) -> vec3<f32> {
+    return select(surface.xyz, -normalize(ray_of_pixel(view, pixel)), surface.w == FLAT);
+}
 
 // Blocks are counted in the whole picture, so that the parts of a large picture agree.
 fn first_block(view: View) -> vec2<i32> {
@@ -17,8 +25,12 @@ fn pixel_of_block(view: View, block: vec2<i32>) -> vec2<i32> {
 }
 
 // The normal at a pixel that sees `at` (w: along the view axis): between the four blocks around it, as far as they
-// see the same face of the land. `normal` where none does.
-fn mark_normal_at(view: View, mark_normal: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, normal: vec3<f32>) -> vec3<f32> {
+// see the same face of the land; what `surface` has where none does, and where a tree is.
+fn mark_normal_at(view: View, mark_normal: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, surface: vec4<f32>) -> vec3<f32> {
+    let normal = own_mark_normal(view, pixel, surface);
+    if surface.w == FLAT {
+        return normal;
+    }
     let place = vec2<f32>(pixel + view.origin_px - BLOCK_PX / 2) / f32(BLOCK_PX);
     let whole = floor(place);
     let f = place - whole;

@@ -8,6 +8,8 @@ const MIDDLE: u32 = 1u;
 const IMPOSTOR: u32 = 2u;
 const CANOPY: u32 = 3u;
 const TREE_LEVELS: u32 = 4u;
+// Smaller ones on the picture throw no shadow.
+const SHADOW_PX: f32 = 8.0;
 
 struct TreeInstance {
     // Where it stands: on the flat map, from the origin of the rig.

@@ -2,14 +2,14 @@
 //
 // Marks follow the land, not its pebbles: direction and foreshortening of hatching come from the surface as a coarser
 // level of the pyramid has it, some MARK_NORMAL_PX pixels to a sample. It is a function of place and distance alone, so
-// it is smooth across tiles and levels of detail, and it stays where it is when the camera turns. TREES: marks follow the
-// crown of a large tree, and over small ones the land that they stand on.
+// it is smooth across tiles and levels of detail, and it stays where it is when the camera turns. A tree is
+// flat to marks, and faces the eye.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there}
 #import hachure::surface::{surface_near, surface_at}
 #import hachure::earth::{unbend, bend_normal}
-#import hachure::mark_normal::{BLOCK_PX, pixel_of_block}
-#import hachure::surface_id::{kind_of, LAND, TREE}
+#import hachure::mark_normal::{BLOCK_PX, pixel_of_block, own_mark_normal}
+#import hachure::surface_id::{kind_of, LAND}
 
 // Size of a sample of the level that is asked, in pixels.
 const MARK_NORMAL_PX: f32 = 12.0;
@@ -18,18 +18,6 @@ const MARK_NORMAL_PX: f32 = 12.0;
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
-#ifdef TREES
-struct MarkedTrees {
-    // Of a tree in the mean.
-    height_m: f32,
-    padding: vec3<f32>,
-}
-
-// Heights on the picture at which marks follow the land alone, and the crown alone.
-const CROWN_PX: vec2<f32> = vec2<f32>(60.0, 140.0);
-
-@group(0) @binding(5) var<uniform> marked_trees: MarkedTrees;
-#endif
 // xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky.
 @group(0) @binding(4) var mark_normal: texture_storage_2d<rgba32float, write>;
 
@@ -45,16 +33,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(mark_normal, block, vec4<f32>(0.0));
         return;
     }
-    let own = textureLoad(normal, pixel, 0).xyz;
-    var of_land = f32(kind_of(textureLoad(surface_id, pixel, 0).r) == LAND);
-#ifdef TREES
-    if kind_of(textureLoad(surface_id, pixel, 0).r) == TREE {
-        let size_px = marked_trees.height_m * view.focal_px / at.w;
-        of_land = 1.0 - smoothstep(CROWN_PX.x, CROWN_PX.y, size_px);
-    }
-#endif
-    if of_land == 0.0 {
-        textureStore(mark_normal, block, vec4<f32>(own, at.w));
+    if kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+        textureStore(mark_normal, block, vec4<f32>(own_mark_normal(view, pixel, textureLoad(normal, pixel, 0)), at.w));
         return;
     }
     let flat_place = unbend(at.xyz);
@@ -65,5 +45,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let gradient = surface_at(surface_near(point.g, level)).gradient;
     let by_world = vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy));
     let n = bend_normal(flat_place, by_world);
-    textureStore(mark_normal, block, vec4<f32>(select(normalize(mix(own, n, of_land)), n, of_land == 1.0), at.w));
+    textureStore(mark_normal, block, vec4<f32>(n, at.w));
 }

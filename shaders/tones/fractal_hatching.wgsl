@@ -244,7 +244,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-    let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0).xyz);
+    let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0));
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
     let shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);

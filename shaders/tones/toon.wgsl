@@ -9,7 +9,7 @@
 #import hachure::horizon_maps::visibility_at
 #endif
 #ifdef MARKED_TREES
-#import hachure::mark_normal::mark_normal_at
+#import hachure::mark_normal::FLAT
 #endif
 
 const HEIGHT: u32 = 0u;
@@ -46,7 +46,10 @@ struct Toon {
 // rgb: colour before lines and haze; a: the tone asked for, haze included.
 @group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
 #ifdef MARKED_TREES
-@group(0) @binding(7) var mark_normal: texture_2d<f32>;
+@group(0) @binding(7) var mark_surface: texture_2d<f32>;
+#endif
+#ifdef TREE_SHADOWS
+@group(0) @binding(8) var tree_shadow: texture_2d<f32>;
 #endif
 
 fn stepped(lit: f32) -> f32 {
@@ -95,16 +98,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let n = textureLoad(normal, pixel, 0);
 #ifdef HORIZON_MAPS
-    let seen = visibility_at(at.xyz, light.to_sun);
+    var seen = visibility_at(at.xyz, light.to_sun);
 #else
-    let seen = vec2<f32>(1.0);
+    var seen = vec2<f32>(1.0);
+#endif
+#ifdef TREE_SHADOWS
+    seen.x *= 1.0 - textureLoad(tree_shadow, pixel, 0).r;
 #endif
     let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, seen)));
     var marked = value;
 #ifdef MARKED_TREES
-    // Marks do not follow each leaf, and lines add to what they make dark.
-    if n.w < 1.0 {
-        let at_marks = vec4<f32>(mark_normal_at(view, mark_normal, pixel, at, n.xyz), sqrt(n.w));
+    // Marks do not shade each leaf, and lines add to what they make dark.
+    let round = textureLoad(mark_surface, pixel, 0);
+    if round.w == FLAT {
+        let at_marks = vec4<f32>(round.xyz, sqrt(n.w));
         marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, seen)));
     }
 #endif

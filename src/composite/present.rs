@@ -37,8 +37,9 @@ impl PresentPass {
         let draw = Draw {
             name: "composite/present",
             fragment: "fragment",
-            colors: [replaced(format), None],
+            colors: [replaced(format), None, None],
             depth: None,
+            writes_depth: false,
             topology: wgpu::PrimitiveTopology::TriangleList,
         };
         Self { pools: Pools::new(gpu), draw, encodes: !format.is_srgb() }

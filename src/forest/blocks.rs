@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3, IVec2};
 
 use super::points::{Point, Points};
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
-use crate::gpu::wgsl::surface::trees::place::{CHOOSES, MOST_SPARSE};
+use crate::gpu::wgsl::shared::tree_ranks::{CHOOSES, MOST_SPARSE};
 use crate::scene::frustum::{Bounds, Frustum};
 
 /// From this level on not all tiles have a point in a block: one of four in the next level, and so on.
@@ -142,13 +142,15 @@ pub struct Sight<'a> {
     pub range_m: [f64; 2],
     /// The height of the tallest tree.
     pub tallest_m: f64,
+    /// From its foot to where its shadow ends; 0 where there are no shadows.
+    pub shadow_m: DVec3,
     /// How few are drawn far away.
     pub thinning: Thinning,
 }
 
 /// The blocks within reach that the frustum may see, and the most trees that they may draw.
 pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
-    let &Sight { eye_m, frustum, reach_m, land_m, range_m, tallest_m, thinning } = sight;
+    let &Sight { eye_m, frustum, reach_m, land_m, range_m, tallest_m, shadow_m, thinning } = sight;
     let (mut blocks, mut most) = (Vec::new(), 0);
     let side_m = Block::widest(IVec2::ZERO).side_m();
     let first = ((eye_m.truncate() - reach_m).max(land_m[0]) / side_m).floor().as_ivec2();
@@ -160,8 +162,9 @@ pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
         // Crowns lean over the borders of their blocks, canopies are wider than their trees, and the earth bends down.
         let margin_m = DVec3::splat(0.5 * tallest_m + 0.25 * block.side_m());
         let bounds = Bounds {
-            low_m: corner_m.extend(range_m[0]) - margin_m - eye_m,
-            high_m: (corner_m + block.side_m()).extend(range_m[1] + tallest_m) + margin_m - eye_m,
+            low_m: corner_m.extend(range_m[0]) - margin_m - eye_m + shadow_m.min(DVec3::ZERO),
+            high_m: (corner_m + block.side_m()).extend(range_m[1] + tallest_m) + margin_m - eye_m
+                + shadow_m.max(DVec3::ZERO),
         };
         let away_m = bounds.distance_m();
         let is_beside = corner_m.cmpgt(land_m[1]).any() || (corner_m + block.side_m()).cmplt(land_m[0]).any();
@@ -192,7 +195,16 @@ mod tests {
     fn sight(frustum: &Frustum, thinning: Thinning) -> Sight<'_> {
         let eye_m = DVec3::new(1234.5, -987.0, 150.0);
         let land_m = [DVec2::splat(-1e6), DVec2::splat(1e6)];
-        Sight { eye_m, frustum, reach_m: 20_000.0, land_m, range_m: [0.0, 100.0], tallest_m: 20.0, thinning }
+        Sight {
+            eye_m,
+            frustum,
+            reach_m: 20_000.0,
+            land_m,
+            range_m: [0.0, 100.0],
+            tallest_m: 20.0,
+            shadow_m: DVec3::ZERO,
+            thinning,
+        }
     }
 
     /// The trees of blocks: each one's tile and number.

@@ -14,7 +14,7 @@ use half::f16;
 use rayon::prelude::*;
 
 /// Sides along each of the map's axes.
-pub const FRAMES: u32 = crate::gpu::wgsl::surface::trees::impostor::FRAMES as u32;
+pub const FRAMES: u32 = crate::gpu::wgsl::shared::tree_pictures::FRAMES as u32;
 const _: () = assert!(FRAMES.is_multiple_of(2));
 
 /// A corner of a triangle, three to each; in the space of a tree that is 1 tall.

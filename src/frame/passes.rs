@@ -14,7 +14,6 @@ use crate::lines::strokes::history::Step;
 use crate::lines::strokes::partner::{Partner, SeenSurface};
 use crate::lines::strokes::{self, FrameStrokes};
 use crate::lines::{self, detector, lsa, smooth, threshold};
-use crate::scene::Forest;
 use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
@@ -32,6 +31,10 @@ struct Seen {
     surface_id: Target,
     position: Target,
     normal: Target,
+    /// Of a style with shadows.
+    tree_shadow: Option<Target>,
+    /// Of a world with a forest.
+    tree_form: Option<Target>,
     /// Of a style with lines.
     line: Option<Target>,
     /// Of a style with strokes.
@@ -137,26 +140,28 @@ fn see(
         meshes
     });
     let trees = world.forest().and_then(|forest| {
-        let trees = &DrawnTrees::of(cx, forest, world.tree_models())?;
+        let trees = DrawnTrees::of(cx, forest, world.tree_models())?;
         let detail = world.tree_detail();
         let (origin_m, to_sun, cover) = (rig.origin_m, light.to_sun, world.forest_cover());
-        let asked =
-            trees::place::Inputs { view: &view, eye: view_of_eye, origin_m, terrain, forest, cover, to_sun, detail };
-        let species = &trees::place::run(cx, &asked, trees);
+        let (view, eye, has_shadows) = (&view, view_of_eye, style.asks_for_tree_shadows());
+        let asks = trees::place::Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, has_shadows, detail };
+        let asked = trees::place::run(cx, &asks, &trees);
         let tree_normal = targets.whole(gpu, &trees::raster::TREE_NORMAL);
-        let (terrain, tree_normal_of) = (terrain.uniform(), &tree_normal);
+        let tree_form = targets.whole(gpu, &trees::raster::TREE_FORM);
+        let (terrain, species) = (terrain.uniform(), &asked.species);
         let drawn = trees::raster::Inputs {
-            view: &view,
+            view,
             terrain,
-            trees,
+            trees: &trees,
             species,
             depth,
             surface_id,
-            tree_normal: tree_normal_of,
+            tree_normal: &tree_normal,
+            tree_form: &tree_form,
         };
         trees::raster::run(cx, &drawn);
         trees::impostor::run(cx, &drawn);
-        Some(tree_normal)
+        Some((trees, asked, tree_normal, tree_form))
     });
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
@@ -165,11 +170,21 @@ fn see(
         let (position, normal) = (&position, &normal);
         meshes::resolve::run(cx, &meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal });
     }
-    if let Some(tree_normal) = &trees {
+    if let Some((_, _, tree_normal, _)) = &trees {
         let (position, normal) = (&position, &normal);
         let resolved = trees::resolve::Inputs { view: &view, surface_id, depth, tree_normal, position, normal };
         trees::resolve::run(cx, &resolved);
     }
+    let tree_form = trees.as_ref().map(|(_, _, _, tree_form)| tree_form.clone());
+    let tree_shadow = trees.filter(|_| style.asks_for_tree_shadows()).map(|(trees, asked, ..)| {
+        let tree_shadow = targets.whole(gpu, &trees::shadow::TREE_SHADOW);
+        let (terrain, position) = (terrain.uniform(), &position);
+        let (view, trees, asked, shadow) = (&view, &trees, &asked, &tree_shadow);
+        let thrown =
+            trees::shadow::Inputs { view, terrain, trees, asked, depth, surface_id, position, tree_shadow: shadow };
+        trees::shadow::run(cx, &thrown);
+        tree_shadow
+    });
     if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);
         motion::run(cx, &motion::Inputs { view: &view, position: &position, motion });
@@ -211,7 +226,7 @@ fn see(
         let drawn = if rig.is_pair() { frame.partner(cx, &still_view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
-    Seen { view, still_view, surface_id: surface_id.clone(), position, normal, line, strokes }
+    Seen { view, still_view, surface_id: surface_id.clone(), position, normal, tree_shadow, tree_form, line, strokes }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
@@ -251,16 +266,35 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
 fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
     let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
-    let Seen { view, surface_id, position, normal, .. } = seen;
+    let Seen { view, surface_id, position, normal, tree_shadow, tree_form, .. } = seen;
     let targets = &mut memory.targets;
 
-    // Marks, and how dark they are on trees, follow the surface at their own scale.
+    // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
+    let of_trees = tree_form.as_ref().filter(|_| style.hatching.is_some()).map(|tree_form| {
+        let mark_place = targets.whole(gpu, &trees::marks::MARK_PLACE);
+        let mark_surface = targets.whole(gpu, &trees::marks::MARK_SURFACE);
+        let (mark_place_of, mark_surface_of) = (&mark_place, &mark_surface);
+        trees::marks::run(
+            cx,
+            &trees::marks::Inputs {
+                view,
+                surface_id,
+                position,
+                normal,
+                tree_form,
+                mark_place: mark_place_of,
+                mark_surface: mark_surface_of,
+            },
+        );
+        (mark_place, mark_surface)
+    });
+    let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |(place, surface)| (place, surface));
     let mark_normal = style.hatching.is_some().then(|| {
         let size = mark_normal::mark_normal_size(targets.size_px());
         let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
         let heights = &terrain.resources();
-        let tree_m = world.forest().map(Forest::height_m);
-        let ground = mark_normal::Inputs { view, terrain: heights, tree_m, surface_id, position, normal, mark_normal };
+        let (position, normal) = (mark_place, mark_surface);
+        let ground = mark_normal::Inputs { view, terrain: heights, surface_id, position, normal, mark_normal };
         mark_normal::run(cx, &ground);
         mark_normal.clone()
     });
@@ -276,7 +310,8 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         range_m: terrain.range_m(),
         position,
         normal,
-        mark_normal: mark_normal.as_ref().filter(|_| world.forest().is_some()),
+        mark_surface: of_trees.as_ref().map(|(_, surface)| surface),
+        tree_shadow: tree_shadow.as_ref(),
         tone: &tone,
     };
     tones::run(cx, &asked);
@@ -288,7 +323,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     });
     let balance = style.hatching.as_ref().zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(cx, targets, view, hatching);
-        let (tone, cover) = (&tone, &balance.cover);
+        let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
         let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
         match hatching.scale {
             Scale::Blend => hatching::run(cx, &marks),

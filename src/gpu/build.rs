@@ -126,7 +126,7 @@ fn draw(gpu: &Gpu, texts: &Texts, key: &Draw, number: u64) -> Result<Pipeline, S
         primitive: wgpu::PrimitiveState { topology: key.topology, ..Default::default() },
         depth_stencil: key.depth.map(|format| wgpu::DepthStencilState {
             format,
-            depth_write_enabled: Some(true),
+            depth_write_enabled: Some(key.writes_depth),
             depth_compare: Some(wgpu::CompareFunction::Greater),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),

@@ -41,9 +41,11 @@ pub struct Draw {
     /// The entry point of fragments.
     pub fragment: &'static str,
     /// What it draws on.
-    pub colors: [Option<wgpu::ColorTargetState>; 2],
-    /// The format of a depth picture that is tested (nearer wins: depth is reversed) and written.
+    pub colors: [Option<wgpu::ColorTargetState>; 3],
+    /// The format of a depth picture that is tested: nearer wins, which is greater.
     pub depth: Option<wgpu::TextureFormat>,
+    /// Whether what wins is written to it.
+    pub writes_depth: bool,
     /// Triangles or lines.
     pub topology: wgpu::PrimitiveTopology,
 }

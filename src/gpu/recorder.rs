@@ -71,6 +71,17 @@ impl Drawing {
     }
 }
 
+/// What begins with zeros.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clears {
+    /// Nothing.
+    Nothing,
+    /// Colours; depth is as it was.
+    Colors,
+    /// Colours and depth.
+    All,
+}
+
 /// What a render pass draws on.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachments<'a> {
@@ -78,8 +89,8 @@ pub struct Attachments<'a> {
     pub colors: &'a [&'a Target],
     /// Of the same size; nearer is greater.
     pub depth: Option<&'a Target>,
-    /// Begins with zeros, rather than with what is there.
-    pub is_cleared: bool,
+    /// What of them begins with zeros, rather than with what is there.
+    pub clears: Clears,
 }
 
 impl<'a> Cx<'a> {
@@ -294,7 +305,11 @@ impl<'a> Cx<'a> {
         let query = self.timer.begin(name, &mut self.encoder);
         {
             let store = wgpu::StoreOp::Store;
-            let load = if on.is_cleared { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+            let load = if on.clears != Clears::Nothing {
+                wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
+            } else {
+                wgpu::LoadOp::Load
+            };
             let mut colors = Vec::with_capacity(on.colors.len());
             for target in on.colors {
                 let ops = wgpu::Operations { load, store };
@@ -311,7 +326,7 @@ impl<'a> Cx<'a> {
                 depth_stencil_attachment: on.depth.map(|depth| wgpu::RenderPassDepthStencilAttachment {
                     view: &depth.view,
                     depth_ops: Some(wgpu::Operations {
-                        load: if on.is_cleared { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                        load: if on.clears == Clears::All { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
                         store: wgpu::StoreOp::Store,
                     }),
                     stencil_ops: None,

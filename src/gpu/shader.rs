@@ -25,6 +25,10 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/lsa", &["ANTIALIASED", "EIGHT"]),
     ("lines/threshold", &["EIGHT"]),
     ("tones/toon", &["HORIZON_MAPS"]),
+    ("tones/toon", &["MARKED_TREES"]),
+    ("tones/toon", &["TREE_SHADOWS"]),
+    ("tones/toon", &["HORIZON_MAPS", "MARKED_TREES", "TREE_SHADOWS"]),
+    ("surface/trees/place", &["COVER"]),
     ("tones/hatching", &["SWELLING"]),
     ("tones/fractal_hatching", &["ENDED"]),
 ];

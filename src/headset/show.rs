@@ -32,8 +32,9 @@ impl ShowPass {
         let draw = Key::Draw(Draw {
             name: "headset/show",
             fragment: "fragment",
-            colors: [replaced(format), None],
+            colors: [replaced(format), None, None],
             depth: None,
+            writes_depth: false,
             topology: wgpu::PrimitiveTopology::TriangleList,
         });
         let [width, height] = picture.size_px().map(f64::from);

@@ -21,6 +21,8 @@ pub struct Forest {
     pub raggedness_m: f64,
     /// Where the land is steeper there is none.
     pub steepest_deg: f64,
+    /// Whether land that is level, as lakes and the sea are in elevation data, is water, where none stands.
+    pub level_is_water: bool,
     /// Of 1 to [`Forest::MOST_SPECIES`] kinds.
     pub species: Vec<Species>,
     /// What [`Form::Model`] counts: each file once.
@@ -123,6 +125,8 @@ pub(super) struct ForestToml {
     raggedness_m: Option<f64>,
     steepest_deg: Option<f64>,
     height_m: Option<f64>,
+    #[serde(default)]
+    level_ground: LevelGroundToml,
     mask: Option<String>,
     land_cover: Option<String>,
     canopy_height: Option<String>,
@@ -145,6 +149,14 @@ struct SpeciesToml {
     aspect_deg: Option<f64>,
     by_aspect: Option<f64>,
     by_hollow: Option<f64>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+enum LevelGroundToml {
+    #[default]
+    Water,
+    Land,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -205,6 +217,7 @@ impl ForestToml {
             tree_line_m: number("tree_line_m", self.tree_line_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?,
             raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,
             steepest_deg: number("steepest_deg", self.steepest_deg, 38.0, 1.0..=89.0)?,
+            level_is_water: self.level_ground == LevelGroundToml::Water,
             species,
             models,
             cover,

@@ -115,6 +115,11 @@ pub fn preset_text(name: &str) -> Option<&'static str> {
 }
 
 impl Style {
+    /// Whether tones have the shadows that trees throw.
+    pub fn asks_for_tree_shadows(&self) -> bool {
+        matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0
+    }
+
     /// Whether tones ask what the land sees of the sun and of the sky.
     pub fn asks_for_horizons(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)

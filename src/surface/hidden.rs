@@ -7,7 +7,7 @@
 
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::Target;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
@@ -17,8 +17,9 @@ const HIDDEN: BufferKind = BufferKind::storage("hidden area");
 const DRAW: Draw = Draw {
     name: "surface/hidden",
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
+    writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
@@ -33,7 +34,7 @@ pub struct HiddenArea {
 pub fn run(cx: &mut Cx<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
     let resources = [("corners", cx.upload(&HIDDEN, &area.corners).binding())];
     let drawing = cx.drawing(&DRAW, &resources);
-    let on = Attachments { colors: &[surface_id], depth: Some(depth), is_cleared: true };
+    let on = Attachments { colors: &[surface_id], depth: Some(depth), clears: Clears::All };
     cx.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw(0..area.corners.len() as u32, 0..1);

@@ -3,10 +3,8 @@
 //! This is the mark normal. Why: `docs/decisions/hatching.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
-use crate::gpu::wgsl::surface::mark_normal::MarkedTrees;
 
 /// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`mark_normal_size`].
 pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
@@ -26,13 +24,11 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Heights and tables.
     pub terrain: &'a [Named],
-    /// The height of a tree in the mean, where there is a forest.
-    pub tree_m: Option<f64>,
-    /// Tells meshes from the land.
+    /// Tells the land from what stands on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
+    /// Where marks lie.
     pub position: &'a Target,
-    /// Of the surface: a mesh's own normal is its mark normal.
+    /// What they shade: a mesh's own normal is its mark normal.
     pub normal: &'a Target,
     /// Out.
     pub mark_normal: &'a Target,
@@ -48,8 +44,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("mark_normal", inputs.mark_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    let definitions: &[&str] = if inputs.tree_m.is_some() { &["TREES"] } else { &[] };
-    let trees = inputs.tree_m.map(|height_m| MarkedTrees { height_m: height_m as f32, ..MarkedTrees::default() });
-    resources.extend(trees.map(|trees| ("marked_trees", cx.uniform("marked trees", &trees))));
-    cx.pixels(Compute { name: "surface/mark_normal", definitions }, inputs.mark_normal.size_px(), &resources);
+    cx.pixels("surface/mark_normal", inputs.mark_normal.size_px(), &resources);
 }

@@ -41,8 +41,10 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Of the surface.
     pub normal: &'a Target,
-    /// The normal at the scale of marks, which says how dark marks on trees are; none where there are no marks or trees.
-    pub mark_normal: Option<&'a Target>,
+    /// What marks shade, which says how dark they are on trees; none where there are no marks or trees.
+    pub mark_surface: Option<&'a Target>,
+    /// What the shadows of trees take of the sun, if there are any and the style asks.
+    pub tree_shadow: Option<&'a Target>,
     /// Out: colour, and the tone that is asked for.
     pub tone: &'a Target,
 }

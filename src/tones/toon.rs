@@ -46,13 +46,19 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];
-    let definitions: &[&str] = match (&inputs.horizon_maps, inputs.mark_normal) {
-        (None, None) => &[],
-        (Some(_), None) => &["HORIZON_MAPS"],
-        (None, Some(_)) => &["MARKED_TREES"],
-        (Some(_), Some(_)) => &["HORIZON_MAPS", "MARKED_TREES"],
+    let has = (inputs.horizon_maps.is_some(), inputs.mark_surface.is_some(), inputs.tree_shadow.is_some());
+    let definitions: &[&str] = match has {
+        (false, false, false) => &[],
+        (true, false, false) => &["HORIZON_MAPS"],
+        (false, true, false) => &["MARKED_TREES"],
+        (false, false, true) => &["TREE_SHADOWS"],
+        (true, true, false) => &["HORIZON_MAPS", "MARKED_TREES"],
+        (true, false, true) => &["HORIZON_MAPS", "TREE_SHADOWS"],
+        (false, true, true) => &["MARKED_TREES", "TREE_SHADOWS"],
+        (true, true, true) => &["HORIZON_MAPS", "MARKED_TREES", "TREE_SHADOWS"],
     };
-    resources.extend(inputs.mark_normal.map(|mark_normal| ("mark_normal", mark_normal.into())));
+    resources.extend(inputs.mark_surface.map(|mark_surface| ("mark_surface", mark_surface.into())));
+    resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
     resources.extend(inputs.horizon_maps.clone().into_iter().flatten());
     cx.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -12,7 +12,7 @@ use hachure::scene::Forest;
 use hachure::scene::forest::{Form, Species};
 use hachure::scene::view::Pose;
 use hachure::style::Style;
-use hachure::surface::trees::{DRAW_WORDS, DRAWS, INSTANCES, ORDER, TREE_LEVELS, TreeInstance};
+use hachure::surface::trees::{DRAW_WORDS, DRAWS, INSTANCES, ORDER, TREE_LEVELS, TREE_LISTS, TreeInstance};
 
 use super::World;
 use super::draw::{NOON, draw, still};
@@ -36,6 +36,7 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
         tree_line_m: 1e6,
         raggedness_m: 0.0,
         steepest_deg: 89.0,
+        level_is_water: false,
         species: vec![Species::new(form, 1.0, height_m)],
         models: Vec::new(),
         cover: CoverFiles::default(),
@@ -55,9 +56,10 @@ pub fn drawn_trees(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u
 pub fn listed(world: &World, frame: &Frame, origin_m: DVec3) -> Vec<DrawnTree> {
     let species = world.surfaces.forest().unwrap().species.len() as u32;
     let buckets = species * TREE_LEVELS;
+    let lists = species * TREE_LISTS;
     let words: Vec<u32> =
-        read_buffer(&world.gpu, &frame.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (buckets + 1)) as usize).unwrap();
-    let count = words[(buckets * DRAW_WORDS) as usize] as usize;
+        read_buffer(&world.gpu, &frame.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (lists + 1)) as usize).unwrap();
+    let count = words[(lists * DRAW_WORDS) as usize] as usize;
     let capacity = hachure::surface::trees::place::MOST_TREES as usize;
     assert!(count <= capacity, "{count}");
     if count == 0 {

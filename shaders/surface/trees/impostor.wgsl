@@ -8,6 +8,8 @@
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
+#import hachure::tree_form::form_of
+#import hachure::tree_pictures::{FRAMES, own_of, frame_near, direction_of, axes_of, cross_cylinder}
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of, CANOPY, TREE_LEVELS}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -30,10 +32,10 @@ struct Vertex {
 struct Drawn {
     @location(0) id: u32,
     @location(1) normal: vec4<f32>,
+    @location(2) form: vec4<f32>,
     @builtin(frag_depth) depth: f32,
 }
 
-const FRAMES: f32 = 12.0;
 const STEPS: u32 = 16u;
 const CANOPY_STEPS: u32 = 8u;
 const HALVINGS: u32 = 4u;
@@ -53,45 +55,10 @@ fn sphere_of(tree: TreeInstance) -> vec4<f32> {
     return vec4<f32>(species.middle, species.radius);
 }
 
-// From the world into the tree that is 1 tall and wide.
-fn own_of(tree: TreeInstance, from_foot_m: vec3<f32>) -> vec3<f32> {
-    let back = mat2x2<f32>(vec2<f32>(tree.turn.y, -tree.turn.x), vec2<f32>(tree.turn.x, tree.turn.y));
-    return vec3<f32>(back * from_foot_m.xy / tree.width_m,
-        (from_foot_m.z - dot(from_foot_m.xy, tree.slope)) / tree.height_m);
-}
-
-// The picture that was taken from nearest to a direction; from below the horizon, one from the horizon.
-fn frame_near(direction: vec3<f32>) -> vec2<f32> {
-    let d = vec3<f32>(direction.xy, max(direction.z, 0.0));
-    let p = d.xy / max(abs(d.x) + abs(d.y) + d.z, 1e-6);
-    let uv = vec2<f32>(p.x + p.y, p.x - p.y);
-    return clamp(round((uv * 0.5 + 0.5) * (FRAMES - 1.0)), vec2<f32>(0.0), vec2<f32>(FRAMES - 1.0));
-}
-
-fn direction_of(frame: vec2<f32>) -> vec3<f32> {
-    let uv = frame / (FRAMES - 1.0) * 2.0 - 1.0;
-    let p = 0.5 * vec2<f32>(uv.x + uv.y, uv.x - uv.y);
-    return normalize(vec3<f32>(p, 1.0 - abs(p.x) - abs(p.y)));
-}
-
 fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
     let z = 1.0 - abs(p.x) - abs(p.y);
     let fold = max(-z, 0.0);
     return normalize(vec3<f32>(p - select(-vec2<f32>(fold), vec2<f32>(fold), p >= vec2<f32>(0.0)), z));
-}
-
-// Where a ray enters an upright cylinder (radius, bottom, top) and where it leaves it; the same where it does not.
-fn cross_cylinder(cylinder: vec4<f32>, origin: vec3<f32>, ray: vec3<f32>) -> vec2<f32> {
-    let a = max(dot(ray.xy, ray.xy), 1e-9);
-    let b = dot(origin.xy, ray.xy);
-    let inner = b * b - a * (dot(origin.xy, origin.xy) - cylinder.x * cylinder.x);
-    if inner <= 0.0 {
-        return vec2<f32>(0.0);
-    }
-    let around = (vec2<f32>(-1.0, 1.0) * sqrt(inner) - b) / a;
-    let rising = select(ray.z, 1e-9, abs(ray.z) < 1e-9);
-    let levels = (cylinder.yz - origin.z) / rising;
-    return vec2<f32>(max(max(around.x, min(levels.x, levels.y)), 0.0), min(around.y, max(levels.x, levels.y)));
 }
 
 @vertex
@@ -118,8 +85,7 @@ fn fragment(in: Vertex) -> Drawn {
     let tree = tree_instances[in.number];
     let sphere = sphere_of(tree);
     let toward = direction_of(in.frame);
-    let right = normalize(vec3<f32>(-toward.y, toward.x, 0.0));
-    let axes = mat3x3<f32>(right, cross(toward, right), toward);
+    let axes = axes_of(toward);
     // In the picture's space: right, up, toward the eye; the sphere's radius is 1.
     let origin = (in.eye - sphere.xyz) * axes / sphere.w;
     let ray = normalize((in.at - in.eye) * axes);
@@ -128,7 +94,8 @@ fn fragment(in: Vertex) -> Drawn {
     let is_canopy = (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY;
     let steps = select(STEPS, CANOPY_STEPS, is_canopy);
     let species = tree_species[species_of(tree)];
-    let within = cross_cylinder(select(species.cylinder, species.canopy_cylinder, is_canopy), in.eye, normalize(in.at - in.eye));
+    let cylinder = select(species.cylinder, species.canopy_cylinder, is_canopy);
+    let within = cross_cylinder(cylinder, in.eye, normalize(in.at - in.eye));
     if within.y <= within.x || !is_shown(tree, in.clip.xy) {
         discard;
     }
@@ -174,7 +141,7 @@ fn fragment(in: Vertex) -> Drawn {
     let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
     let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), NEARER_AT_MOST * clip.w);
     let normal = normal_on_tree(tree, from_octahedral(texel.xy));
-    return Drawn(tree.id, vec4<f32>(normal, texel.w * light_of(tree)), clip.z / (clip.w - nearer_m));
+    return Drawn(tree.id, vec4<f32>(normal, texel.w * light_of(tree)), form_of(view, tree, cylinder, own), clip.z / (clip.w - nearer_m));
 }
 
 // The texel of a picture at a place of its space.

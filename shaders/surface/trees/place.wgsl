@@ -15,9 +15,10 @@
 #import hachure::terrain::{terrain, surface_level}
 #import hachure::earth::bend
 #import hachure::pcg::pcg
-#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, density_of, suits}
+#import hachure::tree_ranks::{chosen_tile, rank_of}
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits}
 #import hachure::surface_id::FIRST_TREE
-#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS}
+#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, SHADOW_PX}
 
 // A block that may be in view. See src/forest/blocks.rs.
 struct TreeBlock {
@@ -46,9 +47,10 @@ struct TreePoint {
 @group(0) @binding(3) var<storage, read> tree_blocks: array<TreeBlock>;
 @group(0) @binding(4) var<storage, read> tree_points: array<TreePoint>;
 @group(0) @binding(5) var<storage, read_write> tree_instances: array<TreeInstance>;
-// For each species and level the numbers of its instances, `forest.capacity` each.
+// For each species and level the numbers of its instances, then for each species those that throw shadows:
+// `forest.capacity` each.
 @group(0) @binding(6) var<storage, read_write> tree_order: array<u32>;
-// For each species and level the arguments of its draw: vertices of a tree, trees, and the first of each. Then how many
+// For each of these lists the arguments of its draw: vertices of a tree, trees, and the first of each. Then how many
 // instances there are.
 @group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
 #ifdef COVER
@@ -76,9 +78,10 @@ fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
 
 const TREES: u32 = 1u;
 const DRAW_WORDS: u32 = 4u;
+// Of a species: those of its levels, and after those of all species one of its shadows.
+const LISTS: u32 = TREE_LEVELS + 1u;
+const NOT_DRAWN: u32 = 0xffffffffu;
 
-// As often as four groups of tiles become one: WIDEST − SPARSE of src/forest/blocks.rs.
-const MOST_SPARSE: u32 = 5u;
 // The height on the picture at which a tree goes over strays by this for each tree, to either side.
 const OWN_SIZE: f32 = 0.18;
 // Over this part of the height it dissolves.
@@ -97,22 +100,28 @@ const TALLEST: f32 = 2.5;
 // Seen along the land trees hide each other, and fewer show as much.
 const LEAST_FORESHORTENING: f32 = 0.25;
 
-fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) {
+// The number of its instance.
+fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) -> u32 {
     if shown.y <= shown.x {
-        return;
+        return NOT_DRAWN;
     }
-    let number = atomicAdd(&tree_draws[forest.species * TREE_LEVELS * DRAW_WORDS], 1u);
+    let number = atomicAdd(&tree_draws[forest.species * LISTS * DRAW_WORDS], 1u);
     // The CPU sees to it that there is room; a tree that has none is counted all the same.
     if number >= forest.capacity {
-        return;
+        return NOT_DRAWN;
     }
     let bucket = (tree.bucket & 0xffffu) + level;
-    let slot = atomicAdd(&tree_draws[bucket * DRAW_WORDS + TREES], 1u);
-    tree_order[bucket * forest.capacity + slot] = number;
+    list(number, bucket);
     var drawn = tree;
     drawn.bucket = bucket | (tree.bucket & 0xffff0000u);
     drawn.shown = pack2x16unorm(shown);
     tree_instances[number] = drawn;
+    return number;
+}
+
+fn list(number: u32, which: u32) {
+    let slot = atomicAdd(&tree_draws[which * DRAW_WORDS + TREES], 1u);
+    tree_order[which * forest.capacity + slot] = number;
 }
 
 // How much of a species there is at a site, of a class of land: 0 is none.
@@ -146,34 +155,8 @@ fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
     return forest.species;
 }
 
-// Which of four tiles, or groups of them, has a point in the next level.
-const CHOOSES: u32 = 2654435769u;
-
-// Of a group of tiles the one that has a point. See src/forest/blocks.rs.
-fn chosen_tile(group: vec2<i32>, sparseness: u32) -> vec2<i32> {
-    var at = group;
-    for (var level = i32(sparseness) - 1; level >= 0; level--) {
-        let mixed = pcg(bitcast<vec2<u32>>(at) ^ vec2<u32>(CHOOSES, u32(level))).x >> 16u;
-        at = at * 2 + vec2<i32>(i32(mixed & 1u), i32((mixed >> 1u) & 1u));
-    }
-    return at;
-}
-
-// Of a tile's points the first has a lower rank where its tile is chosen.
-fn rank_of(tile: vec2<i32>, number: u32) -> f32 {
-    if number > 0u {
-        return (f32(number) + 0.5) / forest.points;
-    }
-    var level = 0u;
-    while level < MOST_SPARSE && all(chosen_tile(tile >> vec2<u32>(level + 1u), level + 1u) == tile) {
-        level += 1u;
-    }
-    let own = f32(pcg(bitcast<vec2<u32>>(tile)).y >> 8u) / 16777216.0;
-    return (0.25 + 0.75 * own) / forest.points * exp2(-2.0 * f32(level));
-}
-
 fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
-    let rank = rank_of(tile, point.number);
+    let rank = rank_of(tile, point.number, forest.points);
     // Most go here, where there are fewer trees than points.
     if rank >= forest.density {
         return;
@@ -208,7 +191,13 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let farther = max(away_m / forest.full_m, 1.0) / sqrt(LEAST_FORESHORTENING);
     let tallest_m = forest.tallest_m;
     let about = vec3<f32>(xy_m, site.height_m + 0.5 * tallest_m);
-    if is_beside(view, bend(about), tallest_m * (1.0 + WIDEST_CROWN * farther)) {
+    // What throws its shadow into the picture is in view with it.
+    let shadow_m = select(0.0, forest.shadow_reach * tallest_m, tallest_m * view.focal_px > SHADOW_PX * away_m);
+    let to_middle_m = -0.5 * shadow_m * forest.to_sun;
+    if is_beside(view, bend(about + to_middle_m), tallest_m * (1.0 + WIDEST_CROWN * farther) + 0.5 * shadow_m) {
+        return;
+    }
+    if forest.level_is_water != 0u && is_still_water(site) {
         return;
     }
     let foreshortening = abs(dot(toward_eye, vec3<f32>(-site.slope, 1.0)))
@@ -237,7 +226,8 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let flat_m = vec3<f32>(xy_m, foot_m);
     let wider = inverseSqrt(share);
     let crown_m = species.crown * height_m;
-    if is_beside(view, bend(flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m)), 0.6 * height_m + 1.5 * crown_m * wider) {
+    let middle_m = flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m) + to_middle_m;
+    if is_beside(view, bend(middle_m), 0.6 * height_m + 1.5 * crown_m * wider + 0.5 * shadow_m) {
         return;
     }
     let turn = chance.y * 6.2831853;
@@ -254,7 +244,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         let width_m = crown_m * wider * sqrt(scale);
         let tree = TreeInstance(flat_m, 0.85 * height_m * scale, vec2<f32>(sin(turn), cos(turn)), width_m, id, site.slope,
             0u, bucket);
-        draw(tree, CANOPY, vec2<f32>(0.0, 1.0));
+        _ = draw(tree, CANOPY, vec2<f32>(0.0, 1.0));
     }
     let alone = size * (1.0 - smoothstep(SHRINKS.x * own_size, SHRINKS.y * own_size, wider));
     if alone <= 0.0 {
@@ -267,9 +257,14 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let size_px = height_m * view.focal_px * own_size / max(away_m, 1e-3);
     let near = clamp((size_px / forest.middle_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
     let mesh = clamp((size_px / forest.impostor_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
-    draw(tree, NEAR, vec2<f32>(0.0, near));
-    draw(tree, MIDDLE, vec2<f32>(near, mesh));
-    draw(tree, IMPOSTOR, vec2<f32>(mesh, 1.0));
+    let of_near = draw(tree, NEAR, vec2<f32>(0.0, near));
+    let of_middle = draw(tree, MIDDLE, vec2<f32>(near, mesh));
+    let of_impostor = draw(tree, IMPOSTOR, vec2<f32>(mesh, 1.0));
+    // One shadow, whatever the tree is drawn as.
+    let drawn = min(min(of_near, of_middle), of_impostor);
+    if shadow_m > 0.0 && drawn != NOT_DRAWN {
+        list(drawn, forest.species * TREE_LEVELS + kind);
+    }
 }
 
 @compute @workgroup_size(64)

@@ -2,7 +2,9 @@
 // stands straight on its place of the flat map, and each of its corners is bent with it.
 #import hachure::view::View
 #import hachure::earth::bend
-#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of}
+#import hachure::forest::Species
+#import hachure::tree_form::form_of
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of}
 
 struct TreeVertex {
     // Of a tree that is 1 tall; w: how far wind moves it.
@@ -15,16 +17,20 @@ struct TreeVertex {
 @group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
 @group(0) @binding(2) var<storage, read> tree_order: array<u32>;
 @group(0) @binding(3) var<storage, read> tree_vertices: array<TreeVertex>;
+@group(0) @binding(4) var<storage, read> tree_species: array<Species>;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) number: u32,
     @location(1) normal: vec4<f32>,
+    // Of the tree that is 1 tall.
+    @location(2) own: vec3<f32>,
 }
 
 struct Drawn {
     @location(0) id: u32,
     @location(1) normal: vec4<f32>,
+    @location(2) form: vec4<f32>,
 }
 
 // What is nearer to the eye is not drawn, and from within nothing that is nearer than this.
@@ -38,7 +44,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let own = tree_vertices[index];
     let at_m = bend(tree.flat_m + place_on_tree(tree, own.at.xyz));
     let normal = vec4<f32>(normal_on_tree(tree, own.normal.xyz), own.normal.w * light_of(tree));
-    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal);
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal, own.at.xyz);
 }
 
 @fragment
@@ -50,5 +56,6 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
         discard;
     }
     let normal = normalize(in.normal.xyz);
-    return Drawn(tree.id, vec4<f32>(select(-normal, normal, is_front), in.normal.w));
+    let form = form_of(view, tree, tree_species[species_of(tree)].cylinder, in.own);
+    return Drawn(tree.id, vec4<f32>(select(-normal, normal, is_front), in.normal.w), form);
 }

@@ -3,7 +3,7 @@
 use super::samples::SampleWork;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::{Target, TargetKind};
 
 /// A sample's number plus 1; 0 is none.
@@ -12,15 +12,16 @@ pub const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::T
 const DRAW: Draw = Draw {
     name: "lines/strokes/centres",
     fragment: "fragment",
-    colors: [replaced(wgpu::TextureFormat::R32Uint), None],
+    colors: [replaced(wgpu::TextureFormat::R32Uint), None, None],
     depth: None,
+    writes_depth: false,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
 /// Draws the middles of this frame's strokes.
 pub fn run(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
     let drawing = cx.drawing(&DRAW, &[("view", view.clone()), work.list(), work.samples()]);
-    let on = Attachments { colors: &[centres], depth: None, is_cleared: true };
+    let on = Attachments { colors: &[centres], depth: None, clears: Clears::All };
     cx.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&work.now.draws.raw, 0);

@@ -4,7 +4,7 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::edges::EdgeList;
 
@@ -19,8 +19,9 @@ pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FO
 const DRAW: Draw = Draw {
     name: "lines/strokes/id_image",
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
+    writes_depth: true,
     topology: wgpu::PrimitiveTopology::LineList,
 };
 
@@ -40,7 +41,7 @@ pub struct Inputs<'a> {
 pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), edges.edges(), ("depth", inputs.depth.into())];
     let drawing = cx.drawing(&DRAW, &resources);
-    let on = Attachments { colors: &[inputs.ids], depth: Some(inputs.edge_depth), is_cleared: true };
+    let on = Attachments { colors: &[inputs.ids], depth: Some(inputs.edge_depth), clears: Clears::All };
     cx.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&edges.draw.raw, 0);

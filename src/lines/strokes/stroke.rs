@@ -5,7 +5,7 @@ use super::samples::SampleWork;
 use super::texture::StrokeTexture;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::{Target, TargetKind};
 
 /// Ink: 0 none, 1 full. It is blended, which 32 bits are not everywhere.
@@ -31,8 +31,10 @@ const SOLID: Draw = Draw {
             write_mask: wgpu::ColorWrites::ALL,
         }),
         replaced(wgpu::TextureFormat::R32Uint),
+        None,
     ],
     depth: None,
+    writes_depth: false,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 const TEXTURED: Draw = Draw { fragment: "textured", ..SOLID };
@@ -78,7 +80,11 @@ pub fn run(cx: &mut Cx<'_>, which: Which, inputs: &Inputs<'_>) {
         resources.extend(texture.resources());
     }
     let drawing = cx.drawing(kind, &resources);
-    let on = Attachments { colors: &[inputs.ink, inputs.ids], depth: None, is_cleared: which == Which::Fresh };
+    let on = Attachments {
+        colors: &[inputs.ink, inputs.ids],
+        depth: None,
+        clears: if which == Which::Fresh { Clears::All } else { Clears::Nothing },
+    };
     cx.render(kind.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&inputs.work.now.draws.raw, 16 * u64::from(stage));

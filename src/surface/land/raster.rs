@@ -6,7 +6,7 @@ use super::vertices::PatchMesh;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::Target;
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
@@ -14,8 +14,9 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 const SOLID: Draw = Draw {
     name: "surface/land/raster",
     fragment: "solid",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
+    writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 const WITH_HOLES: Draw = Draw { fragment: "with_holes", ..SOLID };
@@ -48,7 +49,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let with_holes = cx.drawing(&WITH_HOLES, &resources);
     let indices = indices(cx);
     let [first, count] = inputs.batch;
-    let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), is_cleared: inputs.clears };
+    let on = Attachments {
+        colors: &[inputs.surface_id],
+        depth: Some(inputs.depth),
+        clears: if inputs.clears { Clears::All } else { Clears::Nothing },
+    };
     let solid_count = inputs.mesh.solid.saturating_sub(first).min(count);
     cx.render(SOLID.name, &[&solid, &with_holes], on, |pass| {
         pass.set_index_buffer(indices.0.buffer().slice(..), wgpu::IndexFormat::Uint16);

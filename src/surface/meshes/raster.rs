@@ -3,15 +3,16 @@
 use super::DrawnMeshes;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::Target;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const DRAW: Draw = Draw {
     name: "surface/meshes/raster",
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
+    writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
@@ -32,7 +33,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.meshes.resources());
     let drawing = cx.drawing(&DRAW, &resources);
-    let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), is_cleared: false };
+    let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), clears: Clears::Nothing };
     cx.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&inputs.meshes.draws.raw, 0);

@@ -1,6 +1,6 @@
 //! Draws the trees in view that are drawn from pictures, and the pieces of canopy. See `shaders/surface/trees/impostor.wgsl`.
 
-use super::raster::{Inputs, NORMAL_FORMAT};
+use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Cx, Drawing};
@@ -13,8 +13,9 @@ pub(super) const CORNERS: u32 = 6;
 const DRAW: Draw = Draw {
     name: "surface/trees/impostor",
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT)],
+    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT)],
     depth: Some(DEPTH_FORMAT),
+    writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 

@@ -2,12 +2,15 @@
 //!
 //! The CPU lists the blocks of points that the eye's frustum may see ([`crate::forest::blocks`]); each of their points is
 //! asked on the GPU whether a tree stands there and how it is drawn ([`place`]): as a mesh, as one of fewer triangles
-//! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Nothing is read back: draws are indirect.
+//! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Large ones throw shadows ([`shadow`]). Nothing
+//! is read back: draws are indirect.
 
 pub mod impostor;
+pub mod marks;
 pub mod place;
 pub mod raster;
 pub mod resolve;
+pub mod shadow;
 mod shared;
 
 use std::sync::Arc;
@@ -25,12 +28,15 @@ use crate::scene::forest::Form;
 
 /// [`TreeInstance`]s of an eye.
 pub const INSTANCES: BufferKind = BufferKind::storage("tree instances");
-/// For each species and level the numbers of its instances.
+/// Lists of numbers of instances: for each species and level, then for each species those that throw shadows.
 pub const ORDER: BufferKind = BufferKind::storage("tree order");
-/// For each species and level the arguments of its draw ([`DRAW_WORDS`]), then the number of instances.
+/// For each list the arguments of its draw ([`DRAW_WORDS`]), then the number of instances.
 pub const DRAWS: BufferKind = BufferKind::indirect("tree draws");
 /// Vertices of a tree, trees, and the first of each.
 pub const DRAW_WORDS: u32 = 4;
+
+/// Lists of a species: one for each level, and one of shadows.
+pub const TREE_LISTS: u32 = TREE_LEVELS + 1;
 
 /// The trees of a frame.
 pub struct DrawnTrees {
@@ -57,23 +63,28 @@ impl DrawnTrees {
         let asked = looks.clone();
         let shared =
             cx.kept_beside(move |shared: &Shared| shared.looks == asked, move |gpu| Shared::new(gpu, looks))?;
-        let buckets = u64::from(TREE_LEVELS) * forest.species.len() as u64;
+        let lists = u64::from(TREE_LISTS) * forest.species.len() as u64;
         Some(Self {
             shared,
             instances: cx.buffer(&INSTANCES, u64::from(MOST_TREES) * size_of::<TreeInstance>() as u64),
-            order: cx.buffer(&ORDER, buckets * u64::from(MOST_TREES) * 4),
-            draws: cx.buffer(&DRAWS, (buckets + 1) * u64::from(DRAW_WORDS) * 4),
+            order: cx.buffer(&ORDER, lists * u64::from(MOST_TREES) * 4),
+            draws: cx.buffer(&DRAWS, (lists + 1) * u64::from(DRAW_WORDS) * 4),
         })
     }
 
-    /// The numbers of the instances of a species at a level.
-    fn order_of(&self, bucket: u32) -> Buffer {
-        let bytes = u64::from(MOST_TREES) * 4;
-        self.order.slice(u64::from(bucket) * bytes, bytes)
+    /// The list of the shadows of a species.
+    fn list_of_shadows(&self, species: usize) -> u32 {
+        self.shared.species.len() as u32 * TREE_LEVELS + species as u32
     }
 
-    /// Draws those of a species at a level, with a pipeline that is set.
-    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, bucket: u32) {
-        pass.draw_indirect(&self.draws.raw, self.draws.offset + u64::from(bucket * DRAW_WORDS * 4));
+    /// The numbers of the instances in a list.
+    fn order_of(&self, list: u32) -> Buffer {
+        let bytes = u64::from(MOST_TREES) * 4;
+        self.order.slice(u64::from(list) * bytes, bytes)
+    }
+
+    /// Draws those of a list, with a pipeline that is set.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, list: u32) {
+        pass.draw_indirect(&self.draws.raw, self.draws.offset + u64::from(list * DRAW_WORDS * 4));
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, UVec2};
 
-use super::{DRAW_WORDS, DrawnTrees};
+use super::{DRAW_WORDS, DrawnTrees, TREE_LISTS};
 use crate::forest::blocks::{self, Sight, Thinning};
 use crate::forest::cover::Cover;
 use crate::forest::{LEVELS_OF_TILE, POINTS, TILE_M};
@@ -41,6 +41,9 @@ pub const TALLEST: f64 = 1.35;
 const TALLEST_OF_RASTER: f64 = 2.9;
 /// A tree that dissolves is drawn as two, and so is one in whose place a canopy rises.
 const DRAWN_TWICE: f64 = 2.0;
+/// Sines of lower suns throw no shadows, and no shadow is followed farther, by the height of its tree.
+const LOWEST_SUN: f64 = 0.02;
+const LONGEST_SHADOW: f64 = 4.0;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
@@ -67,18 +70,39 @@ pub struct Inputs<'a> {
     pub cover: Option<&'a Arc<Cover>>,
     /// Unit.
     pub to_sun: DVec3,
+    /// Whether shadows are asked for: then trees that throw them into the picture are in view.
+    pub has_shadows: bool,
     /// Sizes at which trees go over to something simpler are so many times smaller; 1 is what is usual.
     pub detail: f64,
 }
 
-/// Finds the trees of a forest that an eye sees. Its species, for the passes that draw them.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource {
-    let &Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, detail } = inputs;
+/// What the passes that draw trees read as [`run`] did.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// `Species` of a forest.
+    pub species: Resource,
+    /// `Forest`.
+    pub forest: Resource,
+}
+
+/// How far from its foot a tree's shadow is followed, away from the sun and by the tree's height. On level land it ends at
+/// half of that, where it has the room.
+fn shadow_reach(to_sun: DVec3) -> f64 {
+    if to_sun.z < LOWEST_SUN {
+        return 0.0;
+    }
+    (2.0 * (1.0 - to_sun.z * to_sun.z) / to_sun.z + 0.5).min(LONGEST_SHADOW)
+}
+
+/// Finds the trees of a forest that an eye sees.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Asked {
+    let &Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, has_shadows, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
     // A raster may say that trees are taller than their species in the mean.
     let tallest_m = height_m * if forest.cover.canopy_height.is_some() { TALLEST_OF_RASTER } else { TALLEST };
     let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
+    let shadow_reach = if has_shadows { shadow_reach(to_sun) } else { 0.0 };
     let mut sight = Sight {
         eye_m: eye.pose.position_m,
         frustum: &eye.frustum(),
@@ -86,6 +110,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         land_m: terrain.corners_m(),
         range_m: terrain.range_m().map(f64::from),
         tallest_m,
+        shadow_m: -shadow_reach * tallest_m * to_sun,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
     let most_trees = f64::from(MOST_TREES) / DRAWN_TWICE;
@@ -129,16 +154,18 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         asks_hollow: forest.species.iter().any(|species| species.by_hollow != 0.0).into(),
         tallest_m: tallest_m as f32,
         to_sun: to_sun.as_vec3().to_array(),
+        shadow_reach: shadow_reach as f32,
+        level_is_water: forest.level_is_water.into(),
         ..ForestUniform::default()
     };
-    let species = species_records(cx, forest, trees);
+    let asked = Asked { species: species_records(cx, forest, trees), forest: cx.uniform("forest", &uniform) };
     if packed.is_empty() && !cx.rehearses() {
-        return species;
+        return asked;
     }
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
-        ("forest", cx.uniform("forest", &uniform)),
-        ("tree_species", species.clone()),
+        ("forest", asked.forest.clone()),
+        ("tree_species", asked.species.clone()),
         ("tree_blocks", cx.upload(&TREE_BLOCKS, &packed).binding()),
         ("tree_points", shared.point_buffer.binding()),
         ("tree_instances", trees.instances.binding()),
@@ -152,7 +179,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
     }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
     cx.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
-    species
+    asked
 }
 
 /// A cover on the GPU.
@@ -203,7 +230,8 @@ fn cover_view(gpu: &Gpu, cover: &Cover) -> wgpu::TextureView {
 
 /// Draws of no trees, and no instances.
 fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
-    let mut words = vec![0; (trees.shared.species.len() + 1) * (TREE_LEVELS * DRAW_WORDS) as usize];
+    let lists = trees.shared.species.len() * TREE_LISTS as usize;
+    let mut words = vec![0; (lists + 1) * DRAW_WORDS as usize];
     for (species, model) in trees.shared.species.iter().enumerate() {
         let counts = [
             (NEAR, model.near.count),
@@ -211,11 +239,12 @@ fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
             (IMPOSTOR, super::impostor::CORNERS),
             (CANOPY, super::impostor::CORNERS),
         ];
-        for (level, count) in counts {
-            words[((species as u32 * TREE_LEVELS + level) * DRAW_WORDS) as usize] = count;
+        let counts = counts.map(|(level, count)| (species as u32 * TREE_LEVELS + level, count));
+        let of_shadow = (trees.list_of_shadows(species), super::shadow::CORNERS);
+        for (list, count) in counts.into_iter().chain([of_shadow]) {
+            words[(list * DRAW_WORDS) as usize] = count;
         }
     }
-    words.truncate(trees.shared.species.len() * (TREE_LEVELS * DRAW_WORDS) as usize + DRAW_WORDS as usize);
     words
 }
 

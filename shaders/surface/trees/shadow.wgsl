@@ -1,0 +1,142 @@
+// The shadows that trees throw: which pixels stand between a tree and what the sun would light.
+//
+// A tree's shadow is an upright cylinder drawn out away from the sun. A box holds it, of which the faces toward the eye are
+// drawn where they lie before what is seen there. Each pixel's place then asks, along its ray to the sun, whether the tree
+// hides it: by the depths of the picture that was taken from nearest to the sun, at the place where the ray meets them. So
+// a shadow has the outline of its tree, falls on land, models and other trees alike, and needs no map of its own whose
+// texels could be seen; its cost follows what it covers on the picture.
+//
+// A tree does not shade itself: its normals do.
+#import hachure::view::View
+#import hachure::earth::bend
+#import hachure::forest::{Forest, Species}
+#import hachure::tree_pictures::{FRAMES, own_of, frame_near, direction_of, axes_of, cross_cylinder}
+#import hachure::trees::{TreeInstance, species_of, SHADOW_PX}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
+@group(0) @binding(2) var<storage, read> tree_order: array<u32>;
+@group(0) @binding(3) var<storage, read> tree_species: array<Species>;
+// See impostor.wgsl.
+@group(0) @binding(4) var tree_pictures: texture_2d<f32>;
+@group(0) @binding(5) var<uniform> forest: Forest;
+@group(0) @binding(6) var surface_id: texture_2d<u32>;
+@group(0) @binding(7) var position: texture_2d<f32>;
+
+struct Vertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(flat) number: u32,
+}
+
+// Of the box: three faces.
+const CORNERS: u32 = 18u;
+// Shadows of small trees come gradually, from SHADOW_PX up to so many times as much.
+const COMES: f32 = 1.5;
+// A shadow that reaches farther than its box fades over this last part.
+const FADES: f32 = 0.25;
+// What stands before the tree by less is not hidden, in radii of its sphere.
+const BIAS: f32 = 0.02;
+
+struct Box {
+    // Unit: aside, across and toward the sun.
+    axes: mat3x3<f32>,
+    // From the tree's foot, along these.
+    low_m: vec3<f32>,
+    high_m: vec3<f32>,
+}
+
+fn box_of(tree: TreeInstance) -> Box {
+    let sun = forest.to_sun;
+    let aside = normalize(select(vec3<f32>(-sun.y, sun.x, 0.0), vec3<f32>(1.0, 0.0, 0.0), length(sun.xy) < 1e-4));
+    let across = cross(sun, aside);
+    let cylinder = tree_species[species_of(tree)].cylinder;
+    let radius_m = cylinder.x * tree.width_m;
+    let top_m = cylinder.z * tree.height_m;
+    let wide_m = radius_m * vec3<f32>(1.0, length(across.xy), length(sun.xy));
+    let low_m = min(vec3<f32>(0.0), top_m * vec3<f32>(0.0, across.z, sun.z)) - wide_m;
+    let high_m = max(vec3<f32>(0.0), top_m * vec3<f32>(0.0, across.z, sun.z)) + wide_m;
+    let reach_m = forest.shadow_reach * tree.height_m;
+    return Box(mat3x3<f32>(aside, across, sun), vec3<f32>(low_m.xy, -reach_m), high_m);
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
+    let number = tree_order[instance];
+    let tree = tree_instances[number];
+    let foot_m = bend(tree.flat_m);
+    let box = box_of(tree);
+    let middle_m = 0.5 * (box.low_m + box.high_m);
+    let half_m = 0.5 * (box.high_m - box.low_m);
+    let eye_m = (view.eye_m - foot_m) * box.axes - middle_m;
+    let is_outside = abs(eye_m) > half_m + 2.0 * view.near_m;
+    let face = index / 6u;
+    let corner = index % 6u;
+    let uv = vec2<f32>(select(-1.0, 1.0, corner == 1u || corner == 2u || corner == 4u), select(-1.0, 1.0, corner == 2u || corner >= 4u));
+    // An eye within the box sees it all over the picture; of faces that look away from the eye nothing is drawn.
+    if !any(is_outside) {
+        return Vertex(select(vec4<f32>(0.0), vec4<f32>(uv, 1.0, 1.0), face == 0u), number);
+    }
+    if !is_outside[face] {
+        return Vertex(vec4<f32>(0.0), number);
+    }
+    var at = vec3<f32>(0.0);
+    at[face] = sign(eye_m[face]);
+    at[(face + 1u) % 3u] = uv.x;
+    at[(face + 2u) % 3u] = uv.y;
+    let at_m = foot_m + box.axes * (middle_m + at * half_m);
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number);
+}
+
+// How much of what is around a place of the picture's space lies nearer to the sun than a depth: of four texels.
+fn hidden(frame: vec2<f32>, p: vec2<f32>, depth: f32) -> f32 {
+    let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
+    let at = (vec2<f32>(p.x, -p.y) * 0.5 + 0.5) * frame_px - 0.5;
+    if any(at < vec2<f32>(0.0)) || any(at > vec2<f32>(frame_px - 1.001)) {
+        return 0.0;
+    }
+    let whole = floor(at);
+    let first = vec2<i32>(frame * frame_px + whole);
+    var by_corner: vec4<f32>;
+    for (var i = 0; i < 4; i++) {
+        let texel = textureLoad(tree_pictures, first + vec2<i32>(i & 1, i >> 1u), 0);
+        by_corner[i] = f32(texel.w > 0.0 && texel.z > depth + BIAS);
+    }
+    let f = at - whole;
+    return mix(mix(by_corner.x, by_corner.y, f.x), mix(by_corner.z, by_corner.w, f.x), f.y);
+}
+
+@fragment
+fn fragment(in: Vertex) -> @location(0) vec4<f32> {
+    let pixel = vec2<i32>(in.clip.xy);
+    let at = textureLoad(position, pixel, 0);
+    let tree = tree_instances[in.number];
+    let foot_m = bend(tree.flat_m);
+    let from_foot_m = at.xyz - foot_m;
+    let box = box_of(tree);
+    let along = from_foot_m * box.axes;
+    if at.w <= 0.0 || any(along < box.low_m) || any(along > box.high_m) || textureLoad(surface_id, pixel, 0).r == tree.id {
+        discard;
+    }
+    let species = tree_species[species_of(tree)];
+    let own = own_of(tree, from_foot_m);
+    let to_sun = own_of(tree, forest.to_sun);
+    let within = cross_cylinder(species.cylinder, own, to_sun);
+    if within.y <= within.x {
+        discard;
+    }
+    let frame = frame_near(normalize(to_sun));
+    let axes = axes_of(direction_of(frame));
+    let origin = (own - species.middle) * axes / species.radius;
+    let ray = to_sun * axes / species.radius;
+    let per_depth = ray.xy / max(ray.z, 1e-6);
+    // Where the ray crosses the sphere's middle, and what is there as deep as it is.
+    let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
+    let crossing = origin.xy - per_depth * origin.z;
+    let guess = clamp((vec2<f32>(crossing.x, -crossing.y) * 0.5 + 0.5) * frame_px, vec2<f32>(0.0), vec2<f32>(frame_px - 1.0));
+    let depth = textureLoad(tree_pictures, vec2<i32>(frame * frame_px + guess), 0).z;
+    let shade = hidden(frame, crossing + per_depth * depth, origin.z);
+    let size_px = tree.height_m * view.focal_px / max(length(view.eye_m - foot_m), 1e-3);
+    let comes = smoothstep(SHADOW_PX, COMES * SHADOW_PX, size_px);
+    let fades = smoothstep(0.0, FADES, 1.0 - along.z / box.low_m.z);
+    return vec4<f32>(shade * comes * fades, 0.0, 0.0, 1.0);
+}
