@@ -7,6 +7,9 @@
 #import hachure::earth::bend
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree}
 
+// Of a leaf's normal, how much is that of the round body.
+const ROUND: f32 = 0.6;
+
 // At a place of a tree, in its own units: the normal of the round body within its upright cylinder (radius, bottom, top);
 // and how far behind it the plane lies, along the view axis, that stands through the body's middle and faces the eye.
 fn form_of(view: View, tree: TreeInstance, cylinder: vec4<f32>, own: vec3<f32>) -> vec4<f32> {
@@ -20,4 +23,9 @@ fn form_of(view: View, tree: TreeInstance, cylinder: vec4<f32>, own: vec3<f32>) 
     let along_m = (view.clip_from_camera * vec4<f32>(to_place_m + view.eye_m, 1.0)).w;
     let most_m = 2.0 * (tree.height_m + tree.width_m);
     return vec4<f32>(round, clamp((reaches - 1.0) * along_m, -most_m, most_m));
+}
+
+// The normal that tones shade: leaves differ from the body that they make, but do not hide it, near the eye as far away.
+fn rounded(leaf: vec3<f32>, form: vec4<f32>) -> vec3<f32> {
+    return normalize(mix(leaf, form.xyz, ROUND));
 }

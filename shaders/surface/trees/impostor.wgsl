@@ -8,7 +8,7 @@
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
-#import hachure::tree_form::form_of
+#import hachure::tree_form::{form_of, rounded}
 #import hachure::tree_pictures::{FRAMES, own_of, frame_near, direction_of, axes_of, cross_cylinder}
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of, CANOPY, TREE_LEVELS}
 
@@ -141,7 +141,8 @@ fn fragment(in: Vertex) -> Drawn {
     let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
     let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), NEARER_AT_MOST * clip.w);
     let normal = normal_on_tree(tree, from_octahedral(texel.xy));
-    return Drawn(tree.id, vec4<f32>(normal, texel.w * light_of(tree)), form_of(view, tree, cylinder, own), clip.z / (clip.w - nearer_m));
+    let form = form_of(view, tree, cylinder, own);
+    return Drawn(tree.id, vec4<f32>(rounded(normal, form), texel.w * light_of(tree)), form, clip.z / (clip.w - nearer_m));
 }
 
 // The texel of a picture at a place of its space.

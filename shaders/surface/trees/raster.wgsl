@@ -3,7 +3,7 @@
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
-#import hachure::tree_form::form_of
+#import hachure::tree_form::{form_of, rounded}
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of}
 
 struct TreeVertex {
@@ -57,5 +57,5 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
     }
     let normal = normalize(in.normal.xyz);
     let form = form_of(view, tree, tree_species[species_of(tree)].cylinder, in.own);
-    return Drawn(tree.id, vec4<f32>(select(-normal, normal, is_front), in.normal.w), form);
+    return Drawn(tree.id, vec4<f32>(rounded(select(-normal, normal, is_front), form), in.normal.w), form);
 }
