@@ -37,7 +37,8 @@ struct Forest {
     tallest_m: f32,
     // Unit.
     to_sun: vec3<f32>,
-    padding_c: f32,
+    // No part of a tree is moved farther by wind.
+    sways_m: f32,
 }
 
 struct Species {

@@ -36,8 +36,9 @@ impl PresentPass {
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let draw = Draw {
             name: "composite/present",
+            definitions: &[],
             fragment: "fragment",
-            colors: [replaced(format), None],
+            colors: [replaced(format), None, None],
             depth: None,
             topology: wgpu::PrimitiveTopology::TriangleList,
         };

@@ -36,6 +36,8 @@ struct Seen {
     line: Option<Target>,
     /// Of a style with strokes.
     strokes: Option<SeenStrokes>,
+    /// Trees may be among it that wind moves.
+    may_sway: bool,
 }
 
 /// The strokes of an eye.
@@ -53,8 +55,8 @@ struct Shaded {
     balance: Option<balance::Inputs>,
 }
 
-/// All passes of all eyes.
-pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) {
+/// All passes of all eyes. Whether trees may be in view that wind moves.
+pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) -> bool {
     // Strokes are those of the eye that stands farther left, whichever is the first: eyes that are exchanged exchange
     // their pictures.
     let mut order: Vec<usize> = (0..eyes.len()).collect();
@@ -78,6 +80,7 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
     for (eye, memory) in eyes.iter_mut().enumerate() {
         finish(cx, inputs, &seen, &shaded, eye, memory);
     }
+    seen.iter().any(|seen| seen.may_sway)
 }
 
 /// Surface, lines and strokes of an eye; the first one also makes what all eyes share. The second one of a pair takes
@@ -140,15 +143,21 @@ fn see(
         let trees = &DrawnTrees::of(cx, forest, world.tree_models())?;
         let detail = world.tree_detail();
         let (origin_m, to_sun, cover) = (rig.origin_m, light.to_sun, world.forest_cover());
-        let asked =
-            trees::place::Inputs { view: &view, eye: view_of_eye, origin_m, terrain, forest, cover, to_sun, detail };
-        let species = &trees::place::run(cx, &asked, trees);
+        let (wind, eye) = (world.wind(), view_of_eye);
+        let asked = trees::place::Inputs { view: &view, eye, origin_m, terrain, forest, cover, wind, to_sun, detail };
+        let trees::place::Placed { species, may_sway } = &trees::place::run(cx, &asked, trees);
+        let swaying = wind.map(|wind| {
+            let step = targets.whole(gpu, &trees::sway::TREE_STEP);
+            let clock = view_of_eye.clock;
+            trees::sway::run(cx, trees::sway::Inputs { wind, clock, origin_m, detail, trees, step })
+        });
         let tree_normal = targets.whole(gpu, &trees::raster::TREE_NORMAL);
         let (terrain, tree_normal_of) = (terrain.uniform(), &tree_normal);
         let drawn = trees::raster::Inputs {
             view: &view,
             terrain,
             trees,
+            swaying: swaying.as_ref(),
             species,
             depth,
             surface_id,
@@ -156,8 +165,10 @@ fn see(
         };
         trees::raster::run(cx, &drawn);
         trees::impostor::run(cx, &drawn);
-        Some(tree_normal)
+        Some((tree_normal, swaying.map(|swaying| swaying.step), *may_sway))
     });
+    let (trees, tree_step, may_sway) = trees
+        .map_or((None, None, false), |(tree_normal, tree_step, may_sway)| (Some(tree_normal), tree_step, may_sway));
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
     land::resolve::run(cx, &resolved);
@@ -172,7 +183,8 @@ fn see(
     }
     if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);
-        motion::run(cx, &motion::Inputs { view: &view, position: &position, motion });
+        let tree_step = tree_step.as_ref();
+        motion::run(cx, &motion::Inputs { view: &view, position: &position, surface_id, tree_step, motion });
     }
     // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
     let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
@@ -211,7 +223,7 @@ fn see(
         let drawn = if rig.is_pair() { frame.partner(cx, &still_view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
-    Seen { view, still_view, surface_id: surface_id.clone(), position, normal, line, strokes }
+    Seen { view, still_view, surface_id: surface_id.clone(), position, normal, line, strokes, may_sway }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has

@@ -38,10 +38,12 @@ impl From<&'static str> for Compute {
 pub struct Draw {
     /// Of the shader, and of the pass.
     pub name: &'static str,
+    /// What is turned on by `#ifdef`.
+    pub definitions: &'static [&'static str],
     /// The entry point of fragments.
     pub fragment: &'static str,
     /// What it draws on.
-    pub colors: [Option<wgpu::ColorTargetState>; 2],
+    pub colors: [Option<wgpu::ColorTargetState>; 3],
     /// The format of a depth picture that is tested (nearer wins: depth is reversed) and written.
     pub depth: Option<wgpu::TextureFormat>,
     /// Triangles or lines.

@@ -31,8 +31,9 @@ impl ShowPass {
     ) {
         let draw = Key::Draw(Draw {
             name: "headset/show",
+            definitions: &[],
             fragment: "fragment",
-            colors: [replaced(format), None],
+            colors: [replaced(format), None, None],
             depth: None,
             topology: wgpu::PrimitiveTopology::TriangleList,
         });

@@ -85,7 +85,8 @@ const OWN_SIZE: f32 = 0.18;
 const DISSOLVES: f32 = 0.16;
 // As a canopy rises a tree shrinks, by how much wider than by nature it is.
 const RISES: vec2<f32> = vec2<f32>(1.25, 1.85);
-const SHRINKS: vec2<f32> = vec2<f32>(1.5, 2.1);
+const SHRUNK: f32 = 2.1;
+const SHRINKS: vec2<f32> = vec2<f32>(1.5, SHRUNK);
 // Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
 const LEAST_LIGHT: f32 = 0.6;
@@ -208,7 +209,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let farther = max(away_m / forest.full_m, 1.0) / sqrt(LEAST_FORESHORTENING);
     let tallest_m = forest.tallest_m;
     let about = vec3<f32>(xy_m, site.height_m + 0.5 * tallest_m);
-    if is_beside(view, bend(about), tallest_m * (1.0 + WIDEST_CROWN * farther)) {
+    if is_beside(view, bend(about), tallest_m * (1.0 + WIDEST_CROWN * farther) + forest.sways_m) {
         return;
     }
     let foreshortening = abs(dot(toward_eye, vec3<f32>(-site.slope, 1.0)))
@@ -237,7 +238,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let flat_m = vec3<f32>(xy_m, foot_m);
     let wider = inverseSqrt(share);
     let crown_m = species.crown * height_m;
-    if is_beside(view, bend(flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m)), 0.6 * height_m + 1.5 * crown_m * wider) {
+    if is_beside(view, bend(flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m)), 0.6 * height_m + 1.5 * crown_m * wider + forest.sways_m) {
         return;
     }
     let turn = chance.y * 6.2831853;

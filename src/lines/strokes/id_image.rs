@@ -18,8 +18,9 @@ pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FO
 
 const DRAW: Draw = Draw {
     name: "lines/strokes/id_image",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
     topology: wgpu::PrimitiveTopology::LineList,
 };

@@ -13,8 +13,9 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const SOLID: Draw = Draw {
     name: "surface/land/raster",
+    definitions: &[],
     fragment: "solid",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
     topology: wgpu::PrimitiveTopology::TriangleList,
 };

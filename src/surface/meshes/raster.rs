@@ -9,8 +9,9 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const DRAW: Draw = Draw {
     name: "surface/meshes/raster",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None],
+    colors: [replaced(ID_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
     topology: wgpu::PrimitiveTopology::TriangleList,
 };

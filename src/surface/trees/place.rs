@@ -18,10 +18,10 @@ use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, Species as Speci
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
-use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, TreeBlock};
-use crate::scene::Forest;
+use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, OWN_SIZE, SHRUNK, TreeBlock};
 use crate::scene::forest::Species;
 use crate::scene::view::View;
+use crate::scene::{Forest, Wind};
 use crate::tiles::Terrain;
 
 /// Trees and pieces of canopy that are drawn for an eye, at most; where there were more, they are thinned out nearer to
@@ -41,6 +41,8 @@ pub const TALLEST: f64 = 1.35;
 const TALLEST_OF_RASTER: f64 = 2.9;
 /// A tree that dissolves is drawn as two, and so is one in whose place a canopy rises.
 const DRAWN_TWICE: f64 = 2.0;
+/// Where all trees are drawn, times this: beyond it none is drawn but as canopy.
+const LAST_ALONE: f64 = (SHRUNK * (1.0 + OWN_SIZE)) as f64;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
@@ -65,20 +67,31 @@ pub struct Inputs<'a> {
     pub forest: &'a Forest,
     /// What rasters say of it.
     pub cover: Option<&'a Arc<Cover>>,
+    /// What bends them.
+    pub wind: Option<Wind>,
     /// Unit.
     pub to_sun: DVec3,
     /// Sizes at which trees go over to something simpler are so many times smaller; 1 is what is usual.
     pub detail: f64,
 }
 
-/// Finds the trees of a forest that an eye sees. Its species, for the passes that draw them.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource {
-    let &Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, detail } = inputs;
+/// What the passes that draw trees are told.
+pub struct Placed {
+    /// The species of the forest.
+    pub species: Resource,
+    /// There may be trees in view that wind moves.
+    pub may_sway: bool,
+}
+
+/// Finds the trees of a forest that an eye sees.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
+    let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
     // A raster may say that trees are taller than their species in the mean.
     let tallest_m = height_m * if forest.cover.canopy_height.is_some() { TALLEST_OF_RASTER } else { TALLEST };
     let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
+    let sways_m = wind.map_or(0.0, |wind| wind.reach_m(tallest_m));
     let mut sight = Sight {
         eye_m: eye.pose.position_m,
         frustum: &eye.frustum(),
@@ -86,6 +99,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         land_m: terrain.corners_m(),
         range_m: terrain.range_m().map(f64::from),
         tallest_m,
+        sways_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
     let most_trees = f64::from(MOST_TREES) / DRAWN_TWICE;
@@ -94,6 +108,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         sight.thinning.full_m *= 0.95 * (most_trees / most as f64).sqrt();
         (blocks, most) = blocks::in_view(&sight, &shared.points);
     }
+    // Farther away there is canopy only.
+    let sways_within_m = LAST_ALONE * sight.thinning.full_m;
+    let may_sway = wind.is_some() && blocks.iter().any(|block| sight.bounds(*block).distance_m() < sways_within_m);
     let packed: Vec<TreeBlock> = blocks
         .iter()
         .map(|block| {
@@ -128,12 +145,13 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
         points: POINTS as f32,
         asks_hollow: forest.species.iter().any(|species| species.by_hollow != 0.0).into(),
         tallest_m: tallest_m as f32,
+        sways_m: sways_m as f32,
         to_sun: to_sun.as_vec3().to_array(),
         ..ForestUniform::default()
     };
     let species = species_records(cx, forest, trees);
     if packed.is_empty() && !cx.rehearses() {
-        return species;
+        return Placed { species, may_sway };
     }
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
@@ -152,7 +170,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Resource
     }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
     cx.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
-    species
+    Placed { species, may_sway }
 }
 
 /// A cover on the GPU.
