@@ -27,7 +27,7 @@ struct Wind {
     // Unit: where it blows to.
     toward: vec2<f32>,
     // By how many metres trees lean in the mean, for each square metre of their height.
-    lean_per_m2: f32,
+    mean_lean: f32,
     // How far leaves flutter, at most.
     flutter_m: f32,
     // Heights of trees on the picture at which leaves do not flutter any more, and from which on they do as they should.
@@ -56,7 +56,7 @@ fn sway_at(wind: Wind, foot_m: vec2<f32>) -> Sway {
         let swings = sin(dot(wave.per_m, foot_m) + vec2<f32>(wave.now, wave.before));
         shares += swings.xxyy * vec4<f32>(wave.along, wave.across, wave.along, wave.across);
     }
-    shares *= wind.lean_per_m2;
+    shares *= wind.mean_lean;
     let across = vec2<f32>(-wind.toward.y, wind.toward.x);
     return Sway(shares.x * wind.toward + shares.y * across, shares.z * wind.toward + shares.w * across);
 }

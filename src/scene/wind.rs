@@ -78,7 +78,7 @@ impl Wind {
             let (_, phase) = wave.phase(self, foot_m, time_s);
             (along + wave.along * phase.sin(), across + wave.across * phase.sin())
         });
-        let sway = (toward * along + toward.perp() * across) * self.lean_per_m2();
+        let sway = (toward * along + toward.perp() * across) * self.mean_lean();
         sway * up_m * up_m / (1.0 + (sway.length() * up_m / f64::from(MOST_LEAN)).powi(2)).sqrt()
     }
 
@@ -86,7 +86,7 @@ impl Wind {
     pub fn reach_m(&self, tall_m: f64) -> f64 {
         let (along, across) =
             SWAYS.iter().fold((1.0, 0.0), |(along, across), wave| (along + wave.along, across + wave.across));
-        let most = self.lean_per_m2() * DVec2::new(along, across).length() * tall_m * tall_m;
+        let most = self.mean_lean() * DVec2::new(along, across).length() * tall_m * tall_m;
         most.min(f64::from(MOST_LEAN) * tall_m) + 2.0 * self.flutter_m()
     }
 
@@ -108,7 +108,7 @@ impl Wind {
         };
         WindUniform {
             toward: self.toward().as_vec2().to_array(),
-            lean_per_m2: self.lean_per_m2() as f32,
+            mean_lean: self.mean_lean() as f32,
             flutter_m: self.flutter_m() as f32,
             sways: SWAYS.each_ref().map(wave),
             flutters: FLUTTERS.each_ref().map(wave),
@@ -116,7 +116,7 @@ impl Wind {
         }
     }
 
-    fn lean_per_m2(&self) -> f64 {
+    fn mean_lean(&self) -> f64 {
         LEAN_PER_M2 * self.speed_m_s * self.speed_m_s
     }
 
