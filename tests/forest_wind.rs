@@ -281,14 +281,15 @@ fn tops_lean_as_far_as_the_wind_says() {
 
 #[test]
 fn a_mesh_and_its_impostor_lean_alike() {
-    for (form, speed_m_s) in [(Form::Broadleaf, 10.0), (Form::Conifer, 10.0), (Form::Conifer, 25.0)] {
+    for (form, speed_m_s) in [(Form::Broadleaf, 10.0), (Form::Conifer, 25.0)] {
         let wind = Wind { speed_m_s, ..WIND };
-        let Some(mut world) = wooded(form, 25.0, Some(wind)) else { return };
+        let Some(mut world) = wooded(form, 12.0, Some(wind)) else { return };
         let mut frame = Frame::new(&world.gpu).unwrap();
         let bands = [[0.1, 0.4], [0.4, 0.7], [0.7, 1.0]];
         let (mut all, mut all_planted): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();
-        for yaw_deg in [320, 340, 0, 140, 160, 180] {
-            let pose = world.pose(&format!("-300,-900,45,{yaw_deg},-20,40"));
+        for number in 0..14 {
+            let (x_m, yaw_deg) = (120 * number - 900, 26 * number);
+            let pose = world.pose(&format!("{x_m},-900,55,{yaw_deg},-35,40"));
             let mut of = |detail: f64, wind: Option<Wind>, now_s: f64| {
                 world.surfaces.set_wind(wind);
                 world.surfaces.set_tree_detail(detail);
@@ -328,7 +329,7 @@ fn a_mesh_and_its_impostor_lean_alike() {
                  planted {:.3}",
                 quantile(&mut planted, 0.5)
             );
-            assert!(count >= 20 && middle < 0.25 && most < 0.75);
+            assert!(count >= 15 && middle < 0.25 && most < 0.75);
             assert!(band[0] < 0.5 || quantile(&mut planted, 0.5) > 3.0 * middle);
         }
     }
@@ -414,6 +415,7 @@ fn what_leans_into_the_picture_is_not_culled() {
         }
     }
     println!("{other} of {all} pixels differ; {outside} are of trees that lean in");
+    // Planted by the second bound: without those that stand beside, more than half of the pixels would be others.
     assert!(all > 150 && outside > 100 && other * 100 < all);
 }
 

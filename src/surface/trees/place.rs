@@ -147,7 +147,6 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
         tallest_m: tallest_m as f32,
         sways_m: sways_m as f32,
         to_sun: to_sun.as_vec3().to_array(),
-        ..ForestUniform::default()
     };
     let species = species_records(cx, forest, trees);
     if packed.is_empty() && !cx.rehearses() {
