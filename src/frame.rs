@@ -10,6 +10,7 @@ mod eye;
 mod left;
 mod passes;
 mod switch;
+mod trees;
 
 use std::time::Instant;
 
@@ -73,6 +74,8 @@ pub struct Frame {
     /// Of each eye, if there is any.
     hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
+    /// The last frame may have shown trees that wind moves.
+    may_sway: bool,
     trace: Option<Vec<PassTrace>>,
     record_ms: f64,
     drew: bool,
@@ -111,6 +114,7 @@ impl Frame {
             wants_motion: false,
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
+            may_sway: false,
             trace: None,
             record_ms: 0.0,
             drew: false,
@@ -275,7 +279,9 @@ impl Frame {
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
         let wants_motion = self.wants_motion;
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
-        let changes = land_changes || strokes_settle;
+        // Of another view than the last one's it need not be known: that is none at rest.
+        let sways = self.may_sway && !rig.clock().is_still();
+        let changes = land_changes || strokes_settle || sways;
         let error_px = prepared.detail.error_px;
         let temporal_aa = self.samples.plan(&antialias::Asked { rig, style, light, error_px, changes });
         // No time passes between samples: strokes neither come nor go.
@@ -296,7 +302,7 @@ impl Frame {
             hidden,
             temporal_aa,
         };
-        passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
+        self.may_sway = passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
         let is_complete = cx.is_complete();
         self.trace = cx.submit();
         self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;

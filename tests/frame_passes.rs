@@ -17,6 +17,7 @@ use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced};
 use hachure::picture::show::{self, ShowError};
+use hachure::scene::Wind;
 use hachure::scene::forest::Form;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
@@ -149,6 +150,12 @@ fn traces() -> Option<Traces> {
         let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
         traces.add("scenes with a forest", &trace);
     }
+    world.surfaces.set_wind(Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    frame.set_wants_motion(true);
+    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    traces.add("scenes with a forest in wind", &trace);
+    world.surfaces.set_wind(None);
     world.surfaces.set_forest(None);
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);

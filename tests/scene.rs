@@ -4,10 +4,10 @@
 
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use hachure::scene::camera::{Camera, CameraError};
 use hachure::scene::path::CameraPath;
-use hachure::scene::{Scene, World};
+use hachure::scene::{Scene, Wind, World};
 use proptest::prelude::*;
 
 fn camera(text: &str) -> Camera {
@@ -235,6 +235,18 @@ fn scene_file_is_read() {
     assert_eq!(scene.haze.color_srgb, Some([1.0, 128.0 / 255.0, 0.0]));
     assert_eq!(scene.start, Some(camera("0,-10,+20,0,-5,50")));
     assert_eq!(scene.vertical_exaggeration, 1.5);
+    assert_eq!(scene.wind, None);
+}
+
+#[test]
+fn wind_is_read() {
+    let wind = |table: &str| scene(&format!("world.procedural.seed = 1\n{table}")).unwrap().wind;
+    assert_eq!(wind("wind = { speed_m_s = 4, from_deg = 240 }"), Some(Wind { speed_m_s: 4.0, from_deg: 240.0 }));
+    assert_eq!(wind("wind = {}"), Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
+    // From the west it blows to the east.
+    assert!(wind("wind = {}").unwrap().toward().distance(DVec2::X) < 1e-12);
+    assert_eq!(wind("wind = { speed_m_s = 0 }"), None);
+    assert_eq!(wind(""), None);
 }
 
 #[test]
@@ -263,6 +275,11 @@ fn scene_errors_name_file_key_and_cause() {
             "terrain/alps.toml:4:15: sun.azimuth_deg must be a number, and \"x\" is a text",
         ),
         (format!("{world}[sun]\nelevation_deg = nan\n"), "terrain/alps.toml:4:17: sun.elevation_deg: it must lie"),
+        (
+            format!("{world}[wind]\nspeed_m_s = 61\n"),
+            "terrain/alps.toml:4:13: wind.speed_m_s: it must lie within 0 to 60",
+        ),
+        (format!("{world}[wind]\nfrom_deg = nan\n"), "terrain/alps.toml:4:12: wind.from_deg: it must lie within"),
         (format!("{world}[haze]\ndistance_m = 0.0\n"), "terrain/alps.toml:4:14: haze.distance_m: it must be"),
         (format!("{world}[haze]\ncolor = \"#+1234f\"\n"), "terrain/alps.toml:4:9: haze.color: it must be written"),
         (format!("{world}[camera]\nstart = \"1,2\"\n"), "terrain/alps.toml:4:9: camera.start: a camera is"),

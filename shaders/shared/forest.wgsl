@@ -39,11 +39,12 @@ struct Forest {
     to_sun: vec3<f32>,
     // As far away from the sun a tree's shadow reaches from its foot, by its height; 0 where there are no shadows.
     shadow_reach: f32,
+    // No part of a tree is moved farther by wind.
+    sways_m: f32,
     // Where land is level there is water.
     level_is_water: u32,
     padding_a: u32,
     padding_b: u32,
-    padding_c: u32,
 }
 
 struct Species {

@@ -6,10 +6,14 @@
 // Along each side of the map of pictures.
 const FRAMES: f32 = 12.0;
 
+// From the tree's turn and width into its own.
+fn back_of(tree: TreeInstance) -> mat2x2<f32> {
+    return mat2x2<f32>(vec2<f32>(tree.turn.y, -tree.turn.x), vec2<f32>(tree.turn.x, tree.turn.y));
+}
+
 // From the world into the tree that is 1 tall and wide.
 fn own_of(tree: TreeInstance, from_foot_m: vec3<f32>) -> vec3<f32> {
-    let back = mat2x2<f32>(vec2<f32>(tree.turn.y, -tree.turn.x), vec2<f32>(tree.turn.x, tree.turn.y));
-    return vec3<f32>(back * from_foot_m.xy / tree.width_m,
+    return vec3<f32>(back_of(tree) * from_foot_m.xy / tree.width_m,
         (from_foot_m.z - dot(from_foot_m.xy, tree.slope)) / tree.height_m);
 }
 

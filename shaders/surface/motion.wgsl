@@ -1,9 +1,21 @@
 // Where each pixel's content was in the previous frame: exact for a world that stands still, sky included.
+//
+// Where wind moves trees (WIND), they tell by themselves from where: each corner of a mesh as it leans and flutters, each
+// pixel of an impostor as it leans. What is neglected: the curvature of the earth turns that step by less than 0.01, half
+// floats round it by 0.05 %, and how much of the flutter shows is taken from this frame's distance.
 #import hachure::view::{View, motion_of, ray_of_pixel}
+#ifdef WIND
+#import hachure::surface_id::{kind_of, TREE}
+#endif
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var position: texture_2d<f32>;
 @group(0) @binding(2) var motion: texture_storage_2d<rg32float, write>;
+#ifdef WIND
+@group(0) @binding(3) var surface_id: texture_2d<u32>;
+// In metres, to where it was; elsewhere than on trees it means nothing.
+@group(0) @binding(4) var tree_step: texture_2d<f32>;
+#endif
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -13,6 +25,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     // The sky is a direction.
-    let point = select(vec4<f32>(ray_of_pixel(view, pixel), 0.0), vec4<f32>(at.xyz, 1.0), at.w > 0.0);
+    var point = select(vec4<f32>(ray_of_pixel(view, pixel), 0.0), vec4<f32>(at.xyz, 1.0), at.w > 0.0);
+#ifdef WIND
+    if kind_of(textureLoad(surface_id, pixel, 0).r) == TREE {
+        point += vec4<f32>(textureLoad(tree_step, pixel, 0).xyz, 0.0);
+    }
+#endif
     textureStore(motion, pixel, vec4<f32>(motion_of(view, pixel, point), 0.0, 0.0));
 }

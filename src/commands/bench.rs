@@ -165,9 +165,10 @@ fn world_size(world: &OpenWorld) -> WorldSize {
 fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     let bar = Bar::default();
     bar.report("warming up", 0.0);
-    let first = path.sample(path.times_s()[0]);
+    let start_s = path.times_s()[0];
+    let first = path.sample(start_s);
     for run in runs.iter_mut() {
-        run.warm_up(gpu, args.size, &first)?;
+        run.warm_up(gpu, args.size, &first, start_s)?;
     }
     if args.real_time {
         fly_by_the_clock(gpu, path, args, runs, &bar)

@@ -29,6 +29,7 @@ use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
+use crate::scene::view::Clock;
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
@@ -63,6 +64,9 @@ pub struct RenderArgs {
     /// Frames per second along the path
     #[arg(long, default_value_t = 30.0, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
     pub fps: f64,
+    /// When one picture of a scene with wind is drawn, in seconds; along a path its own time counts [default: 0]
+    #[arg(long, conflicts_with = "path", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1e7))]
+    pub time_s: Option<f64>,
     /// How many eyes, and how they stand.
     #[command(flatten)]
     pub stereo: StereoArgs,
@@ -156,7 +160,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
     let drawn = DrawingReport::default();
-    let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None };
+    let clock = Clock::still(args.time_s.unwrap_or(0.0));
+    let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None, clock };
     let cameras = job.cameras()?;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;

@@ -36,8 +36,9 @@ impl PresentPass {
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let draw = Draw {
             name: "composite/present",
+            definitions: &[],
             fragment: "fragment",
-            colors: [replaced(format), None, None],
+            colors: [replaced(format), None, None, None],
             depth: None,
             writes_depth: false,
             topology: wgpu::PrimitiveTopology::TriangleList,

@@ -144,13 +144,31 @@ pub struct Sight<'a> {
     pub tallest_m: f64,
     /// From its foot to where its shadow ends; 0 where there are no shadows.
     pub shadow_m: DVec3,
+    /// How far wind moves a tree, at most.
+    pub sways_m: f64,
     /// How few are drawn far away.
     pub thinning: Thinning,
 }
 
+impl Sight<'_> {
+    /// What holds the trees of a block and their shadows, from the eye.
+    pub fn bounds(&self, block: Block) -> Bounds {
+        let &Self { eye_m, range_m, tallest_m, shadow_m, sways_m, .. } = self;
+        let corner_m = block.corner_m();
+        // Crowns lean over the borders of their blocks, canopies are wider than their trees, and the earth bends down.
+        let margin_m = DVec3::splat(0.5 * tallest_m + sways_m + 0.25 * block.side_m());
+        let low_m = corner_m.extend(range_m[0]);
+        let high_m = (corner_m + block.side_m()).extend(range_m[1] + tallest_m);
+        Bounds {
+            low_m: low_m - margin_m - eye_m + shadow_m.min(DVec3::ZERO),
+            high_m: high_m + margin_m - eye_m + shadow_m.max(DVec3::ZERO),
+        }
+    }
+}
+
 /// The blocks within reach that the frustum may see, and the most trees that they may draw.
 pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
-    let &Sight { eye_m, frustum, reach_m, land_m, range_m, tallest_m, shadow_m, thinning } = sight;
+    let &Sight { eye_m, frustum, reach_m, land_m, thinning, .. } = sight;
     let (mut blocks, mut most) = (Vec::new(), 0);
     let side_m = Block::widest(IVec2::ZERO).side_m();
     let first = ((eye_m.truncate() - reach_m).max(land_m[0]) / side_m).floor().as_ivec2();
@@ -159,13 +177,7 @@ pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
         (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| Block::widest(IVec2::new(x, y)))).collect();
     while let Some(block) = rest.pop() {
         let corner_m = block.corner_m();
-        // Crowns lean over the borders of their blocks, canopies are wider than their trees, and the earth bends down.
-        let margin_m = DVec3::splat(0.5 * tallest_m + 0.25 * block.side_m());
-        let bounds = Bounds {
-            low_m: corner_m.extend(range_m[0]) - margin_m - eye_m + shadow_m.min(DVec3::ZERO),
-            high_m: (corner_m + block.side_m()).extend(range_m[1] + tallest_m) + margin_m - eye_m
-                + shadow_m.max(DVec3::ZERO),
-        };
+        let bounds = sight.bounds(block);
         let away_m = bounds.distance_m();
         let is_beside = corner_m.cmpgt(land_m[1]).any() || (corner_m + block.side_m()).cmplt(land_m[0]).any();
         if is_beside || away_m > reach_m || !frustum.may_see(&bounds) {
@@ -195,16 +207,8 @@ mod tests {
     fn sight(frustum: &Frustum, thinning: Thinning) -> Sight<'_> {
         let eye_m = DVec3::new(1234.5, -987.0, 150.0);
         let land_m = [DVec2::splat(-1e6), DVec2::splat(1e6)];
-        Sight {
-            eye_m,
-            frustum,
-            reach_m: 20_000.0,
-            land_m,
-            range_m: [0.0, 100.0],
-            tallest_m: 20.0,
-            shadow_m: DVec3::ZERO,
-            thinning,
-        }
+        let (reach_m, range_m, tallest_m, shadow_m, sways_m) = (20_000.0, [0.0, 100.0], 20.0, DVec3::ZERO, 0.0);
+        Sight { eye_m, frustum, reach_m, land_m, range_m, tallest_m, shadow_m, sways_m, thinning }
     }
 
     /// The trees of blocks: each one's tile and number.

@@ -77,7 +77,7 @@ pub(super) struct Asked<'a> {
     pub light: &'a Light,
     /// That the mesh was allowed.
     pub error_px: f64,
-    /// Tiles or strokes come or go.
+    /// Tiles or strokes come or go, or trees sway.
     pub changes: bool,
 }
 
@@ -140,7 +140,7 @@ impl Samples {
 fn continues(last: &Rig, rig: &Rig) -> bool {
     let follows = |(last, eye): (&View, &View)| {
         let is_next = last.pose == eye.previous && last.lens == eye.previous_lens;
-        is_next && last.part == eye.part && last.picture_px == eye.picture_px
+        is_next && last.clock.now_s == eye.clock.before_s && last.part == eye.part && last.picture_px == eye.picture_px
     };
     last.eyes.len() == rig.eyes.len() && last.eyes.iter().zip(&rig.eyes).all(follows)
 }

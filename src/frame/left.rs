@@ -78,9 +78,15 @@ impl Frame {
     }
 
     /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
-    /// of a picture at rest are still to come.
+    /// of a picture at rest are still to come. What wind moves is another matter ([`Frame::may_sway`]).
     pub fn is_settling(&self) -> bool {
         self.samples.is_settling() || self.has_settling_strokes()
+    }
+
+    /// Whether trees may be in view that wind moves, so that the same view is another picture at another time: there are
+    /// blocks of forest that may be seen and are near enough to be drawn as more than canopy.
+    pub fn may_sway(&self) -> bool {
+        self.may_sway
     }
 
     /// Whether strokes are still coming or going.

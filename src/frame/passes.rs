@@ -4,6 +4,7 @@
 //! other ([`finish_lines`]). Then for each eye: tones and marks ([`shade`]), and its picture ([`finish`]). All eyes share
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
+use super::trees::{self as frame_trees, SeenTrees};
 use super::{EyeMemory, FrameInputs};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -18,7 +19,6 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::trees::DrawnTrees;
 use crate::surface::{self, land, mark_normal, meshes, motion, trees};
 use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
 
@@ -39,6 +39,8 @@ struct Seen {
     line: Option<Target>,
     /// Of a style with strokes.
     strokes: Option<SeenStrokes>,
+    /// Trees may be among it that wind moves.
+    may_sway: bool,
 }
 
 /// The strokes of an eye.
@@ -56,8 +58,8 @@ struct Shaded {
     balance: Option<balance::Inputs>,
 }
 
-/// All passes of all eyes.
-pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) {
+/// All passes of all eyes. Whether trees may be in view that wind moves.
+pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) -> bool {
     // Strokes are those of the eye that stands farther left, whichever is the first: eyes that are exchanged exchange
     // their pictures.
     let mut order: Vec<usize> = (0..eyes.len()).collect();
@@ -81,6 +83,7 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
     for (eye, memory) in eyes.iter_mut().enumerate() {
         finish(cx, inputs, &seen, &shaded, eye, memory);
     }
+    seen.iter().any(|seen| seen.may_sway)
 }
 
 /// Surface, lines and strokes of an eye; the first one also makes what all eyes share. The second one of a pair takes
@@ -139,30 +142,8 @@ fn see(
         }
         meshes
     });
-    let trees = world.forest().and_then(|forest| {
-        let trees = DrawnTrees::of(cx, forest, world.tree_models())?;
-        let detail = world.tree_detail();
-        let (origin_m, to_sun, cover) = (rig.origin_m, light.to_sun, world.forest_cover());
-        let (view, eye, has_shadows) = (&view, view_of_eye, style.asks_for_tree_shadows());
-        let asks = trees::place::Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, has_shadows, detail };
-        let asked = trees::place::run(cx, &asks, &trees);
-        let tree_normal = targets.whole(gpu, &trees::raster::TREE_NORMAL);
-        let tree_form = targets.whole(gpu, &trees::raster::TREE_FORM);
-        let (terrain, species) = (terrain.uniform(), &asked.species);
-        let drawn = trees::raster::Inputs {
-            view,
-            terrain,
-            trees: &trees,
-            species,
-            depth,
-            surface_id,
-            tree_normal: &tree_normal,
-            tree_form: &tree_form,
-        };
-        trees::raster::run(cx, &drawn);
-        trees::impostor::run(cx, &drawn);
-        Some((trees, asked, tree_normal, tree_form))
-    });
+    let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id };
+    let trees = frame_trees::see(cx, inputs, &at_eye, targets);
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
     land::resolve::run(cx, &resolved);
@@ -170,24 +151,17 @@ fn see(
         let (position, normal) = (&position, &normal);
         meshes::resolve::run(cx, &meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal });
     }
-    if let Some((_, _, tree_normal, _)) = &trees {
+    let tree_shadow = trees.as_ref().and_then(|trees| {
         let (position, normal) = (&position, &normal);
+        let tree_normal = &trees.normal;
         let resolved = trees::resolve::Inputs { view: &view, surface_id, depth, tree_normal, position, normal };
         trees::resolve::run(cx, &resolved);
-    }
-    let tree_form = trees.as_ref().map(|(_, _, _, tree_form)| tree_form.clone());
-    let tree_shadow = trees.filter(|_| style.asks_for_tree_shadows()).map(|(trees, asked, ..)| {
-        let tree_shadow = targets.whole(gpu, &trees::shadow::TREE_SHADOW);
-        let (terrain, position) = (terrain.uniform(), &position);
-        let (view, trees, asked, shadow) = (&view, &trees, &asked, &tree_shadow);
-        let thrown =
-            trees::shadow::Inputs { view, terrain, trees, asked, depth, surface_id, position, tree_shadow: shadow };
-        trees::shadow::run(cx, &thrown);
-        tree_shadow
+        frame_trees::shadow(cx, inputs, &at_eye, trees, position, targets)
     });
     if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);
-        motion::run(cx, &motion::Inputs { view: &view, position: &position, motion });
+        let tree_step = trees.as_ref().and_then(SeenTrees::step);
+        motion::run(cx, &motion::Inputs { view: &view, position: &position, surface_id, tree_step, motion });
     }
     // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
     let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
@@ -226,7 +200,10 @@ fn see(
         let drawn = if rig.is_pair() { frame.partner(cx, &still_view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
-    Seen { view, still_view, surface_id: surface_id.clone(), position, normal, tree_shadow, tree_form, line, strokes }
+    let may_sway = trees.as_ref().is_some_and(|trees| trees.placed.may_sway);
+    let tree_form = trees.map(|trees| trees.form);
+    let surface_id = surface_id.clone();
+    Seen { view, still_view, surface_id, position, normal, tree_shadow, tree_form, line, strokes, may_sway }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
@@ -270,25 +247,9 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let targets = &mut memory.targets;
 
     // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
-    let of_trees = tree_form.as_ref().filter(|_| style.hatching.is_some()).map(|tree_form| {
-        let mark_place = targets.whole(gpu, &trees::marks::MARK_PLACE);
-        let mark_surface = targets.whole(gpu, &trees::marks::MARK_SURFACE);
-        let (mark_place_of, mark_surface_of) = (&mark_place, &mark_surface);
-        trees::marks::run(
-            cx,
-            &trees::marks::Inputs {
-                view,
-                surface_id,
-                position,
-                normal,
-                tree_form,
-                mark_place: mark_place_of,
-                mark_surface: mark_surface_of,
-            },
-        );
-        (mark_place, mark_surface)
-    });
-    let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |(place, surface)| (place, surface));
+    let of_trees = tree_form.as_ref().filter(|_| style.hatching.is_some());
+    let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
+    let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
     let mark_normal = style.hatching.is_some().then(|| {
         let size = mark_normal::mark_normal_size(targets.size_px());
         let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
@@ -310,7 +271,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         range_m: terrain.range_m(),
         position,
         normal,
-        mark_surface: of_trees.as_ref().map(|(_, surface)| surface),
+        mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
         tone: &tone,
     };

@@ -103,7 +103,7 @@ fn compute(gpu: &Gpu, texts: &Texts, key: Compute, number: u64) -> Result<Pipeli
 }
 
 fn draw(gpu: &Gpu, texts: &Texts, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
-    let shader = Shader::new(gpu, texts, key.name, &[])?;
+    let shader = Shader::new(gpu, texts, key.name, key.definitions)?;
     let variables = shader.variables(&["vertex", key.fragment])?;
     let (layout, whole) = layouts(gpu, key.name, &variables);
     let count = key.colors.iter().flatten().count();

@@ -38,10 +38,12 @@ impl From<&'static str> for Compute {
 pub struct Draw {
     /// Of the shader, and of the pass.
     pub name: &'static str,
+    /// What is turned on by `#ifdef`.
+    pub definitions: &'static [&'static str],
     /// The entry point of fragments.
     pub fragment: &'static str,
     /// What it draws on.
-    pub colors: [Option<wgpu::ColorTargetState>; 3],
+    pub colors: [Option<wgpu::ColorTargetState>; 4],
     /// The format of a depth picture that is tested: nearer wins, which is greater.
     pub depth: Option<wgpu::TextureFormat>,
     /// Whether what wins is written to it.

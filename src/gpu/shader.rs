@@ -31,6 +31,9 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("surface/trees/place", &["COVER"]),
     ("tones/hatching", &["SWELLING"]),
     ("tones/fractal_hatching", &["ENDED"]),
+    ("surface/trees/raster", &["WIND"]),
+    ("surface/trees/impostor", &["WIND"]),
+    ("surface/motion", &["WIND"]),
 ];
 
 /// A mistake in a shader's text, with its place.

@@ -23,7 +23,7 @@ use crate::gpu::Gpu;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
 use crate::measure::statistics::Percentiles;
-use crate::scene::view::{Lens, Rig};
+use crate::scene::view::{Clock, Lens, Rig};
 use crate::style::{self, Style};
 
 /// How often events are looked for while nothing is drawn.
@@ -51,6 +51,8 @@ pub(super) struct Flight {
     /// What the runtime's images show, and from where.
     shown: Option<[xr::View; 2]>,
     shown_at: Option<xr::Time>,
+    /// Trees sway by the time since then.
+    first_at: Option<xr::Time>,
     frames: Option<u64>,
     drawn: u64,
     began: Option<Instant>,
@@ -93,6 +95,7 @@ impl Flight {
             before: None,
             shown: None,
             shown_at: None,
+            first_at: None,
             frames: options.frames,
             drawn: 0,
             began: None,
@@ -192,7 +195,10 @@ impl Flight {
             self.style = (self.style + 1) % self.styles.len();
             tracing::info!("style: {}", self.styles[self.style].name);
         }
+        let now_s = (time.as_nanos() - self.first_at.get_or_insert(time).as_nanos()) as f64 * 1e-9;
+        let before_s = self.before.as_ref().map_or(now_s, |before| before.clock().now_s);
         let rig = self.traveller.stage().rig(&eyes, headset.sizes_px(), self.before.as_ref());
+        let rig = rig.at(Clock { now_s, before_s });
         self.frame.set_hidden(hidden::areas(&headset.hidden, &eyes, headset.sizes_px()));
         self.frame.set_step_s(step_s);
         let style = &self.styles[self.style];

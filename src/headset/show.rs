@@ -31,8 +31,9 @@ impl ShowPass {
     ) {
         let draw = Key::Draw(Draw {
             name: "headset/show",
+            definitions: &[],
             fragment: "fragment",
-            colors: [replaced(format), None, None],
+            colors: [replaced(format), None, None, None],
             depth: None,
             writes_depth: false,
             topology: wgpu::PrimitiveTopology::TriangleList,

@@ -30,7 +30,7 @@ use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::stereo::Pair;
-use crate::scene::view::{Part, Pose, Rig, View};
+use crate::scene::view::{Clock, Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
 use crate::tiles::terrain::Loading;
@@ -78,6 +78,8 @@ pub struct PictureRequest<'a> {
     pub pose: Pose,
     /// The eye one frame ago.
     pub previous: Pose,
+    /// When: trees sway by it.
+    pub clock: Clock,
     /// Of the picture.
     pub size_px: [u32; 2],
     /// The style.
@@ -94,9 +96,10 @@ pub struct PictureRequest<'a> {
 }
 
 impl<'a> PictureRequest<'a> {
-    /// Of an eye that does not move: colour and nothing else.
+    /// Of an eye that does not move, at time 0: colour and nothing else.
     pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
-        Self { pose, previous: pose, size_px, style, light, planes: &[], samples: 1, antialias: Antialias::None }
+        let (clock, antialias) = (Clock::default(), Antialias::None);
+        Self { pose, previous: pose, clock, size_px, style, light, planes: &[], samples: 1, antialias }
     }
 }
 
@@ -177,11 +180,11 @@ fn render_eyes<E>(
     parts: &PartRule,
     mut take: impl FnMut(Vec<Band>) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
-    let jittered = |previous: Pose, part: Part, jitter_px: DVec2| {
-        let camera = View { jitter_px, ..View::of_part(previous, request.pose, request.size_px, part) };
+    let jittered = |previous: Pose, clock: Clock, part: Part, jitter_px: DVec2| {
+        let camera = View { jitter_px, clock, ..View::of_part(previous, request.pose, request.size_px, part) };
         pair.map_or_else(|| Rig::mono(camera), |pair| pair.rig(&camera))
     };
-    let rig_of = |part| jittered(request.previous, part, DVec2::ZERO);
+    let rig_of = |part| jittered(request.previous, request.clock, part, DVec2::ZERO);
     let samples = supersampling::samples(request.samples, !request.planes.is_empty());
     let eyes = if pair.is_some() { 2 } else { 1 };
     let start = std::time::Instant::now();
@@ -246,9 +249,12 @@ fn render_eyes<E>(
             let step_s = frame.step_s();
             for (number, &(jitter_px, weight)) in samples.iter().enumerate() {
                 // No time passes between samples: strokes neither come nor go.
-                let previous = if number == 0 { request.previous } else { request.pose };
+                let (previous, clock) = match number {
+                    0 => (request.previous, request.clock),
+                    _ => (request.pose, Clock::still(request.clock.now_s)),
+                };
                 frame.set_step_s(if number == 0 { step_s } else { 0.0 });
-                let rig = frame.jittered(&jittered(previous, part, jitter_px), request.style);
+                let rig = frame.jittered(&jittered(previous, clock, part, jitter_px), request.style);
                 let prepared = frame::prepare(gpu, world, &rig, request.style, &request.light);
                 frame.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
                 for (eye, band) in bands.iter_mut().enumerate() {

@@ -61,7 +61,7 @@ pub fn render_strokes(
     }
     let frame = Frame::or_new(frame, gpu)?;
     frame.set_wants_motion(false);
-    let view = View::whole(request.previous, request.pose, size_px);
+    let view = View::whole(request.previous, request.pose, size_px).at(request.clock);
     let rig = pair.map_or_else(|| Rig::mono(view), |pair| pair.rig(&view));
     let prepared = frame.render_eyes(gpu, world, &rig, request.style, &request.light)?;
     let of_eye = |eye| {

@@ -12,6 +12,7 @@ pub mod reach;
 pub mod scene_file;
 pub mod stereo;
 pub mod view;
+pub mod wind;
 
 use std::path::PathBuf;
 
@@ -19,6 +20,7 @@ use camera::Camera;
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
+pub use wind::Wind;
 
 use crate::source::OpenOptions;
 
@@ -45,6 +47,8 @@ pub struct Scene {
     pub meshes: Vec<MeshPlacement>,
     /// Trees.
     pub forest: Option<Forest>,
+    /// What moves them, if anything does.
+    pub wind: Option<Wind>,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
 }
@@ -131,6 +135,7 @@ impl Scene {
             vertical_exaggeration: 1.0,
             meshes: Vec::new(),
             forest: None,
+            wind: None,
             heights: OpenOptions::default(),
         }
     }

@@ -32,6 +32,10 @@
 //! scale = 1                         # metres for each unit of the file
 //! up = "y"                          # or "z": what points up in the file
 //!
+//! [wind]                            # moves trees; without it, they stand still
+//! speed_m_s = 4                     # in the mean, at most 60; without it, 5
+//! from_deg = 240                    # where it comes from, clockwise from north; without it, 270
+//!
 //! [forest]                          # trees by rules; every key is optional
 //! seed = 1
 //! trees_per_ha = 300                # at most 625
@@ -69,6 +73,7 @@ use serde::Deserialize;
 use super::camera::{Camera, LARGEST_COORDINATE_M};
 use super::earth::Earth;
 use super::forest::ForestToml;
+use super::wind::WindToml;
 use super::{Haze, MeshPlacement, Scene, Sun, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
@@ -120,6 +125,7 @@ struct FileToml {
     #[serde(default)]
     meshes: Vec<MeshToml>,
     forest: Option<ForestToml>,
+    wind: Option<WindToml>,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -275,6 +281,9 @@ impl Scene {
         scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(forest) = &file.forest {
             scene.forest = Some(forest.checked(path).map_err(|(key, cause)| wrong(&key, &cause))?);
+        }
+        if let Some(wind) = &file.wind {
+            scene.wind = wind.checked().map_err(|(key, cause)| wrong(&key, &cause))?;
         }
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);

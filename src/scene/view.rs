@@ -53,6 +53,27 @@ pub struct Lens {
     pub down: f64,
 }
 
+/// When a frame is drawn, in seconds since any moment: trees sway by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clock {
+    /// Of this frame.
+    pub now_s: f64,
+    /// Of the frame before, for motion.
+    pub before_s: f64,
+}
+
+impl Clock {
+    /// No time has passed since the frame before.
+    pub fn still(now_s: f64) -> Self {
+        Self { now_s, before_s: now_s }
+    }
+
+    /// Whether no time has passed.
+    pub fn is_still(&self) -> bool {
+        self.now_s == self.before_s
+    }
+}
+
 /// A view of a part of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -66,6 +87,8 @@ pub struct View {
     pub previous_lens: Option<Lens>,
     /// By how much the content of the picture is moved, in pixels: for samples beside the centres of pixels.
     pub jitter_px: DVec2,
+    /// One for all eyes of a rig.
+    pub clock: Clock,
     /// Of the whole picture.
     pub picture_px: [u32; 2],
     /// What is rendered of it.
@@ -85,6 +108,18 @@ impl Rig {
     /// Of one eye, at its origin.
     pub fn mono(view: View) -> Self {
         Self { origin_m: view.pose.position_m, eyes: vec![view] }
+    }
+
+    /// The same at another time.
+    #[must_use]
+    pub fn at(mut self, clock: Clock) -> Self {
+        self.eyes.iter_mut().for_each(|eye| eye.clock = clock);
+        self
+    }
+
+    /// When all eyes see.
+    pub fn clock(&self) -> Clock {
+        self.eyes.first().map(|eye| eye.clock).unwrap_or_default()
     }
 
     /// How far to the right of the origin an eye stands, as the first one looks.
@@ -112,9 +147,16 @@ impl View {
         Self::of_part(previous, pose, picture_px, Part::whole(picture_px))
     }
 
+    /// The same at another time.
+    #[must_use]
+    pub fn at(self, clock: Clock) -> Self {
+        Self { clock, ..self }
+    }
+
     /// A part of a picture through a symmetric lens.
     pub fn of_part(previous: Pose, pose: Pose, picture_px: [u32; 2], part: Part) -> Self {
-        Self { pose, previous, lens: None, previous_lens: None, jitter_px: DVec2::ZERO, picture_px, part }
+        let (lens, jitter_px, clock) = (None, DVec2::ZERO, Clock::default());
+        Self { pose, previous, lens, previous_lens: None, jitter_px, clock, picture_px, part }
     }
 
     /// Pixels per radian around the axis, in the direction that has more of them.

@@ -16,8 +16,9 @@ const HIDDEN: BufferKind = BufferKind::storage("hidden area");
 
 const DRAW: Draw = Draw {
     name: "surface/hidden",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None, None],
+    colors: [replaced(ID_FORMAT), None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,

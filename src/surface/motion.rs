@@ -1,6 +1,7 @@
 //! Exact screen motion of every pixel. See `shaders/surface/motion.wgsl`.
 
-use crate::gpu::bind::Resource;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 
@@ -13,13 +14,20 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Of the surface.
     pub position: &'a Target,
+    /// Which pixels show a tree.
+    pub surface_id: &'a Target,
+    /// [`TREE_STEP`](super::trees::sway::TREE_STEP), where wind moves trees.
+    pub tree_step: Option<&'a Target>,
     /// Out.
     pub motion: &'a Target,
 }
 
 /// Finds the motion of every pixel, of the sky as well.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let resources =
-        [("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];
-    cx.pixels("surface/motion", inputs.motion.size_px(), &resources);
+    let mut resources: Vec<Named> =
+        vec![("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];
+    let of_trees = |step: &Target| [("surface_id", inputs.surface_id.into()), ("tree_step", step.into())];
+    resources.extend(inputs.tree_step.into_iter().flat_map(of_trees));
+    let definitions: &[&str] = if inputs.tree_step.is_some() { &["WIND"] } else { &[] };
+    cx.pixels(Compute { name: "surface/motion", definitions }, inputs.motion.size_px(), &resources);
 }

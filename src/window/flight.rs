@@ -33,7 +33,7 @@ use crate::gpu::pipelines::Builds;
 use crate::lines::strokes::NumbersLater;
 use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::{Eyes, Pair};
-use crate::scene::view::{Pose, View};
+use crate::scene::view::{Clock, Pose, View};
 use crate::style::Style;
 use crate::tiles::terrain::Prepared;
 
@@ -87,11 +87,15 @@ pub struct Flight {
     next_built: Instant,
     next_shaders: Instant,
     frames_left: Option<u64>,
+    /// Trees sway by the time since then.
+    begun: Instant,
 }
 
 /// What is known of the picture on the screen.
 struct LastPicture {
     pose: Pose,
+    /// Since the flight began.
+    time_s: f64,
     /// How two eyes stood.
     pair: Pair,
     prepared: Prepared,
@@ -131,8 +135,8 @@ impl Flight {
             pair: options.pair,
             follows_land: options.follows_land,
         };
-        let last =
-            LastPicture { pose: start.pose(), pair: options.pair, prepared: Prepared::default(), tiles_loaded: 0 };
+        let (pose, pair, prepared) = (start.pose(), options.pair, Prepared::default());
+        let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0 };
         window.set_title(&format!("{} — hachure", world.name));
         window.set_visible(true);
         Ok(Self {
@@ -161,6 +165,7 @@ impl Flight {
             next_built: Instant::now(),
             next_shaders: Instant::now(),
             frames_left: options.frames,
+            begun: Instant::now(),
             world,
             gpu,
             window,
@@ -212,8 +217,8 @@ impl Flight {
             }
         }
 
-        // Tiles that came in make a better picture the next time; strokes come and go for a while.
-        let is_settling = self.frame.as_ref().is_some_and(Frame::is_settling);
+        // Tiles that came in make a better picture the next time; strokes come and go for a while, and trees sway.
+        let is_settling = self.frame.as_ref().is_some_and(|frame| frame.is_settling() || frame.may_sway());
         self.stale = rendered
             && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
         let flows = !input.is_still()
@@ -309,7 +314,8 @@ impl Flight {
         self.eyes_move = self.settings.follow_land(nearest_m, step_s);
         let style = &self.styles.list()[self.settings.style];
         let frame = Frame::or_new(&mut self.frame, &self.gpu)?;
-        let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px), &self.last.pair);
+        let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
+        let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);
         self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
         frame.set_step_s(step_s);
         frame.set_antialias(self.settings.antialias);
@@ -319,6 +325,7 @@ impl Flight {
         self.stroke_numbers.ask(&self.gpu, frame.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
+        self.last.time_s = clock.now_s;
         self.last.pair = self.settings.pair;
         self.last.prepared = prepared;
         Ok(())

@@ -13,7 +13,7 @@ pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::mesh::placed::Placed;
-use crate::scene::Forest;
+use crate::scene::{Forest, Wind};
 use crate::tiles::Terrain;
 
 /// The surfaces of a world, of every kind.
@@ -25,12 +25,21 @@ pub struct Surfaces {
     forest_cover: Option<Arc<Cover>>,
     tree_models: Vec<Arc<TreeModel>>,
     tree_detail: f64,
+    wind: Option<Wind>,
 }
 
 impl From<Terrain> for Surfaces {
     /// Bare land.
     fn from(terrain: Terrain) -> Self {
-        Self { terrain, meshes: None, forest: None, forest_cover: None, tree_models: Vec::new(), tree_detail: 1.0 }
+        Self {
+            terrain,
+            meshes: None,
+            forest: None,
+            forest_cover: None,
+            tree_models: Vec::new(),
+            tree_detail: 1.0,
+            wind: None,
+        }
     }
 }
 
@@ -73,6 +82,16 @@ impl Surfaces {
     /// Sets [`Surfaces::tree_models`]; a species whose model is missing is drawn as a broadleaf.
     pub fn set_tree_models(&mut self, models: Vec<Arc<TreeModel>>) {
         self.tree_models = models;
+    }
+
+    /// What moves its trees, if anything does.
+    pub fn wind(&self) -> Option<Wind> {
+        self.wind
+    }
+
+    /// Lets another wind blow, or none.
+    pub fn set_wind(&mut self, wind: Option<Wind>) {
+        self.wind = wind.filter(|wind| wind.speed_m_s > 0.0);
     }
 
     /// Trees go over to something simpler where they are so many times smaller than is usual.

@@ -262,6 +262,7 @@ impl OpenWorld {
         let models = tree_models::read(&world.scene, progress);
         world.surfaces.set_tree_models(models.map_err(|error| WorldError::TreeModel(error).of(&world.scene))?);
         world.surfaces.set_forest(world.scene.forest.clone());
+        world.surfaces.set_wind(world.scene.wind);
         Ok(world)
     }
 

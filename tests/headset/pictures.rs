@@ -49,7 +49,8 @@ fn rig(eyes: &[[f64; 11]; 2], floor_m: DVec3, scale: f64) -> Rig {
         };
         let lens = Some(Lens { left: -left.tan(), right: right.tan(), up: up.tan(), down: -down.tan() });
         let (jitter_px, picture_px, part) = (glam::DVec2::ZERO, SIZES_PX[eye], Part::whole(SIZES_PX[eye]));
-        View { pose, previous: pose, lens, previous_lens: lens, jitter_px, picture_px, part }
+        let still = View::of_part(pose, pose, picture_px, part);
+        View { lens, previous_lens: lens, jitter_px, ..still }
     });
     let origin_m = 0.5 * (views[0].pose.position_m + views[1].pose.position_m);
     Rig { origin_m, eyes: views.to_vec() }

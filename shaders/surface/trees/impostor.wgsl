@@ -5,12 +5,19 @@
 // single surface, so what the ray passes behind by more than a step and THICKNESS is not hit. The step that hits is
 // halved. A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and lies on land that is
 // not as flat, it stands as if it were somewhat nearer to the eye.
+//
+// In wind (WIND) a tree leans as its mesh does, so in the space where it stands upright a ray is a curve. What it leans in
+// the mean from its foot to its top is taken out of that space, which leaves rays straight; at each step what is left, a
+// quarter of the lean of the top at most, moves the place that is looked up.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
 #import hachure::tree_form::{form_of, rounded}
-#import hachure::tree_pictures::{FRAMES, own_of, frame_near, direction_of, axes_of, cross_cylinder}
+#import hachure::tree_pictures::{FRAMES, own_of, back_of, frame_near, direction_of, axes_of, cross_cylinder}
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of, CANOPY, TREE_LEVELS}
+#ifdef WIND
+#import hachure::wind::{Wind, Sway, lean_at, lean_by_sway}
+#endif
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
@@ -18,6 +25,10 @@
 @group(0) @binding(3) var<storage, read> tree_species: array<Species>;
 // The normal on the octahedral map, how far toward the eye, lightness; 0 is where nothing is seen.
 @group(0) @binding(4) var tree_pictures: texture_2d<f32>;
+#ifdef WIND
+@group(0) @binding(5) var<uniform> wind: Wind;
+@group(0) @binding(6) var<storage, read> tree_sways: array<Sway>;
+#endif
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -33,6 +44,9 @@ struct Drawn {
     @location(0) id: u32,
     @location(1) normal: vec4<f32>,
     @location(2) form: vec4<f32>,
+#ifdef WIND
+    @location(3) step_m: vec4<f32>,
+#endif
     @builtin(frag_depth) depth: f32,
 }
 
@@ -55,6 +69,37 @@ fn sphere_of(tree: TreeInstance) -> vec4<f32> {
     return vec4<f32>(species.middle, species.radius);
 }
 
+#ifdef WIND
+// How a tree leans, in its own units.
+struct Lean {
+    // Its top, and with it all else in proportion to its height.
+    straight: vec2<f32>,
+    // Of what is not straight: at a height, times `curve` there.
+    curved: vec2<f32>,
+    // Metres for each square metre of its height, to the east and to the north; and how tall it is.
+    sway: vec2<f32>,
+    height_m: f32,
+    by_sway: f32,
+}
+
+fn lean_of(tree: TreeInstance, number: u32) -> Lean {
+    let sway = tree_sways[number].now;
+    let own = back_of(tree) * sway / tree.width_m;
+    let by_sway = lean_by_sway(sway, tree.height_m);
+    return Lean(own * by_sway, own, sway, tree.height_m, by_sway);
+}
+
+// What is left of the lean at a height, when the straight part is taken out of it.
+fn curve(lean: Lean, own_z: f32) -> f32 {
+    return lean_by_sway(lean.sway, own_z * lean.height_m) - own_z * lean.by_sway;
+}
+
+// No part curves farther.
+fn most_curve(lean: Lean) -> f32 {
+    return 0.25 * length(lean.straight);
+}
+#endif
+
 fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
     let z = 1.0 - abs(p.x) - abs(p.y);
     let fold = max(-z, 0.0);
@@ -65,9 +110,14 @@ fn from_octahedral(p: vec2<f32>) -> vec3<f32> {
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
     let tree = tree_instances[number];
-    let sphere = sphere_of(tree);
+    var sphere = sphere_of(tree);
     let foot_m = bend(tree.flat_m);
-    let eye = own_of(tree, view.eye_m - foot_m);
+    var eye = own_of(tree, view.eye_m - foot_m);
+#ifdef WIND
+    let lean = lean_of(tree, number);
+    eye -= vec3<f32>(lean.straight * eye.z, 0.0);
+    sphere.w += most_curve(lean);
+#endif
     let toward = normalize(eye - sphere.xyz);
     // A square that faces the eye and is as far away as the middle, wide enough for the sphere as the eye sees it.
     let far = max(length(eye - sphere.xyz), 1.01 * sphere.w);
@@ -76,7 +126,11 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let up = cross(toward, right);
     let corner = vec2<f32>(select(-1.0, 1.0, index == 1u || index == 2u || index == 4u), select(-1.0, 1.0, index == 2u || index >= 4u));
     let own = sphere.xyz + wide * (corner.x * right + corner.y * up);
+#ifdef WIND
+    let at_m = foot_m + place_on_tree(tree, own + vec3<f32>(lean.straight * own.z, 0.0));
+#else
     let at_m = foot_m + place_on_tree(tree, own);
+#endif
     return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, eye, own, frame_near(toward));
 }
 
@@ -95,7 +149,14 @@ fn fragment(in: Vertex) -> Drawn {
     let steps = select(STEPS, CANOPY_STEPS, is_canopy);
     let species = tree_species[species_of(tree)];
     let cylinder = select(species.cylinder, species.canopy_cylinder, is_canopy);
-    let within = cross_cylinder(cylinder, in.eye, normalize(in.at - in.eye));
+    var around = cylinder;
+    let own_ray = normalize(in.at - in.eye);
+#ifdef WIND
+    let lean = lean_of(tree, in.number);
+    around.x += most_curve(lean);
+    let aside = vec3<f32>(lean.curved, 0.0) * axes / sphere.w;
+#endif
+    let within = cross_cylinder(around, in.eye, own_ray);
     if within.y <= within.x || !is_shown(tree, in.clip.xy) {
         discard;
     }
@@ -109,7 +170,10 @@ fn fragment(in: Vertex) -> Drawn {
     var is_hit = false;
     for (var i = 0u; i < steps; i++) {
         let along = span.x + step * f32(i + 1u);
-        let p = origin + ray * along;
+        var p = origin + ray * along;
+#ifdef WIND
+        p -= aside * curve(lean, in.eye.z + own_ray.z * along * sphere.w);
+#endif
         let seen = look(first, frame_px, p.xy);
         let behind = seen.z - p.z;
         if seen.w > 0.0 && behind >= 0.0 && behind < thickness {
@@ -123,7 +187,10 @@ fn fragment(in: Vertex) -> Drawn {
     if is_hit {
         for (var i = 0u; i < HALVINGS; i++) {
             let along = 0.5 * (before + hit);
-            let p = origin + ray * along;
+            var p = origin + ray * along;
+#ifdef WIND
+            p -= aside * curve(lean, in.eye.z + own_ray.z * along * sphere.w);
+#endif
             let seen = look(first, frame_px, p.xy);
             let behind = seen.z - p.z;
             if seen.w > 0.0 && behind >= 0.0 && behind < thickness {
@@ -137,12 +204,24 @@ fn fragment(in: Vertex) -> Drawn {
     if !is_hit {
         discard;
     }
-    let own = axes * (origin + ray * hit) * sphere.w + sphere.xyz;
+    var own = axes * (origin + ray * hit) * sphere.w + sphere.xyz;
+#ifdef WIND
+    own += vec3<f32>(lean.straight * own.z, 0.0);
+#endif
     let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
     let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), NEARER_AT_MOST * clip.w);
     let normal = normal_on_tree(tree, from_octahedral(texel.xy));
     let form = form_of(view, tree, cylinder, own);
-    return Drawn(tree.id, vec4<f32>(rounded(normal, form), texel.w * light_of(tree)), form, clip.z / (clip.w - nearer_m));
+    let seen = vec4<f32>(rounded(normal, form), texel.w * light_of(tree));
+    let depth = clip.z / (clip.w - nearer_m);
+#ifdef WIND
+    let sway = tree_sways[in.number];
+    let up_m = own.z * tree.height_m;
+    let step_m = lean_at(sway.before, up_m) - lean_at(sway.now, up_m);
+    return Drawn(tree.id, seen, form, vec4<f32>(step_m, 0.0, 0.0), depth);
+#else
+    return Drawn(tree.id, seen, form, depth);
+#endif
 }
 
 // The texel of a picture at a place of its space.

@@ -88,7 +88,8 @@ const OWN_SIZE: f32 = 0.18;
 const DISSOLVES: f32 = 0.16;
 // As a canopy rises a tree shrinks, by how much wider than by nature it is.
 const RISES: vec2<f32> = vec2<f32>(1.25, 1.85);
-const SHRINKS: vec2<f32> = vec2<f32>(1.5, 2.1);
+const SHRUNK: f32 = 2.1;
+const SHRINKS: vec2<f32> = vec2<f32>(1.5, SHRUNK);
 // Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
 const LEAST_LIGHT: f32 = 0.6;
@@ -194,7 +195,8 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     // What throws its shadow into the picture is in view with it.
     let shadow_m = select(0.0, forest.shadow_reach * tallest_m, tallest_m * view.focal_px > SHADOW_PX * away_m);
     let to_middle_m = -0.5 * shadow_m * forest.to_sun;
-    if is_beside(view, bend(about + to_middle_m), tallest_m * (1.0 + WIDEST_CROWN * farther) + 0.5 * shadow_m) {
+    let beyond_m = 0.5 * shadow_m + forest.sways_m;
+    if is_beside(view, bend(about + to_middle_m), tallest_m * (1.0 + WIDEST_CROWN * farther) + beyond_m) {
         return;
     }
     if forest.level_is_water != 0u && is_still_water(site) {
@@ -227,7 +229,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let wider = inverseSqrt(share);
     let crown_m = species.crown * height_m;
     let middle_m = flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m) + to_middle_m;
-    if is_beside(view, bend(middle_m), 0.6 * height_m + 1.5 * crown_m * wider + 0.5 * shadow_m) {
+    if is_beside(view, bend(middle_m), 0.6 * height_m + 1.5 * crown_m * wider + beyond_m) {
         return;
     }
     let turn = chance.y * 6.2831853;

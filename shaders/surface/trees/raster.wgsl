@@ -1,10 +1,14 @@
 // Draws the trees in view that are meshes: depth, surface id, normal and lightness. A tree is small beside the earth: it
-// stands straight on its place of the flat map, and each of its corners is bent with it.
+// stands straight on its place of the flat map, and each of its corners is bent with it. In wind (WIND) corners lean and
+// flutter, and each pixel is told from where to where; normals stay as they are.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
 #import hachure::tree_form::{form_of, rounded}
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of}
+#ifdef WIND
+#import hachure::wind::{Wind, Sway, lean_at, flutter_at, flutter_shown}
+#endif
 
 struct TreeVertex {
     // Of a tree that is 1 tall; w: how far wind moves it.
@@ -18,6 +22,10 @@ struct TreeVertex {
 @group(0) @binding(2) var<storage, read> tree_order: array<u32>;
 @group(0) @binding(3) var<storage, read> tree_vertices: array<TreeVertex>;
 @group(0) @binding(4) var<storage, read> tree_species: array<Species>;
+#ifdef WIND
+@group(0) @binding(5) var<uniform> wind: Wind;
+@group(0) @binding(6) var<storage, read> tree_sways: array<Sway>;
+#endif
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -25,26 +33,59 @@ struct Vertex {
     @location(1) normal: vec4<f32>,
     // Of the tree that is 1 tall.
     @location(2) own: vec3<f32>,
+#ifdef WIND
+    @location(3) step_m: vec3<f32>,
+#endif
 }
 
 struct Drawn {
     @location(0) id: u32,
     @location(1) normal: vec4<f32>,
     @location(2) form: vec4<f32>,
+#ifdef WIND
+    @location(3) step_m: vec4<f32>,
+#endif
 }
 
 // What is nearer to the eye is not drawn, and from within nothing that is nearer than this.
 const CLEAR_M: f32 = 5.0;
 const WITHIN_M: f32 = 14.0;
 
+#ifdef WIND
+// By how much wind moves a part of a tree: in this frame, and in the one before. Both eyes see it flutter alike.
+fn moved_by_wind(number: u32, own: vec4<f32>, from_foot_m: vec3<f32>) -> array<vec3<f32>, 2> {
+    let tree = tree_instances[number];
+    let sway = tree_sways[number];
+    let up_m = own.z * tree.height_m;
+    var moved = array<vec3<f32>, 2>(
+        vec3<f32>(lean_at(sway.now, up_m), 0.0),
+        vec3<f32>(lean_at(sway.before, up_m), 0.0),
+    );
+    let shown = own.w * flutter_shown(wind, tree.height_m * view.focal_px / max(length(tree.flat_m), 1e-3));
+    if shown > 0.0 {
+        let flutter = flutter_at(wind, tree.flat_m.xy + from_foot_m.xy, up_m);
+        moved[0] += shown * flutter[0];
+        moved[1] += shown * flutter[1];
+    }
+    return moved;
+}
+#endif
+
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
     let tree = tree_instances[number];
     let own = tree_vertices[index];
-    let at_m = bend(tree.flat_m + place_on_tree(tree, own.at.xyz));
     let normal = vec4<f32>(normal_on_tree(tree, own.normal.xyz), own.normal.w * light_of(tree));
+#ifdef WIND
+    let from_foot_m = place_on_tree(tree, own.at.xyz);
+    let moved = moved_by_wind(number, own.at, from_foot_m);
+    let at_m = bend(tree.flat_m + from_foot_m + moved[0]);
+    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal, own.at.xyz, moved[1] - moved[0]);
+#else
+    let at_m = bend(tree.flat_m + place_on_tree(tree, own.at.xyz));
     return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal, own.at.xyz);
+#endif
 }
 
 @fragment
@@ -57,5 +98,10 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
     }
     let normal = normalize(in.normal.xyz);
     let form = form_of(view, tree, tree_species[species_of(tree)].cylinder, in.own);
-    return Drawn(tree.id, vec4<f32>(rounded(select(-normal, normal, is_front), form), in.normal.w), form);
+    let seen = vec4<f32>(rounded(select(-normal, normal, is_front), form), in.normal.w);
+#ifdef WIND
+    return Drawn(tree.id, seen, form, vec4<f32>(in.step_m, 0.0));
+#else
+    return Drawn(tree.id, seen, form);
+#endif
 }

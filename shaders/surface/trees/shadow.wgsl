@@ -6,11 +6,14 @@
 // a shadow has the outline of its tree, falls on land, models and other trees alike, and needs no map of its own whose
 // texels could be seen; its cost follows what it covers on the picture.
 //
-// A tree does not shade itself: its normals do.
+// A tree does not shade itself: its normals do. In wind (WIND) its shadow leans with it, as far as it leans straight.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::{Forest, Species}
-#import hachure::tree_pictures::{FRAMES, own_of, frame_near, direction_of, axes_of, cross_cylinder}
+#ifdef WIND
+#import hachure::wind::{Sway, lean_at}
+#endif
+#import hachure::tree_pictures::{FRAMES, own_of, back_of, frame_near, direction_of, axes_of, cross_cylinder}
 #import hachure::trees::{TreeInstance, species_of, SHADOW_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -22,6 +25,9 @@
 @group(0) @binding(5) var<uniform> forest: Forest;
 @group(0) @binding(6) var surface_id: texture_2d<u32>;
 @group(0) @binding(7) var position: texture_2d<f32>;
+#ifdef WIND
+@group(0) @binding(8) var<storage, read> tree_sways: array<Sway>;
+#endif
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -45,14 +51,23 @@ struct Box {
     high_m: vec3<f32>,
 }
 
-fn box_of(tree: TreeInstance) -> Box {
+// By how much its top leans, to the east and to the north.
+fn top_leans_m(tree: TreeInstance, number: u32) -> vec2<f32> {
+#ifdef WIND
+    return lean_at(tree_sways[number].now, tree.height_m);
+#else
+    return vec2<f32>(0.0);
+#endif
+}
+
+fn box_of(tree: TreeInstance, leans_m: vec2<f32>) -> Box {
     let sun = forest.to_sun;
     let aside = normalize(select(vec3<f32>(-sun.y, sun.x, 0.0), vec3<f32>(1.0, 0.0, 0.0), length(sun.xy) < 1e-4));
     let across = cross(sun, aside);
     let cylinder = tree_species[species_of(tree)].cylinder;
     let radius_m = cylinder.x * tree.width_m;
     let top_m = cylinder.z * tree.height_m;
-    let wide_m = radius_m * vec3<f32>(1.0, length(across.xy), length(sun.xy));
+    let wide_m = radius_m * vec3<f32>(1.0, length(across.xy), length(sun.xy)) + length(leans_m);
     let low_m = min(vec3<f32>(0.0), top_m * vec3<f32>(0.0, across.z, sun.z)) - wide_m;
     let high_m = max(vec3<f32>(0.0), top_m * vec3<f32>(0.0, across.z, sun.z)) + wide_m;
     let reach_m = forest.shadow_reach * tree.height_m;
@@ -64,7 +79,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let number = tree_order[instance];
     let tree = tree_instances[number];
     let foot_m = bend(tree.flat_m);
-    let box = box_of(tree);
+    let box = box_of(tree, top_leans_m(tree, number));
     let middle_m = 0.5 * (box.low_m + box.high_m);
     let half_m = 0.5 * (box.high_m - box.low_m);
     let eye_m = (view.eye_m - foot_m) * box.axes - middle_m;
@@ -112,14 +127,19 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let tree = tree_instances[in.number];
     let foot_m = bend(tree.flat_m);
     let from_foot_m = at.xyz - foot_m;
-    let box = box_of(tree);
+    let leans_m = top_leans_m(tree, in.number);
+    let box = box_of(tree, leans_m);
     let along = from_foot_m * box.axes;
     if at.w <= 0.0 || any(along < box.low_m) || any(along > box.high_m) || textureLoad(surface_id, pixel, 0).r == tree.id {
         discard;
     }
     let species = tree_species[species_of(tree)];
-    let own = own_of(tree, from_foot_m);
-    let to_sun = own_of(tree, forest.to_sun);
+    // Where it stands upright.
+    let leans = vec3<f32>(back_of(tree) * leans_m / tree.width_m, 0.0);
+    let leaning = own_of(tree, from_foot_m);
+    let to_leaning_sun = own_of(tree, forest.to_sun);
+    let own = leaning - leans * leaning.z;
+    let to_sun = to_leaning_sun - leans * to_leaning_sun.z;
     let within = cross_cylinder(species.cylinder, own, to_sun);
     if within.y <= within.x {
         discard;

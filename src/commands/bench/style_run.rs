@@ -17,7 +17,7 @@ use crate::picture::nearest;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::stereo::{Eyes, Pair};
-use crate::scene::view::{Pose, Rig, View};
+use crate::scene::view::{Clock, Pose, Rig, View};
 use crate::source::Silent;
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
@@ -41,7 +41,8 @@ pub(super) struct StyleRun {
     frame: Frame,
     /// Of the frames before those that count.
     passes: TracedPasses,
-    previous: Option<Pose>,
+    /// Where the camera was, and when.
+    previous: Option<(Pose, f64)>,
     before: TileCounts,
     failed_tiles: u64,
     /// When the first frame that counts began; none before.
@@ -106,10 +107,10 @@ impl StyleRun {
     }
 
     /// Draws a frame and waits for the GPU.
-    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(Rig, Drawn), GpuError> {
+    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(Rig, Drawn), GpuError> {
         let pose = self.world.pose(camera);
-        let previous = self.previous.replace(pose).unwrap_or(pose);
-        let view = View::whole(previous, pose, size_px);
+        let (previous, before_s) = self.previous.replace((pose, t_s)).unwrap_or((pose, t_s));
+        let view = View::whole(previous, pose, size_px).at(Clock { now_s: t_s, before_s });
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
@@ -126,14 +127,14 @@ impl StyleRun {
     }
 
     /// Draws a few frames that do not count, until the tiles of the first are there.
-    pub(super) fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera) -> Result<(), GpuError> {
+    pub(super) fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(), GpuError> {
         let start = Instant::now();
         self.frame.set_step_s(WARM_UP_STEP_S);
         self.frame.set_traces(true);
         // Strokes may be older than the tiles, and take their time to come and go.
         let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
-            let (_, drawn) = self.draw(gpu, size_px, camera)?;
+            let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
             self.passes.take(self.frame.trace());
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
             if frame >= WARM_UP_FRAMES && is_settled {
@@ -166,7 +167,7 @@ impl StyleRun {
         if let Some(last) = self.records.last() {
             self.frame.set_step_s(t_s - last.t_s);
         }
-        let (rig, drawn) = self.draw(gpu, size_px, camera)?;
+        let (rig, drawn) = self.draw(gpu, size_px, camera, t_s)?;
         let wall_s = self.wall_s();
         let mut record = self.record(t_s, wall_s, drawn);
         let start = Instant::now();

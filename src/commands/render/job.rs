@@ -21,7 +21,7 @@ use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::stereo::{Eyes, Pair};
-use crate::scene::view::Pose;
+use crate::scene::view::{Clock, Pose};
 use crate::style::Style;
 use crate::vector::DrawingReport;
 use crate::world::OpenWorld;
@@ -77,14 +77,16 @@ pub(super) struct Job<'a> {
     pub(super) drawn: DrawingReport,
     /// How two eyes stand to each other, if there are two.
     pub(super) pair: Option<Pair>,
+    /// Of the picture that is drawn.
+    pub(super) clock: Clock,
 }
 
 /// Cameras of a path, at most, that are asked for the nearest land.
 const ASKED_CAMERAS: usize = 24;
 
 impl Job<'_> {
-    /// The cameras of the frames: at least one.
-    pub(super) fn cameras(&self) -> anyhow::Result<Vec<Camera>> {
+    /// The cameras of the frames: at least one. The clock stands at the first.
+    pub(super) fn cameras(&mut self) -> anyhow::Result<Vec<Camera>> {
         let (Some(name), Some(flight)) = (&self.args.path, &self.flight) else {
             return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
         };
@@ -93,6 +95,7 @@ impl Job<'_> {
         if frames > MOST_FRAMES {
             bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);
         }
+        self.clock = Clock::still(path.times_s()[0]);
         Ok(path.frames(self.args.fps).collect())
     }
 
@@ -130,8 +133,10 @@ impl Job<'_> {
             _ => None,
         };
         let mut total = PictureReport::default();
-        let mut previous = None;
+        let (mut previous, start_s) = (None, self.clock.now_s);
         for (number, camera) in cameras.iter().enumerate() {
+            let now_s = start_s + number as f64 / self.args.fps;
+            self.clock = Clock { now_s, before_s: self.clock.now_s };
             let pose = self.world.pose(camera);
             let previous = previous.replace(pose).unwrap_or(pose);
             let report = match (&kind, &mut film) {
@@ -219,6 +224,7 @@ impl Job<'_> {
         let request = PictureRequest {
             pose,
             previous,
+            clock: self.clock,
             size_px: self.args.size,
             style: &self.style,
             light: self.world.light(),

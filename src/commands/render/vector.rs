@@ -92,7 +92,8 @@ impl Job<'_> {
     /// Writes the strokes of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
-        let request = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
+        let still = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
+        let request = PictureRequest { clock: self.clock, ..still };
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
         let (eyes, report) = render_strokes(gpu, frame, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;

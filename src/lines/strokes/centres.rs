@@ -11,8 +11,9 @@ pub const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::T
 
 const DRAW: Draw = Draw {
     name: "lines/strokes/centres",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(wgpu::TextureFormat::R32Uint), None, None],
+    colors: [replaced(wgpu::TextureFormat::R32Uint), None, None, None],
     depth: None,
     writes_depth: false,
     topology: wgpu::PrimitiveTopology::TriangleList,

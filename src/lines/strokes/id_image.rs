@@ -18,8 +18,9 @@ pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FO
 
 const DRAW: Draw = Draw {
     name: "lines/strokes/id_image",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None, None],
+    colors: [replaced(ID_FORMAT), None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::LineList,

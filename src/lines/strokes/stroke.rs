@@ -23,6 +23,7 @@ const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
 };
 const SOLID: Draw = Draw {
     name: "lines/strokes/stroke",
+    definitions: &[],
     fragment: "fragment",
     colors: [
         Some(wgpu::ColorTargetState {
@@ -31,6 +32,7 @@ const SOLID: Draw = Draw {
             write_mask: wgpu::ColorWrites::ALL,
         }),
         replaced(wgpu::TextureFormat::R32Uint),
+        None,
         None,
     ],
     depth: None,

@@ -13,8 +13,9 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const SOLID: Draw = Draw {
     name: "surface/land/raster",
+    definitions: &[],
     fragment: "solid",
-    colors: [replaced(ID_FORMAT), None, None],
+    colors: [replaced(ID_FORMAT), None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,

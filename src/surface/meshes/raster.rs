@@ -9,8 +9,9 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const DRAW: Draw = Draw {
     name: "surface/meshes/raster",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None, None],
+    colors: [replaced(ID_FORMAT), None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,

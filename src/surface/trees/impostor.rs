@@ -1,6 +1,7 @@
 //! Draws the trees in view that are drawn from pictures, and the pieces of canopy. See `shaders/surface/trees/impostor.wgsl`.
 
-use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT};
+use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT, SWAYING_COLORS, SWAYING_DEFINITIONS};
+use super::sway::Swaying;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Cx, Drawing};
@@ -10,23 +11,26 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 /// Of an impostor's two triangles.
 pub(super) const CORNERS: u32 = 6;
 
-const DRAW: Draw = Draw {
+const STANDING: Draw = Draw {
     name: "surface/trees/impostor",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT)],
+    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
+const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, colors: SWAYING_COLORS, ..STANDING };
 
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, species, .. } = inputs;
+    let &Inputs { view, ref terrain, trees, species, swaying, .. } = inputs;
+    let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in trees.shared.species.iter().enumerate() {
         for (level, pictures) in [(IMPOSTOR, &model.alone), (CANOPY, &model.canopy)] {
             let bucket = number as u32 * TREE_LEVELS + level;
-            let resources = [
+            let mut resources = vec![
                 ("view", view.clone()),
                 terrain.clone(),
                 ("tree_instances", trees.instances.binding()),
@@ -34,8 +38,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
                 ("tree_species", species.clone()),
                 ("tree_pictures", Resource::Texture("tree pictures", pictures.view.clone())),
             ];
-            drawings.push((bucket, cx.drawing(&DRAW, &resources)));
+            resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+            drawings.push((bucket, cx.drawing(draw, &resources)));
         }
     }
-    inputs.draw(cx, DRAW.name, &drawings);
+    inputs.draw(cx, draw.name, &drawings);
 }

@@ -3,7 +3,8 @@
 //! The CPU lists the blocks of points that the eye's frustum may see ([`crate::forest::blocks`]); each of their points is
 //! asked on the GPU whether a tree stands there and how it is drawn ([`place`]): as a mesh, as one of fewer triangles
 //! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Large ones throw shadows ([`shadow`]). Nothing
-//! is read back: draws are indirect.
+//! is read back: draws are indirect. Where wind blows, [`sway`] tells how each bends, and those who draw them also how far
+//! what they draw has moved.
 
 pub mod impostor;
 pub mod marks;
@@ -12,6 +13,7 @@ pub mod raster;
 pub mod resolve;
 pub mod shadow;
 mod shared;
+pub mod sway;
 
 use std::sync::Arc;
 

@@ -18,10 +18,10 @@ use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, Species as Speci
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
-use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, TreeBlock};
-use crate::scene::Forest;
+use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, OWN_SIZE, SHRUNK, TreeBlock};
 use crate::scene::forest::Species;
 use crate::scene::view::View;
+use crate::scene::{Forest, Wind};
 use crate::tiles::Terrain;
 
 /// Trees and pieces of canopy that are drawn for an eye, at most; where there were more, they are thinned out nearer to
@@ -44,6 +44,8 @@ const DRAWN_TWICE: f64 = 2.0;
 /// Sines of lower suns throw no shadows, and no shadow is followed farther, by the height of its tree.
 const LOWEST_SUN: f64 = 0.02;
 const LONGEST_SHADOW: f64 = 4.0;
+/// Where all trees are drawn, times this: beyond it none is drawn but as canopy.
+const LAST_ALONE: f64 = (SHRUNK * (1.0 + OWN_SIZE)) as f64;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
@@ -68,6 +70,8 @@ pub struct Inputs<'a> {
     pub forest: &'a Forest,
     /// What rasters say of it.
     pub cover: Option<&'a Arc<Cover>>,
+    /// What bends them.
+    pub wind: Option<Wind>,
     /// Unit.
     pub to_sun: DVec3,
     /// Whether shadows are asked for: then trees that throw them into the picture are in view.
@@ -76,13 +80,15 @@ pub struct Inputs<'a> {
     pub detail: f64,
 }
 
-/// What the passes that draw trees read as [`run`] did.
+/// What the passes that draw trees are told.
 #[derive(Clone, Debug)]
-pub struct Asked {
-    /// `Species` of a forest.
+pub struct Placed {
+    /// `Species` of the forest.
     pub species: Resource,
-    /// `Forest`.
+    /// `Forest`, as it was asked.
     pub forest: Resource,
+    /// There may be trees in view that wind moves.
+    pub may_sway: bool,
 }
 
 /// How far from its foot a tree's shadow is followed, away from the sun and by the tree's height. On level land it ends at
@@ -95,14 +101,15 @@ fn shadow_reach(to_sun: DVec3) -> f64 {
 }
 
 /// Finds the trees of a forest that an eye sees.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Asked {
-    let &Inputs { view, eye, origin_m, terrain, forest, cover, to_sun, has_shadows, detail } = inputs;
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
+    let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
     // A raster may say that trees are taller than their species in the mean.
     let tallest_m = height_m * if forest.cover.canopy_height.is_some() { TALLEST_OF_RASTER } else { TALLEST };
     let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
     let shadow_reach = if has_shadows { shadow_reach(to_sun) } else { 0.0 };
+    let sways_m = wind.map_or(0.0, |wind| wind.reach_m(tallest_m));
     let mut sight = Sight {
         eye_m: eye.pose.position_m,
         frustum: &eye.frustum(),
@@ -111,6 +118,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Asked {
         range_m: terrain.range_m().map(f64::from),
         tallest_m,
         shadow_m: -shadow_reach * tallest_m * to_sun,
+        sways_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
     let most_trees = f64::from(MOST_TREES) / DRAWN_TWICE;
@@ -119,6 +127,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Asked {
         sight.thinning.full_m *= 0.95 * (most_trees / most as f64).sqrt();
         (blocks, most) = blocks::in_view(&sight, &shared.points);
     }
+    // Farther away there is canopy only.
+    let sways_within_m = LAST_ALONE * sight.thinning.full_m;
+    let may_sway = wind.is_some() && blocks.iter().any(|block| sight.bounds(*block).distance_m() < sways_within_m);
     let packed: Vec<TreeBlock> = blocks
         .iter()
         .map(|block| {
@@ -153,19 +164,21 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Asked {
         points: POINTS as f32,
         asks_hollow: forest.species.iter().any(|species| species.by_hollow != 0.0).into(),
         tallest_m: tallest_m as f32,
+        sways_m: sways_m as f32,
         to_sun: to_sun.as_vec3().to_array(),
         shadow_reach: shadow_reach as f32,
         level_is_water: forest.level_is_water.into(),
         ..ForestUniform::default()
     };
-    let asked = Asked { species: species_records(cx, forest, trees), forest: cx.uniform("forest", &uniform) };
+    let species = species_records(cx, forest, trees);
+    let placed = Placed { species, forest: cx.uniform("forest", &uniform), may_sway };
     if packed.is_empty() && !cx.rehearses() {
-        return asked;
+        return placed;
     }
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
-        ("forest", asked.forest.clone()),
-        ("tree_species", asked.species.clone()),
+        ("forest", placed.forest.clone()),
+        ("tree_species", placed.species.clone()),
         ("tree_blocks", cx.upload(&TREE_BLOCKS, &packed).binding()),
         ("tree_points", shared.point_buffer.binding()),
         ("tree_instances", trees.instances.binding()),
@@ -179,7 +192,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Asked {
     }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
     cx.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
-    asked
+    placed
 }
 
 /// A cover on the GPU.

@@ -1,6 +1,7 @@
 //! Draws the trees in view that are meshes: depth, surface id and normal. See `shaders/surface/trees/raster.wgsl`.
 
 use super::DrawnTrees;
+use super::sway::{STEP_FORMAT, Swaying};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Cx, Drawing};
@@ -20,14 +21,21 @@ pub(super) const FORM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16F
 /// plane lies that stands through the crown's middle and faces the eye, in metres along the view axis.
 pub const TREE_FORM: TargetKind = TargetKind::attachment("tree form", FORM_FORMAT);
 
-const DRAW: Draw = Draw {
+const STANDING: Draw = Draw {
     name: "surface/trees/raster",
+    definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT)],
+    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
+const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, colors: SWAYING_COLORS, ..STANDING };
+
+/// Of trees in wind.
+pub(super) const SWAYING_DEFINITIONS: &[&str] = &["WIND"];
+pub(super) const SWAYING_COLORS: [Option<wgpu::ColorTargetState>; 4] =
+    [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), replaced(STEP_FORMAT)];
 
 /// What the passes that draw trees read and where they write.
 pub struct Inputs<'a> {
@@ -37,6 +45,8 @@ pub struct Inputs<'a> {
     pub terrain: Named,
     /// Those in view.
     pub trees: &'a DrawnTrees,
+    /// How they sway, if wind blows.
+    pub swaying: Option<&'a Swaying>,
     /// As [`super::place`] reads them.
     pub species: &'a Resource,
     /// [`DEPTH`](crate::surface::DEPTH).
@@ -53,8 +63,9 @@ impl Inputs<'_> {
     /// Draws lists of trees, each by its species and level, over what is there.
     pub(super) fn draw(&self, cx: &mut Cx<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
         let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
-        let colors = &[self.surface_id, self.tree_normal, self.tree_form];
-        let on = Attachments { colors, depth: Some(self.depth), clears: Clears::Nothing };
+        let mut colors = vec![self.surface_id, self.tree_normal, self.tree_form];
+        colors.extend(self.swaying.map(|swaying| &swaying.step));
+        let on = Attachments { colors: &colors, depth: Some(self.depth), clears: Clears::Nothing };
         cx.render(name, &all, on, |pass| {
             for (bucket, drawing) in drawings {
                 drawing.set(pass);
@@ -66,12 +77,13 @@ impl Inputs<'_> {
 
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, species, .. } = inputs;
+    let &Inputs { view, ref terrain, trees, swaying, species, .. } = inputs;
+    let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in trees.shared.species.iter().enumerate() {
         for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle)] {
             let bucket = number as u32 * TREE_LEVELS + level;
-            let resources = [
+            let mut resources = vec![
                 ("view", view.clone()),
                 terrain.clone(),
                 ("tree_instances", trees.instances.binding()),
@@ -79,8 +91,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
                 ("tree_species", species.clone()),
                 ("tree_vertices", mesh.vertices.binding()),
             ];
-            drawings.push((bucket, cx.drawing(&DRAW, &resources)));
+            resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+            drawings.push((bucket, cx.drawing(draw, &resources)));
         }
     }
-    inputs.draw(cx, DRAW.name, &drawings);
+    inputs.draw(cx, draw.name, &drawings);
 }

@@ -1,7 +1,9 @@
 //! The shadows that trees throw. See `shaders/surface/trees/shadow.wgsl`.
 
 use super::DrawnTrees;
-use super::place::Asked;
+use super::place::Placed;
+use super::raster::SWAYING_DEFINITIONS;
+use super::sway::Swaying;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Draw;
 use crate::gpu::recorder::{Attachments, Clears, Cx, Drawing};
@@ -21,8 +23,9 @@ const DARKEST: wgpu::BlendComponent = wgpu::BlendComponent {
     operation: wgpu::BlendOperation::Max,
 };
 
-const DRAW: Draw = Draw {
+const STANDING: Draw = Draw {
     name: "surface/trees/shadow",
+    definitions: &[],
     fragment: "fragment",
     colors: [
         Some(wgpu::ColorTargetState {
@@ -32,11 +35,13 @@ const DRAW: Draw = Draw {
         }),
         None,
         None,
+        None,
     ],
     depth: Some(DEPTH_FORMAT),
     writes_depth: false,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
+const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, ..STANDING };
 
 /// What the pass reads and where it writes.
 pub struct Inputs<'a> {
@@ -46,8 +51,10 @@ pub struct Inputs<'a> {
     pub terrain: Named,
     /// Those in view, and those whose shadows are.
     pub trees: &'a DrawnTrees,
-    /// As [`super::place`] reads it.
-    pub asked: &'a Asked,
+    /// As [`super::place`] found them.
+    pub placed: &'a Placed,
+    /// How they bend, where wind blows.
+    pub swaying: Option<&'a Swaying>,
     /// With all that is seen.
     pub depth: &'a Target,
     /// The same.
@@ -60,25 +67,27 @@ pub struct Inputs<'a> {
 
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, asked, depth, surface_id, position, tree_shadow } = inputs;
+    let &Inputs { view, ref terrain, trees, placed, swaying, depth, surface_id, position, tree_shadow } = inputs;
+    let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
     let mut drawings: Vec<Drawing> = Vec::new();
     for (species, model) in trees.shared.species.iter().enumerate() {
-        let resources = [
+        let mut resources = vec![
             ("view", view.clone()),
             terrain.clone(),
             ("tree_instances", trees.instances.binding()),
             ("tree_order", trees.order_of(trees.list_of_shadows(species)).binding()),
-            ("tree_species", asked.species.clone()),
+            ("tree_species", placed.species.clone()),
             ("tree_pictures", Resource::Texture("tree pictures", model.alone.view.clone())),
-            ("forest", asked.forest.clone()),
+            ("forest", placed.forest.clone()),
             ("surface_id", surface_id.into()),
             ("position", position.into()),
         ];
-        drawings.push(cx.drawing(&DRAW, &resources));
+        resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+        drawings.push(cx.drawing(draw, &resources));
     }
     let all: Vec<&Drawing> = drawings.iter().collect();
     let on = Attachments { colors: &[tree_shadow], depth: Some(depth), clears: Clears::Colors };
-    cx.render(DRAW.name, &all, on, |pass| {
+    cx.render(draw.name, &all, on, |pass| {
         for (species, drawing) in drawings.iter().enumerate() {
             drawing.set(pass);
             trees.draw(pass, trees.list_of_shadows(species));

@@ -10,6 +10,7 @@ use super::{Flight, Next};
 use crate::frame::{Antialias, Frame};
 use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
+use crate::scene::view::Clock;
 use crate::window::input::Heard;
 use crate::window::keys::Action;
 use crate::window::toasts::{self, About};
@@ -174,6 +175,7 @@ impl Flight {
         let request = PictureRequest {
             pose,
             previous: pose,
+            clock: Clock::still(self.last.time_s),
             size_px: self.screen.size_px(),
             style: &style,
             light: self.light(),

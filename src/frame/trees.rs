@@ -1,0 +1,141 @@
+//! The passes of trees, in the order in which they run: for each eye that sees a forest.
+
+use super::FrameInputs;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, Targets};
+use crate::scene::view::View;
+use crate::surface::trees::place::Placed;
+use crate::surface::trees::sway::Swaying;
+use crate::surface::trees::{DrawnTrees, impostor, marks, place, raster, shadow, sway};
+
+/// What trees are drawn for, and over.
+pub(super) struct AtEye<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// The same.
+    pub view_of_eye: &'a View,
+    /// With all that stands on the land but trees.
+    pub depth: &'a Target,
+    /// The same.
+    pub surface_id: &'a Target,
+}
+
+/// The trees that an eye sees.
+pub(super) struct SeenTrees {
+    trees: DrawnTrees,
+    /// What they were told.
+    pub placed: Placed,
+    /// [`raster::TREE_NORMAL`].
+    pub normal: Target,
+    /// [`raster::TREE_FORM`].
+    pub form: Target,
+    swaying: Option<Swaying>,
+}
+
+impl SeenTrees {
+    /// [`sway::TREE_STEP`], where wind blows.
+    pub fn step(&self) -> Option<&Target> {
+        self.swaying.as_ref().map(|swaying| &swaying.step)
+    }
+}
+
+/// Finds the trees of a world's forest and draws them over what is there. Nothing while its species are grown beside the
+/// frame.
+pub(super) fn see(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    at: &AtEye<'_>,
+    targets: &mut Targets,
+) -> Option<SeenTrees> {
+    let &FrameInputs { world, rig, style, light, .. } = inputs;
+    let &AtEye { view, view_of_eye, depth, surface_id } = at;
+    let (gpu, terrain, forest) = (cx.gpu(), &world.terrain, world.forest()?);
+    let trees = DrawnTrees::of(cx, forest, world.tree_models())?;
+    let (wind, detail, origin_m) = (world.wind(), world.tree_detail(), rig.origin_m);
+    let asked = place::Inputs {
+        view,
+        eye: view_of_eye,
+        origin_m,
+        terrain,
+        forest,
+        cover: world.forest_cover(),
+        wind,
+        to_sun: light.to_sun,
+        has_shadows: style.asks_for_tree_shadows(),
+        detail,
+    };
+    let placed = place::run(cx, &asked, &trees);
+    let swaying = wind.map(|wind| {
+        let step = targets.whole(gpu, &sway::TREE_STEP);
+        let clock = view_of_eye.clock;
+        sway::run(cx, sway::Inputs { wind, clock, origin_m, detail, trees: &trees, step })
+    });
+    let normal = targets.whole(gpu, &raster::TREE_NORMAL);
+    let form = targets.whole(gpu, &raster::TREE_FORM);
+    let drawn = raster::Inputs {
+        view,
+        terrain: terrain.uniform(),
+        trees: &trees,
+        swaying: swaying.as_ref(),
+        species: &placed.species,
+        depth,
+        surface_id,
+        tree_normal: &normal,
+        tree_form: &form,
+    };
+    raster::run(cx, &drawn);
+    impostor::run(cx, &drawn);
+    Some(SeenTrees { trees, placed, normal, form, swaying })
+}
+
+/// What trees take of the sun, in a style that has shadows, where all positions are there.
+pub(super) fn shadow(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    at: &AtEye<'_>,
+    seen: &SeenTrees,
+    position: &Target,
+    targets: &mut Targets,
+) -> Option<Target> {
+    if !inputs.style.asks_for_tree_shadows() {
+        return None;
+    }
+    let &AtEye { view, depth, surface_id, .. } = at;
+    let tree_shadow = targets.whole(cx.gpu(), &shadow::TREE_SHADOW);
+    let thrown = shadow::Inputs {
+        view,
+        terrain: inputs.world.terrain.uniform(),
+        trees: &seen.trees,
+        placed: &seen.placed,
+        swaying: seen.swaying.as_ref(),
+        depth,
+        surface_id,
+        position,
+        tree_shadow: &tree_shadow,
+    };
+    shadow::run(cx, &thrown);
+    Some(tree_shadow)
+}
+
+/// Where marks lie, and what they shade.
+pub(super) fn marks(
+    cx: &mut Cx<'_>,
+    [surface_id, position, normal, tree_form]: [&Target; 4],
+    view: &Resource,
+    targets: &mut Targets,
+) -> [Target; 2] {
+    let gpu = cx.gpu();
+    let [mark_place, mark_surface] = [marks::MARK_PLACE, marks::MARK_SURFACE].map(|kind| targets.whole(gpu, &kind));
+    let inputs = marks::Inputs {
+        view,
+        surface_id,
+        position,
+        normal,
+        tree_form,
+        mark_place: &mark_place,
+        mark_surface: &mark_surface,
+    };
+    marks::run(cx, &inputs);
+    [mark_place, mark_surface]
+}
