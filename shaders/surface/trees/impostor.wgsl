@@ -14,7 +14,7 @@
 #import hachure::forest::Species
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of, CANOPY, TREE_LEVELS}
 #ifdef WIND
-#import hachure::wind::{Wind, Sway, lean_at, lean_by_sway}
+#import hachure::wind::{Sway, lean_at, lean_by_sway}
 #endif
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -24,8 +24,7 @@
 // The normal on the octahedral map, how far toward the eye, lightness; 0 is where nothing is seen.
 @group(0) @binding(4) var tree_pictures: texture_2d<f32>;
 #ifdef WIND
-@group(0) @binding(5) var<uniform> wind: Wind;
-@group(0) @binding(6) var<storage, read> tree_sways: array<Sway>;
+@group(0) @binding(5) var<storage, read> tree_sways: array<Sway>;
 #endif
 
 struct Vertex {
@@ -67,7 +66,7 @@ fn sphere_of(tree: TreeInstance) -> vec4<f32> {
     return vec4<f32>(species.middle, species.radius);
 }
 
-// From the tree's turn and width into its own.
+// From the world's directions into those of the tree.
 fn back_of(tree: TreeInstance) -> mat2x2<f32> {
     return mat2x2<f32>(vec2<f32>(tree.turn.y, -tree.turn.x), vec2<f32>(tree.turn.x, tree.turn.y));
 }
