@@ -16,7 +16,7 @@
 #import hachure::tree_pictures::{FRAMES, own_of, back_of, frame_near, direction_of, axes_of, cross_cylinder}
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, species_of, light_of, CANOPY, TREE_LEVELS}
 #ifdef WIND
-#import hachure::wind::{Wind, Sway, lean_at, lean_by_sway}
+#import hachure::wind::{Sway, lean_at, lean_by_sway}
 #endif
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -26,8 +26,7 @@
 // The normal on the octahedral map, how far toward the eye, lightness; 0 is where nothing is seen.
 @group(0) @binding(4) var tree_pictures: texture_2d<f32>;
 #ifdef WIND
-@group(0) @binding(5) var<uniform> wind: Wind;
-@group(0) @binding(6) var<storage, read> tree_sways: array<Sway>;
+@group(0) @binding(5) var<storage, read> tree_sways: array<Sway>;
 #endif
 
 struct Vertex {
