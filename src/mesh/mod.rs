@@ -1,14 +1,16 @@
 //! Models that stand on the land: triangles with their neighbours, from OBJ files, and where they stand.
 //!
 //! A [`Mesh`] is what a file holds ([`obj`]), welded and joined ([`build`]), with a normal at each corner of each
-//! triangle ([`normals`]) and what it is made of ([`paint`]). [`simplify`] makes meshes of fewer triangles, and
-//! [`silhouette`] says how much they look like the first. [`placed`] puts meshes into the world and says which of them a
-//! view sees.
+//! triangle ([`normals`]) and what it is made of ([`paint`]). [`simplify`] makes meshes of fewer triangles,
+//! [`silhouette`] says how much they look like the first, and [`deviation`] how far they lie from it; [`levels`] are what
+//! is drawn of them. [`placed`] puts meshes into the world.
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
 mod beside;
 pub mod build;
+pub mod deviation;
+pub mod levels;
 mod lines;
 mod mtl;
 pub mod normals;

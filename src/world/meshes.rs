@@ -10,9 +10,10 @@ use glam::DVec2;
 
 use super::open::{OpenWorld, WorldError};
 use super::scattered::scattered;
-use crate::file::message::named;
+use crate::file::message::{named, shown};
 use crate::forest::points::Points;
 use crate::mesh::Mesh;
+use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
 use crate::mesh::placed::{Placed, Stance};
 use crate::scene::{Density, MeshPlace, MeshPlacement, Stands, mesh_list};
 use crate::source::Progress;
@@ -32,6 +33,7 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
             None => {
                 let mesh = Arc::new(world.scene.read_mesh_with(&placement.file, progress)?);
                 known.push((&placement.file, Arc::clone(&mesh)));
+                placed.add_levels(&mesh, levels_of(&mesh, progress))?;
                 mesh
             }
         };
@@ -40,6 +42,19 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
         }
     }
     Ok(placed)
+}
+
+/// The coarser levels of a mesh. Of a large one this takes some seconds.
+fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
+    let tell = |done: f32| {
+        if mesh.triangles.len() > MANY_TRIANGLES {
+            progress.report(&format!("simplifying {}", shown(&mesh.name)), done);
+        }
+    };
+    tell(0.0);
+    let levels = coarser(mesh);
+    tell(1.0);
+    levels
 }
 
 /// Where a model stands.

@@ -7,6 +7,7 @@ mod common;
 mod cull;
 mod edges;
 mod huge;
+mod levels;
 mod materials;
 mod reader;
 mod scene;
