@@ -41,6 +41,8 @@ struct MeshTriangle {
     normal_a: u32,
     normal_b: u32,
     normal_c: u32,
+    // Of its material: 1 is bare land, and it is always less.
+    lightness: f32,
 }
 
 const BORDER: u32 = 0xffffffffu;

@@ -19,7 +19,7 @@ const MOST_TRIANGLES: usize = 1 << 19;
 /// A level that has more of the triangles of the one before is left out.
 const LEAST_GAIN: f64 = 0.75;
 /// And so is one whose error is larger, by the radius: it would only be drawn when a few pixels are left.
-const LARGEST_ERROR: f64 = 0.12;
+const LARGEST_ERROR: f64 = 0.25;
 /// Triangles of a mesh whose levels take a while.
 pub const MANY_TRIANGLES: usize = 20_000;
 

@@ -9,15 +9,15 @@ use super::{Mesh, MeshError};
 
 /// Vertices of all different meshes, at most. A binding of 128 MiB holds so many positions.
 pub const MOST: u64 = 1 << 23;
-/// Triangles of all different meshes, at most: 36 bytes each in such a binding. Levels count, too.
-pub const MOST_OWN: u64 = (128 << 20) / 36;
+/// Triangles of all different meshes, at most: 40 bytes each in such a binding. Levels count, too.
+pub const MOST_OWN: u64 = (128 << 20) / 40;
 /// Meshes that stand in a world, at most.
 pub const MOST_STANDING: u64 = 1 << 16;
 /// Triangles of all that stands in a world, at most, each level by itself: so many surface ids are for meshes.
 pub const MOST_NUMBERS: u64 = 1 << 30;
 /// Vertices that a view has room for, where that is not more than all different meshes need twice; triangles with edges,
 /// too.
-const ROOM: u64 = 1 << 21;
+const ROOM: u64 = 1 << 22;
 
 /// A mesh at a place. Several may share a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,6 +158,11 @@ impl Placed {
     /// The coarser levels of one of [`Placed::meshes`], finest first.
     pub fn coarser(&self, mesh: usize) -> &[Level] {
         &self.coarser[mesh]
+    }
+
+    /// Vertices of all that stands here, at its finest levels.
+    pub fn vertices(&self) -> u64 {
+        self.all.vertices
     }
 
     /// Gives views less room than they would have.

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod colours;
 mod cull;
 mod edges;
 mod huge;

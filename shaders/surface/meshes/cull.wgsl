@@ -5,8 +5,11 @@
 //
 // The list holds what is seen, in the order of the scene: a thread looks up its mesh among those that begin before it.
 // Three stages: 0, each workgroup counts what its 256 meshes have; 1, one workgroup turns counts into beginnings (at most
-// 256 of them) and writes the indirect arguments; 2, each workgroup writes its part of the list. What has no room is at
-// the end of the list, without vertices and triangles: the first such mesh corrects what is drawn.
+// 256 of them) and writes the indirect arguments; 2, each workgroup writes its part of the list.
+//
+// Where a world has more vertices than there is room for, stage 3 comes first: it finds how many are in view if errors may
+// be as large as usual, three times, nine times, or of any size, and the first of these that has room is taken. What has no
+// room even then is at the end of the list, without vertices and triangles: the first such mesh corrects what is drawn.
 //
 // A mesh's place in the world has more digits than f32. It comes in units of 64 m and of 2^-24 m, so that the
 // difference to the rig's origin is rounded once.
@@ -72,6 +75,9 @@ struct Cull {
     padding_c: u32,
 }
 
+// Times the usual error that is tried, where room is short.
+const TRIES: u32 = 4u;
+
 // Arguments of indirect draws and dispatches.
 struct MeshDraws {
     // Vertices, instances, and the first of each.
@@ -95,6 +101,8 @@ struct MeshDraws {
 // Of each workgroup.
 @group(0) @binding(5) var<storage, read_write> mesh_counts: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read_write> mesh_draws: MeshDraws;
+// Vertices in view, for each of the errors that are tried; all 0 where there is room in any case.
+@group(0) @binding(7) var<storage, read_write> mesh_demand: array<atomic<u32>, TRIES>;
 
 // Threads of a workgroup, in the passes that are dispatched.
 const WORKGROUP: u32 = 64u;
@@ -141,10 +149,26 @@ struct Seen {
     counts: vec4<u32>,
     // Which of all levels.
     level: u32,
+    // The error that it may have.
+    allowed_m: f32,
+}
+
+fn times_of_try(number: u32) -> f32 {
+    return select(select(select(1e30, 9.0, number == 2u), 3.0, number == 1u), 1.0, number == 0u);
+}
+
+// The coarsest level with no larger error.
+fn level_of(standing: Standing, allowed_m: f32) -> u32 {
+    var level = standing.first_level;
+    let end = standing.first_level + standing.levels;
+    while level + 1u < end && mesh_levels[level + 1u].error_m * standing.scale <= allowed_m {
+        level += 1u;
+    }
+    return level;
 }
 
 fn seen_of(number: u32) -> Seen {
-    let nothing = Seen(vec4<u32>(0u), 0u);
+    let nothing = Seen(vec4<u32>(0u), 0u, 0.0);
     if number >= arrayLength(&standings) {
         return nothing;
     }
@@ -161,15 +185,19 @@ fn seen_of(number: u32) -> Seen {
     }
     // The nearest that any eye of the rig may be to it: they draw the same.
     let allowed_m = cull.error_m * max(length(at_m) - cull.eyes_m - radius_m, 0.0);
-    var level = standing.first_level;
-    let end = standing.first_level + standing.levels;
-    while level + 1u < end && mesh_levels[level + 1u].error_m * standing.scale <= allowed_m {
-        level += 1u;
+    var times = 1.0;
+    if cull.stage < 3u {
+        var number = 0u;
+        while number + 1u < TRIES && atomicLoad(&mesh_demand[number]) > cull.room_vertices {
+            number += 1u;
+        }
+        times = times_of_try(number);
     }
+    let level = level_of(standing, allowed_m * times);
     let drawn = mesh_levels[level];
     let edge_px_m = drawn.mean_edge_m * standing.scale * view.focal_px;
     let is_near = edge_px_m >= cull.shortest_edge_px * (away_m - radius_m);
-    return Seen(vec4<u32>(drawn.vertices, select(0u, drawn.triangles, is_near), drawn.triangles, 1u), level);
+    return Seen(vec4<u32>(drawn.vertices, select(0u, drawn.triangles, is_near), drawn.triangles, 1u), level, allowed_m);
 }
 
 fn groups_of(threads: u32) -> vec4<u32> {
@@ -185,13 +213,20 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    var seen = Seen(vec4<u32>(0u), 0u);
+    var seen = Seen(vec4<u32>(0u), 0u, 0.0);
     if cull.stage != 1u {
         seen = seen_of(id.x);
     } else if thread < arrayLength(&mesh_counts) {
         seen.counts = mesh_counts[thread];
     }
     let own = seen.counts;
+    if cull.stage == 3u {
+        for (var number = 0u; number < TRIES && own.w > 0u; number++) {
+            let level = level_of(standings[id.x], seen.allowed_m * times_of_try(number));
+            atomicAdd(&mesh_demand[number], mesh_levels[level].vertices);
+        }
+        return;
+    }
     let through = sum_of_threads(thread, own);
     if cull.stage == 0u {
         if thread == 255u {

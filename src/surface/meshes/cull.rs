@@ -5,8 +5,8 @@
 //! picture. One whose mean edge at that level is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked
 //! for: they would be noise. [`seen`] says the same in f64, and a test holds the GPU against it.
 //!
-//! Where more is in view than there is room for, what comes last in the scene is left out, and counted
-//! ([`MeshDraws::left_out`]).
+//! Where more is in view than there is room for, errors may be larger; what has no room even at the coarsest levels is
+//! what comes last in the scene: it is left out, and counted ([`MeshDraws::left_out`]).
 
 use super::DrawnMeshes;
 use super::instances::fixed_point;
@@ -37,6 +37,12 @@ pub(super) const NEAR_GROUPS: u64 = std::mem::offset_of!(MeshDraws, near_groups)
 /// Sums of workgroups.
 const COUNTS: BufferKind = BufferKind::storage("mesh counts");
 
+/// Vertices in view, by the errors that are tried.
+const DEMAND: BufferKind = BufferKind::storage("mesh demand");
+/// Before anybody has asked.
+const NO_DEMAND: [u32; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize] =
+    [0; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize];
+
 /// Decides for all that stands in the world. Reads `terrain`, for the curvature of the earth.
 pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
     let [origin_coarse, origin_fine] = fixed_point(rig.origin_m);
@@ -47,7 +53,11 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: 
     let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
     let eyes_m = rig.eyes.iter().map(|eye| eye.pose.position_m.distance(rig.origin_m)).fold(0.0, f64::max);
     let room = meshes.room();
-    for stage in 0..3 {
+    let demand = cx.buffer(&DEMAND, size_of_val(&NO_DEMAND) as u64);
+    cx.write(&demand, &NO_DEMAND);
+    // Where all of the world has room nobody asks how much of it is in view.
+    let first = meshes.may_lack_room().then_some(3);
+    for stage in first.into_iter().chain(0..3) {
         let uniform = CullUniform {
             origin_coarse,
             stage,
@@ -68,6 +78,7 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: 
             ("mesh_instances", meshes.instances.binding()),
             ("mesh_counts", counts.binding()),
             ("mesh_draws", meshes.draws.binding()),
+            ("mesh_demand", demand.binding()),
             terrain.clone(),
         ];
         cx.groups("surface/meshes/cull", [if stage == 1 { 1 } else { groups }, 1], &resources);

@@ -7,7 +7,7 @@ pub(crate) use crate::gpu::wgsl::shared::meshes::MeshTriangle;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::MeshLevel;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Standing;
 use crate::mesh::placed::Placed;
-use crate::mesh::{Across, Mesh};
+use crate::mesh::{Across, Material, Mesh};
 
 /// A mesh, or a coarser one that stands for it.
 pub(super) struct LevelMesh<'a> {
@@ -103,7 +103,9 @@ pub(super) fn fixed_point(place_m: DVec3) -> [[i32; 3]; 2] {
 
 /// The triangles of a mesh for the GPU.
 pub(super) fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
-    mesh.triangles.iter().map(|triangle| {
+    let lightness: Vec<f32> = mesh.materials.iter().map(Material::lightness).collect();
+    mesh.triangles.iter().map(move |triangle| {
+        let lightness = lightness[usize::from(triangle.material)];
         let [corner_a, corner_b, corner_c] = triangle.corners;
         let [across_ab, across_bc, across_ca] = triangle.across.map(|across| match across {
             Across::Border => u32::MAX,
@@ -111,7 +113,18 @@ pub(super) fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
             Across::Triangle { index, is_turned } => index << 1 | u32::from(is_turned),
         });
         let [normal_a, normal_b, normal_c] = triangle.normals.map(|normal| octahedral(normal.as_vec3()));
-        MeshTriangle { corner_a, corner_b, corner_c, across_ab, across_bc, across_ca, normal_a, normal_b, normal_c }
+        MeshTriangle {
+            corner_a,
+            corner_b,
+            corner_c,
+            across_ab,
+            across_bc,
+            across_ca,
+            normal_a,
+            normal_b,
+            normal_c,
+            lightness,
+        }
     })
 }
 

@@ -104,6 +104,11 @@ impl DrawnMeshes {
         self.meshes.placed.standing.len() as u32
     }
 
+    /// Whether there are more vertices in the world than a view has room for.
+    fn may_lack_room(&self) -> bool {
+        self.meshes.placed.vertices() > self.meshes.room.vertices
+    }
+
     /// What a view has room for.
     fn room(&self) -> Room {
         self.meshes.room
