@@ -94,7 +94,6 @@ mod tests {
             let corner = |i: usize, k: usize| level.mesh.middle_m + level.mesh.corner_m(i, k);
             let middle = |i: usize| (0..3).map(|k| corner(i, k)).sum::<DVec3>() / 3.0;
             let found = (0..triangles).flat_map(|i| [off(middle(i)), off(corner(i, 0))]).fold(0.0, f64::max);
-            println!("{triangles} triangles: {found} m of {} m", level.error_m);
             assert!(found <= level.error_m * 1.05 && found > 0.3 * level.error_m, "{found} {}", level.error_m);
             // Planted: one that is larger by more than that is farther away.
             let mut larger = level.mesh.clone();

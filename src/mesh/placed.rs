@@ -176,7 +176,7 @@ impl Placed {
         let [vertices, triangles] = self.meshes.iter().fold([0, 0], |[vertices, triangles], mesh| {
             [vertices + mesh.vertices_m.len() as u64, triangles + mesh.triangles.len() as u64]
         });
-        let of = |all: u64, own: u64| all.min((2 * own).max(ROOM)).min(MOST).max(1);
+        let of = |all: u64, own: u64| all.min((2 * own).max(ROOM)).clamp(1, MOST);
         let limit = self.limit.unwrap_or(Room { vertices: u64::MAX, triangles: u64::MAX });
         Room {
             vertices: of(self.all.vertices, vertices).min(limit.vertices),

@@ -12,9 +12,9 @@ use super::open::{OpenWorld, WorldError};
 use super::scattered::scattered;
 use crate::file::message::{named, shown};
 use crate::forest::points::Points;
-use crate::mesh::Mesh;
 use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
-use crate::mesh::placed::{Placed, Stance};
+use crate::mesh::placed::{MOST_STANDING, Placed, Stance};
+use crate::mesh::{Mesh, MeshError};
 use crate::scene::{Density, MeshPlace, MeshPlacement, Stands, mesh_list};
 use crate::source::Progress;
 
@@ -37,7 +37,12 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
                 mesh
             }
         };
-        for stance in stances(world, placement, &mut points)? {
+        let stances = stances(world, placement, &mut points)?;
+        let found = (placed.standing.len() + stances.len()) as u64;
+        if found > MOST_STANDING {
+            return Err(MeshError::TooMany { what: "places", found, most: MOST_STANDING }.into());
+        }
+        for stance in stances {
             placed.add(&mesh, &stance)?;
         }
     }
