@@ -120,9 +120,16 @@ impl Placed {
     }
 
     fn add_mesh(&mut self, mesh: &Arc<Mesh>) -> Result<(), MeshError> {
-        let [vertices, triangles] = self.own(mesh);
-        let counts = [("different vertices", vertices, MOST), ("different triangles", triangles, MOST_OWN)];
-        if let Some((what, found, most)) = counts.into_iter().find(|(_, found, most)| found > most) {
+        let over = |placed: &Self| {
+            let [vertices, triangles] = placed.own(mesh);
+            let counts = [("different vertices", vertices, MOST), ("different triangles", triangles, MOST_OWN)];
+            counts.into_iter().find(|(_, found, most)| found > most)
+        };
+        if over(self).is_some() {
+            // Whole meshes come first.
+            self.coarser.iter_mut().for_each(Vec::clear);
+        }
+        if let Some((what, found, most)) = over(self) {
             return Err(MeshError::TooMany { what, found, most });
         }
         self.meshes.push(Arc::clone(mesh));

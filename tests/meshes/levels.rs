@@ -240,14 +240,18 @@ fn what_is_drawn_follows_what_is_in_view() {
 fn both_eyes_draw_the_same_levels() {
     let Some(mut bench) = Bench::new() else { return };
     let pose = bench.world.pose(CAMERA);
-    let ball = Arc::new(shapes::mesh(shapes::sphere(4)));
-    // At every distance, so that some are near a change.
+    let sheet = Arc::new(shapes::mesh(shapes::sheet()));
+    // Side by side, of all sizes, so that some are near a change.
     let mut placed = Placed::default();
-    placed.add_levels(&ball, coarser(&ball)).unwrap();
-    for i in 0..200_i64 {
-        let away_m = 20.0 + i as f64;
-        let aside_m = pose.right * ((random(i, 1) - 0.5) * away_m) + pose.up * ((random(i, 2) - 0.5) * 0.6 * away_m);
-        placed.add(&ball, &shapes::stance(pose.position_m + pose.forward * away_m + aside_m, 0.0, 8.0)).unwrap();
+    placed.add_levels(&sheet, coarser(&sheet)).unwrap();
+    let focal_px = still(pose, SIZE_PX).focal_px();
+    for i in 0..60_i64 {
+        let away_m = 30.0 + 100.0 * random(i, 1);
+        let place = |px: f64| px / focal_px * away_m;
+        let (x_px, y_px) = (60.0 * ((i % 10) as f64 - 4.5), 56.0 * ((i / 10) as f64 - 2.5));
+        let middle_m = pose.position_m + pose.forward * away_m + pose.right * place(x_px) + pose.up * place(y_px);
+        let scale = place(3.0 + 25.0 * random(i, 2)) / sheet.radius_m;
+        placed.add(&sheet, &shapes::stance(middle_m, 360.0 * random(i, 3), scale)).unwrap();
     }
     let firsts = firsts(&placed);
     bench.world.surfaces.set_meshes(placed);
