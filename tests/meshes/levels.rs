@@ -258,7 +258,7 @@ fn both_eyes_draw_the_same_levels() {
     let mut levels_of = |rig: &Rig| -> Vec<HashMap<usize, usize>> {
         let Bench { world, frame, style } = &mut bench;
         let prepared = prepare(&world.gpu, &mut world.surfaces, rig, style, &NOON);
-        frame.render_rig(&world.gpu, &mut world.surfaces, &prepared, rig, style, &NOON).unwrap();
+        frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &NOON).unwrap();
         let of = |eye: usize| {
             let ids = read(&world.gpu, frame.eye_target(eye, &SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
             let ids = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
