@@ -34,7 +34,7 @@ fn light_tone(light: Light, surface: vec4<f32>, seen: vec2<f32>) -> f32 {
     // The angle in parts of 45 degrees, within 0.2 degrees (atan by a parabola).
     let steep = length(n.xy) / max(n.z, 1e-3);
     let by_slope = 1.0 - clamp(steep * (1.0 + 0.3476 * (1.0 - steep)), 0.0, 1.0);
-    // The sides of a tree are no slopes.
+    // The sides of a tree or of a model are no slopes.
     let lightness = mix(lit, by_slope, select(0.0, light.slope, surface.w == 1.0));
     return pow(surface.w * clamp(lightness * light.exposure, 0.0, 1.0), light.contrast);
 }

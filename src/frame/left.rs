@@ -10,9 +10,21 @@ use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::DrawnStrokes;
 use crate::lines::{smooth, threshold};
 use crate::style::Style;
+use crate::surface::meshes::cull::MeshDraws;
 use crate::surface::{land, meshes};
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
+
+/// How many of the meshes that stand on the land an eye was shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DrawnMeshCounts {
+    /// Meshes that are in view.
+    pub instances: u32,
+    /// Their triangles, at their levels of detail.
+    pub triangles: u32,
+    /// Meshes in view that found no room.
+    pub left_out: u32,
+}
 
 /// Eyes count from 0; none is the first.
 impl Frame {
@@ -54,8 +66,8 @@ impl Frame {
         land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 
-    /// As [`Frame::drawn_vertices`], of all that stands on the land, if anything does; those of what is not in view
-    /// mean nothing.
+    /// As [`Frame::drawn_vertices`], of what is in view of all that stands on the land, if anything does: in the order
+    /// of the scene, each at its level.
     ///
     /// # Errors
     /// As [`Frame::drawn_vertices`].
@@ -63,7 +75,22 @@ impl Frame {
         let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
             return Ok(None);
         };
-        crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.vertices() as usize).map(Some)
+        crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.room().vertices as usize).map(Some)
+    }
+
+    /// What the last frame drew of all that stands on the land, and what it had no room for. Waits for the GPU.
+    ///
+    /// # Errors
+    /// As [`Frame::drawn_vertices`].
+    pub fn drawn_meshes(&self, gpu: &Gpu) -> Result<Option<DrawnMeshCounts>, GpuError> {
+        let Some(draws) = self.buffer(&meshes::DRAWS) else { return Ok(None) };
+        let draws: Vec<MeshDraws> = crate::gpu::readback::read_buffer(gpu, &draws.raw, 1)?;
+        let of = |draws: &MeshDraws| DrawnMeshCounts {
+            instances: draws.listed - draws.left_out,
+            triangles: draws.draw[0] / 3,
+            left_out: draws.left_out,
+        };
+        Ok(draws.first().map(of))
     }
 
     /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where

@@ -134,7 +134,7 @@ fn see(
     // What stands on the land: the same once more.
     let meshes = world.meshes().map(|placed| {
         let meshes = DrawnMeshes::of(cx, placed);
-        meshes::cull::run(cx, &view, rig.origin_m, terrain.uniform(), &meshes);
+        meshes::cull::run(cx, &view, rig, terrain.uniform(), &meshes);
         meshes::vertices::run(cx, &meshes, terrain.uniform());
         meshes::raster::run(cx, &meshes::raster::Inputs { view: &view, meshes: &meshes, depth, surface_id });
         if let Some(edges) = edges {

@@ -1,14 +1,16 @@
 //! Models that stand on the land: triangles with their neighbours, from OBJ files, and where they stand.
 //!
 //! A [`Mesh`] is what a file holds ([`obj`]), welded and joined ([`build`]), with a normal at each corner of each
-//! triangle ([`normals`]) and what it is made of ([`paint`]). [`simplify`] makes meshes of fewer triangles, and
-//! [`silhouette`] says how much they look like the first. [`placed`] puts meshes into the world and says which of them a
-//! view sees.
+//! triangle ([`normals`]) and what it is made of ([`paint`]). [`simplify`] makes meshes of fewer triangles,
+//! [`silhouette`] says how much they look like the first, and [`deviation`] how far they lie from it; [`levels`] are what
+//! is drawn of them. [`placed`] puts meshes into the world.
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
 mod beside;
 pub mod build;
+pub mod deviation;
+pub mod levels;
 mod lines;
 mod mtl;
 pub mod normals;
@@ -95,6 +97,23 @@ impl Material {
     pub fn plain(name: String) -> Self {
         Self { name, color: Self::PLAIN_COLOR }
     }
+
+    /// How light it is, from [`Material::DARKEST`] to 1, where bare land is 1; always a little below, for land and models
+    /// are not lit alike. What has no colour is as light as the land.
+    pub fn lightness(&self) -> f32 {
+        let below_one = 1.0 - 0.5 * f32::EPSILON;
+        if self.color == Self::PLAIN_COLOR {
+            return below_one;
+        }
+        let [red, green, blue] = self.color.map(f64::from);
+        let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+        // L* of CIE 1976, but for the straight piece next to black.
+        let perceived = (1.16 * luminance.max(0.0).cbrt() - 0.16).clamp(0.0, 1.0);
+        ((Self::DARKEST + (1.0 - Self::DARKEST) * perceived) as f32).min(below_one)
+    }
+
+    /// The lightness of black: its form is still seen.
+    pub const DARKEST: f64 = 0.3;
 }
 
 /// What the reader left out or found open.

@@ -71,6 +71,26 @@ pub fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
         .unwrap_or_else(|| mesh.clone())
 }
 
+/// A mesh of so many triangles at most whose `distance` from this one is least, with that distance; only edges collapse
+/// and vertices cluster, so nothing is put in the place of what is left out. None where the mesh is that small already.
+pub fn nearest(mesh: &Mesh, triangles: usize, distance: impl Fn(&Mesh, &Mesh) -> f64) -> Option<(Mesh, f64)> {
+    if triangles == 0 || mesh.triangles.len() <= triangles {
+        return None;
+    }
+    let whole = Draft::of(mesh);
+    let mut drafts: Vec<Draft> =
+        [false, true].into_iter().filter_map(|moves| whole.collapsed(triangles, moves)).collect();
+    drafts.push(whole.clustered(mesh, triangles));
+    let normals = Normals::of(mesh);
+    let made = drafts.into_iter().filter(|draft| (1..=triangles).contains(&draft.triangles()));
+    let made = made.filter_map(|draft| draft.into_mesh(mesh, &normals));
+    let measured = made.map(|made| {
+        let distance = distance(mesh, &made);
+        (made, distance)
+    });
+    measured.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// A mesh as the simplifier has it: a vertex for each place and material.
 #[derive(Clone)]
 struct Draft {

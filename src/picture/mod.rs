@@ -271,6 +271,10 @@ fn render_eyes<E>(
             if let Some(strokes) = frame.strokes() {
                 strokes.left_out(gpu)?.warn();
             }
+            let models = if world.meshes().is_some() { frame.drawn_meshes(gpu)? } else { None };
+            if let Some(left_out) = models.map(|models| models.left_out).filter(|count| *count > 0) {
+                tracing::warn!("{left_out} models found no room: they are missing");
+            }
             gpu.check()?;
         }
         take(bands).map_err(PictureError::Sink)?;

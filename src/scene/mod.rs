@@ -7,6 +7,8 @@ pub mod embedded;
 pub mod forest;
 pub mod forest_cover;
 pub mod frustum;
+pub mod mesh_list;
+pub mod meshes;
 pub mod path;
 pub mod reach;
 pub mod scene_file;
@@ -20,6 +22,7 @@ use camera::Camera;
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
+pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
 pub use wind::Wind;
 
 use crate::source::OpenOptions;
@@ -51,24 +54,6 @@ pub struct Scene {
     pub wind: Option<Wind>,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
-}
-
-/// A model and where it stands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeshPlacement {
-    /// An OBJ file.
-    pub file: PathBuf,
-    /// East, north, up in the world's frame, in metres, of the file's origin. z is above the ground there if
-    /// [`MeshPlacement::height_above_ground`].
-    pub at_m: DVec3,
-    /// Whether z counts from the ground (it was given as `+h`).
-    pub height_above_ground: bool,
-    /// Clockwise from above, in degrees.
-    pub yaw_deg: f64,
-    /// Metres for each unit of the file.
-    pub scale: f64,
-    /// Whether the file's z points up; else its y does, and its z to the south.
-    pub z_up: bool,
 }
 
 /// Where the heights come from.
@@ -165,6 +150,14 @@ impl Light {
 }
 
 impl Scene {
+    /// The lists of places where its models stand.
+    pub fn mesh_lists(&self) -> impl Iterator<Item = &PathBuf> {
+        self.meshes.iter().filter_map(|mesh| match &mesh.stands {
+            Stands::Listed(list) => Some(list),
+            Stands::At(_) | Stands::Scattered(_) => None,
+        })
+    }
+
     /// The light over a world of `extent_m` (east, north).
     pub fn light(&self, extent_m: [f64; 2]) -> Light {
         Light {

@@ -67,7 +67,8 @@ impl Scene {
         }
         let mut trees = self.forest.iter().flat_map(|forest| &forest.models);
         trees.try_for_each(|model| check("forest.species.file", &model.file))?;
-        self.meshes.iter().try_for_each(|mesh| check("meshes.file", &mesh.file))
+        self.meshes.iter().try_for_each(|mesh| check("meshes.file", &mesh.file))?;
+        self.mesh_lists().try_for_each(|list| check("meshes.instances", list))
     }
 }
 

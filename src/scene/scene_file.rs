@@ -31,6 +31,10 @@
 //! yaw_deg = 30                      # clockwise from above; without it, 0
 //! scale = 1                         # metres for each unit of the file
 //! up = "y"                          # or "z": what points up in the file
+//! # instead of at, to let it stand many times:
+//! # instances = "huts.csv"          # columns x, y and maybe z, yaw, scale: see `super::mesh_list`
+//! # scatter = { count = 500, within = [-900, -900, 900, 900], heights_m = [800, 2000], steepest_deg = 25 }
+//! #   per_ha instead of count; seed = 1; scale = [0.8, 1.2]; turn_deg = [0, 360]; up_m = 0 above the ground
 //!
 //! [wind]                            # moves trees; without it, they stand still
 //! speed_m_s = 4                     # in the mean, at most 60; without it, 5
@@ -67,14 +71,14 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use serde::Deserialize;
 
-use super::camera::{Camera, LARGEST_COORDINATE_M};
+use super::camera::Camera;
 use super::earth::Earth;
 use super::forest::ForestToml;
+use super::meshes::MeshToml;
 use super::wind::WindToml;
-use super::{Haze, MeshPlacement, Scene, Sun, World};
+use super::{Haze, Scene, Sun, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -192,36 +196,12 @@ struct CameraToml {
     start: Option<String>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MeshToml {
-    file: String,
-    at: (f64, f64, HeightToml),
-    #[serde(default)]
-    yaw_deg: f64,
-    #[serde(default = "same_size")]
-    scale: f64,
-    #[serde(default)]
-    up: UpToml,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "z must be a number, or \"+h\" for h metres above the ground")]
-enum HeightToml {
-    Height(f64),
-    Text(String),
-}
-
 #[derive(Deserialize, Default)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum UpToml {
     #[default]
     Y,
     Z,
-}
-
-fn same_size() -> f64 {
-    1.0
 }
 
 impl Scene {
@@ -295,7 +275,7 @@ impl Scene {
             scene.vertical_exaggeration = factor;
         }
         for (number, mesh) in file.meshes.into_iter().enumerate() {
-            let placement = placement(path, mesh);
+            let placement = mesh.checked(path);
             let placement = placement.map_err(|(key, cause)| {
                 let words = format!(": of mesh {}: {cause}", number + 1);
                 Wrong::new(format!("meshes[{number}].{key}"), words).in_text(&name, text)
@@ -332,37 +312,6 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
             Err(wrong(format!("it has both {}, and must have one of them", given.join(" and "))))
         }
     }
-}
-
-/// A mesh's place; the error is the key and what is wrong with it.
-fn placement(scene_path: &Path, mesh: MeshToml) -> Result<MeshPlacement, (&'static str, String)> {
-    if mesh.file.is_empty() {
-        return Err(("file", "it is empty".to_owned()));
-    }
-    let (x_m, y_m, z) = mesh.at;
-    let (z_m, height_above_ground) = match z {
-        HeightToml::Height(z_m) => (z_m, false),
-        HeightToml::Text(text) => {
-            // As cameras have it: `++5` is a slip, not a number.
-            let number = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
-            let height_m = number.and_then(|number| number.parse().ok());
-            let cause = || format!("z is {}, and must be a number or \"+h\"", quoted(&text));
-            (height_m.ok_or_else(|| ("at", cause()))?, true)
-        }
-    };
-    let at_m = DVec3::new(x_m, y_m, z_m);
-    if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
-        return Err(("at", format!("it must lie within {LARGEST_COORDINATE_M} m")));
-    }
-    if !(-360_000.0..=360_000.0).contains(&mesh.yaw_deg) {
-        return Err(("yaw_deg", "it must lie within -360000 to 360000".to_owned()));
-    }
-    if !(1e-6..=1e6).contains(&mesh.scale) {
-        return Err(("scale", "it must lie within 0.000001 to 1000000".to_owned()));
-    }
-    let file = scene_path.parent().unwrap_or(Path::new("")).join(mesh.file);
-    let z_up = matches!(mesh.up, UpToml::Z);
-    Ok(MeshPlacement { file, at_m, height_above_ground, yaw_deg: mesh.yaw_deg, scale: mesh.scale, z_up })
 }
 
 fn continent(continent: &ContinentToml) -> Result<World, Wrong> {

@@ -2,7 +2,9 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] makes them of what a user names: a scene file, a DEM, a pyramid, an address.
 
+mod meshes;
 pub mod open;
+pub mod scattered;
 mod tree_models;
 
 use std::sync::Arc;

@@ -10,20 +10,20 @@ use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::forest::cover::{Cover, CoverError};
 use crate::gpu::Gpu;
-use crate::mesh::placed::{Placed, Stance};
-use crate::mesh::{Mesh, MeshError, obj};
+use crate::mesh::{MeshError, obj};
 use crate::pyramid::store::{ContinentStore, Exaggerated, MosaicStore};
 use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
+use crate::scene::mesh_list::MeshListError;
 use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
 use crate::scene::view::Pose;
-use crate::scene::{Light, MeshPlacement, Scene, World};
+use crate::scene::{Light, Scene, World};
 use crate::source::{self, Kind, OpenOptions, Progress, Silent};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
-use crate::world::{Surfaces, tree_models};
+use crate::world::{Surfaces, meshes, tree_models};
 
 /// A COG with no more samples is baked all the same: it takes two seconds, and its errors are measured then.
 const BAKED_SAMPLES: usize = 1 << 24;
@@ -59,6 +59,9 @@ pub enum WorldError {
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    /// A list of places of a mesh cannot be read.
+    #[error(transparent)]
+    MeshList(#[from] MeshListError),
     /// A model of a tree cannot be read, or is none.
     #[error("forest.species.file: {0}")]
     TreeModel(#[source] MeshError),
@@ -141,6 +144,7 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
             inputs.add(file);
             obj::files_beside(file).iter().for_each(|file| inputs.add(file));
         }
+        scene.mesh_lists().for_each(|list| inputs.add(list));
     }
     inputs
 }
@@ -255,7 +259,7 @@ impl OpenWorld {
         let terrain =
             Terrain::new(gpu, store, options).map_err(|source| WorldError::Terrain { name, source }.of(&scene))?;
         let mut world = Self { scene, surfaces: terrain.into() };
-        let placed = world.place_meshes(progress).map_err(|error| WorldError::from(error).of(&world.scene))?;
+        let placed = meshes::place(&world, progress).map_err(|error| error.of(&world.scene))?;
         world.surfaces.set_meshes(placed);
         let cover = world.forest_cover().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_forest_cover(cover.map(Arc::new));
@@ -272,30 +276,6 @@ impl OpenWorld {
         let store = self.surfaces.terrain.store();
         let size = store.levels()[0];
         Cover::load(&forest.cover, store.georeference(), [size.width, size.height])
-    }
-
-    /// Reads the meshes of the scene, each file once, and puts them where they stand.
-    fn place_meshes(&self, progress: &dyn Progress) -> Result<Placed, MeshError> {
-        let mut placed = Placed::default();
-        let mut known: Vec<(&Path, Arc<Mesh>)> = Vec::new();
-        for placement in &self.scene.meshes {
-            let found = known.iter().find(|(file, _)| *file == placement.file).map(|(_, mesh)| Arc::clone(mesh));
-            let mesh = match found {
-                Some(mesh) => mesh,
-                None => {
-                    let mesh = Arc::new(self.scene.read_mesh_with(&placement.file, progress)?);
-                    known.push((&placement.file, Arc::clone(&mesh)));
-                    mesh
-                }
-            };
-            let mut origin_m = placement.at_m;
-            if placement.height_above_ground {
-                origin_m.z += self.ground_m(origin_m.x, origin_m.y);
-            }
-            let MeshPlacement { yaw_deg, scale, z_up, .. } = *placement;
-            placed.add(&mesh, &Stance { origin_m, yaw_deg, scale, z_up })?;
-        }
-        Ok(placed)
     }
 
     /// East and north extent in metres.

@@ -10,8 +10,8 @@ use hachure::file::png::{read_rgba8, write_rgba8};
 use hachure::mesh::obj;
 use hachure::pyramid::store::open_local_cog;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
-use hachure::scene::Scene;
 use hachure::scene::path::CameraPath;
+use hachure::scene::{Scene, mesh_list};
 use hachure::source::{self, Silent, Window};
 use hachure::style::{self, Style};
 use ndarray::Array2;
@@ -96,6 +96,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "pyramid", open: read_pyramid, seeds: pyramids, arguments: INFO },
     Kind { name: "obj", open: |path| Ok(obj::read(path).map(drop)?), seeds: objs, arguments: None },
     Kind { name: "scene", open: |path| Ok(Scene::read(path).map(drop)?), seeds: scenes, arguments: INFO },
+    Kind { name: "instances", open: |path| Ok(mesh_list::read(path).map(drop)?), seeds: lists, arguments: None },
     Kind { name: "style", open: read_style, seeds: styles, arguments: Some(&["styles", "check"]) },
     Kind { name: "marks", open: read_marks, seeds: |home| recipes(home, "marks"), arguments: None },
     Kind { name: "strokes", open: read_strokes, seeds: |home| recipes(home, "strokes"), arguments: None },
@@ -305,7 +306,16 @@ fn scenes(home: &Path) -> Vec<Seed> {
     let several = "[world]\ndem = [\"a.tif\", \"b.tif\"]\n[earth]\ncurvature = false\n";
     let made = "[world]\nprocedural = { seed = 7 }\n[camera]\nstart = \"0,0,2000,0,-10,50\"\n";
     let land = "[world]\ncontinent = { seed = 3 }\n";
-    let all = [("one.toml", one_file), ("several.toml", several), ("made.toml", made), ("land.toml", land)];
+    let props = "[world]\nprocedural = { seed = 1 }\n[[meshes]]\nfile = \"a.obj\"\ninstances = \"a.csv\"\n[[meshes]]\n\
+                 file = \"b.obj\"\nscatter = { per_ha = 2.5, within = [-900, -900, 900, 900], heights_m = [0, 2000], \
+                 steepest_deg = 30, seed = 3, scale = [0.5, 2], turn_deg = [0, 90], up_m = -0.5 }\n";
+    let all = [
+        ("one.toml", one_file),
+        ("several.toml", several),
+        ("made.toml", made),
+        ("land.toml", land),
+        ("props.toml", props),
+    ];
     all.into_iter().flat_map(|(name, scene)| text(home, name, scene)).collect()
 }
 
@@ -329,6 +339,12 @@ fn paths(home: &Path) -> Vec<Seed> {
     let level = "0,0,0,2000,0,-10,50\n1,10,0,2000,5,-10,50\n2,20,5,1990,9,-12,50\n";
     let of = |name: &str, rows: &str| text(home, name, &format!("{head}{rows}"));
     of("flight.csv", flight).into_iter().chain(of("level.csv", level)).collect()
+}
+
+fn lists(home: &Path) -> Vec<Seed> {
+    let whole = "scale,x,y,z,yaw\n# a hut\n1.5,120,-40,+0.5,30\n,-1e3,2e2,900,\n0.8,0,0,,-720\n";
+    let short = "x,y\n1,2\n3,4\n";
+    text(home, "whole.csv", whole).into_iter().chain(text(home, "short.csv", short)).collect()
 }
 
 fn pictures(home: &Path) -> Vec<Seed> {

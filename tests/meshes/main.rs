@@ -4,9 +4,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod colours;
 mod cull;
 mod edges;
 mod huge;
+mod levels;
 mod materials;
 mod reader;
 mod scene;

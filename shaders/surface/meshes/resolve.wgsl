@@ -1,4 +1,4 @@
-// Position and normal where a mesh is seen: the pixel's ray cut with the plane of the triangle that the rasteriser
+// Position and normal where a mesh is seen, with the lightness of its material: the pixel's ray cut with the plane of the triangle that the rasteriser
 // found there, and the normals of its corners, mixed by the place in the triangle.
 //
 // After surface/land/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what
@@ -62,5 +62,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     n = select(n, -n, dot(n, front) < 0.0);
     textureStore(position, pixel, vec4<f32>(at_m, along_m));
-    textureStore(normal, pixel, vec4<f32>(n, 1.0));
+    textureStore(normal, pixel, vec4<f32>(n, triangle.lightness));
 }

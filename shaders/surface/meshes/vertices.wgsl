@@ -15,7 +15,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let number = thread_number(id);
     let at = instance_of(number, BY_VERTEX);
     let standing = mesh_instances[at];
-    let own = number - standing.vertices_before;
+    let own = number - standing.first_place;
     if own >= standing.vertices {
         return;
     }

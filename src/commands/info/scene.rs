@@ -11,10 +11,10 @@ use serde::Serialize;
 
 use crate::commands::progress::Bar;
 use crate::file::message::{named, printable};
+use crate::mesh::Mesh;
 use crate::mesh::placed::Stance;
-use crate::mesh::{Mesh, MeshError};
 use crate::scene::reach::Reach;
-use crate::scene::{Forest, MeshPlacement, Scene, World};
+use crate::scene::{Density, Forest, MeshPlace, MeshPlacement, Scene, Stands, World, mesh_list};
 
 #[derive(Serialize)]
 pub(super) struct SceneInfo {
@@ -45,8 +45,14 @@ struct TreeInfo {
 #[derive(Serialize)]
 struct MeshInfo {
     file: PathBuf,
-    /// In the scene's notation.
-    at: String,
+    /// In the scene's notation; none where it stands many times.
+    at: Option<String>,
+    /// The list of its places.
+    instances: Option<PathBuf>,
+    /// How many places there are; none where the land decides.
+    places: Option<u64>,
+    /// Of a rule.
+    per_ha: Option<f64>,
     yaw_deg: f64,
     scale: f64,
     up: &'static str,
@@ -74,8 +80,8 @@ pub(super) fn read(file: &Path, reach: Reach) -> anyhow::Result<SceneInfo> {
 
 impl SceneInfo {
     /// # Errors
-    /// A model that cannot be read.
-    pub fn of(scene: Scene) -> Result<Self, MeshError> {
+    /// A model, or a list of places, that cannot be read.
+    pub fn of(scene: Scene) -> anyhow::Result<Self> {
         // Each file once: a long one takes a while, and what is wrong with its materials is told once.
         let mut known: FxHashMap<&Path, Rc<Mesh>> = FxHashMap::default();
         let mut meshes = Vec::with_capacity(scene.meshes.len());
@@ -85,7 +91,7 @@ impl SceneInfo {
                 Some(mesh) => Rc::clone(mesh),
                 None => Rc::new(scene.read_mesh_with(&placement.file, &Bar::default())?),
             };
-            meshes.push(MeshInfo::of(&mesh, placement));
+            meshes.push(MeshInfo::of(&mesh, placement)?);
             known.insert(&placement.file, mesh);
         }
         for (species, model) in scene.forest.iter().flat_map(Forest::species_of_models) {
@@ -138,7 +144,8 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
     let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
     let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
-    let mut missing: Vec<&PathBuf> = heights.iter().chain(meshes).chain(trees).chain(cover).collect();
+    let mut missing: Vec<&PathBuf> =
+        heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).collect();
     // Where nobody may look the opening tells.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();
@@ -153,17 +160,37 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
 }
 
 impl MeshInfo {
-    fn of(mesh: &Mesh, placement: &MeshPlacement) -> Self {
+    fn of(mesh: &Mesh, placement: &MeshPlacement) -> anyhow::Result<Self> {
         let stance = Stance { origin_m: DVec3::ZERO, yaw_deg: 0.0, scale: placement.scale, z_up: placement.z_up };
         let turn = stance.world_from_mesh();
         let places = || mesh.vertices_m.iter().map(|place| turn * DVec3::from_array(place.map(f64::from)));
         let low = places().fold(DVec3::INFINITY, DVec3::min);
         let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let DVec3 { x, y, z } = placement.at_m;
-        let plus = if placement.height_above_ground { "+" } else { "" };
-        Self {
+        let (mut at, mut instances, mut per_ha) = (None, None, None);
+        let places = match &placement.stands {
+            Stands::At(MeshPlace { at_m: DVec3 { x, y, z }, height_above_ground }) => {
+                let plus = if *height_above_ground { "+" } else { "" };
+                at = Some(format!("{x},{y},{plus}{z}"));
+                Some(1)
+            }
+            Stands::Listed(list) => {
+                instances = Some(list.clone());
+                Some(mesh_list::read(list)?.len() as u64)
+            }
+            Stands::Scattered(scatter) => match scatter.density {
+                Density::Count(count) => Some(count.into()),
+                Density::PerHa(wanted) => {
+                    per_ha = Some(wanted);
+                    None
+                }
+            },
+        };
+        Ok(Self {
             file: placement.file.clone(),
-            at: format!("{x},{y},{plus}{z}"),
+            at,
+            instances,
+            places,
+            per_ha,
             yaw_deg: placement.yaw_deg,
             scale: placement.scale,
             up: if placement.z_up { "z" } else { "y" },
@@ -174,7 +201,7 @@ impl MeshInfo {
             border_edges: mesh.flaws.borders,
             crowded_edges: mesh.flaws.crowded,
             materials: mesh.materials.len() as u64 - 1,
-        }
+        })
     }
 
     fn line(&self) -> String {
@@ -191,11 +218,16 @@ impl MeshInfo {
         ];
         let flaws: String =
             flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
+        let stands = match (&self.at, &self.instances, self.places, self.per_ha) {
+            (Some(at), ..) => format!("at {at}"),
+            (None, Some(list), places, _) => format!("at {} places of {}", places.unwrap_or(0), named(list)),
+            (None, None, Some(places), _) => format!("at {places} places by a rule"),
+            (None, None, None, per_ha) => format!("{} on a hectare by a rule", per_ha.unwrap_or(0.0)),
+        };
         format!(
-            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m{materials}, at {}, yaw {}°{flaws}\n",
+            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m{materials}, {stands}, yaw {}°{flaws}\n",
             named(&self.file),
             self.triangles,
-            self.at,
             self.yaw_deg
         )
     }

@@ -1,11 +1,12 @@
 //! Which meshes an eye sees. See `shaders/surface/meshes/cull.wgsl`.
 //!
 //! A mesh is left out where its sphere is out of view, where the earth hides it, and where all of it is smaller than
-//! [`SMALLEST_PX`]. One whose mean edge is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked
+//! [`SMALLEST_PX`]. It is drawn at the coarsest level whose error is at most [`LARGEST_ERROR_PX`] in the middle of the
+//! picture. One whose mean edge at that level is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked
 //! for: they would be noise. [`seen`] says the same in f64, and a test holds the GPU against it.
-
-use bytemuck::Zeroable;
-use glam::DVec3;
+//!
+//! Where more is in view than there is room for, errors may be larger; what has no room even at the coarsest levels is
+//! what comes last in the scene: it is left out, and counted ([`MeshDraws::left_out`]).
 
 use super::DrawnMeshes;
 use super::instances::fixed_point;
@@ -15,11 +16,14 @@ use crate::gpu::recorder::Cx;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Cull as CullUniform;
 pub use crate::gpu::wgsl::surface::meshes::cull::MeshDraws;
 use crate::mesh::placed::{Placed, Standing};
-use crate::scene::view::View;
+use crate::scene::view::{Rig, View};
 use crate::tiles::earth_curvature::EarthCurvature;
+use bytemuck::Zeroable;
 
 /// What is smaller than this across is not drawn.
 pub const SMALLEST_PX: f64 = 1.0;
+/// A level's error is at most so large on the picture.
+pub const LARGEST_ERROR_PX: f64 = 0.5;
 /// Meshes whose mean edge is shorter on the picture, at their nearest point, have no edges.
 pub const SHORTEST_EDGE_PX: f64 = 0.5;
 /// Threads of a workgroup; `MOST_STANDING` over this is at most this, too.
@@ -33,28 +37,48 @@ pub(super) const NEAR_GROUPS: u64 = std::mem::offset_of!(MeshDraws, near_groups)
 /// Sums of workgroups.
 const COUNTS: BufferKind = BufferKind::storage("mesh counts");
 
+/// Vertices in view, by the errors that are tried.
+const DEMAND: BufferKind = BufferKind::storage("mesh demand");
+/// Before anybody has asked.
+const NO_DEMAND: [u32; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize] =
+    [0; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize];
+
 /// Decides for all that stands in the world. Reads `terrain`, for the curvature of the earth.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, origin_m: DVec3, terrain: Named, meshes: &DrawnMeshes) {
-    let [origin_coarse, origin_fine] = fixed_point(origin_m);
-    let groups = (meshes.placed().standing.len() as u32).div_ceil(WORKGROUP);
+pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
+    let [origin_coarse, origin_fine] = fixed_point(rig.origin_m);
+    let groups = meshes.standing().div_ceil(WORKGROUP);
     let bytes = u64::from(groups) * 16;
     let counts = cx.buffer(&COUNTS, bytes).slice(0, bytes);
-    for stage in 0..3 {
+    // Eyes of a rig draw the same levels: those that the nearest and sharpest of them needs.
+    let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
+    let eyes_m = rig.eyes.iter().map(|eye| eye.pose.position_m.distance(rig.origin_m)).fold(0.0, f64::max);
+    let room = meshes.room();
+    let demand = cx.buffer(&DEMAND, size_of_val(&NO_DEMAND) as u64);
+    cx.write(&demand, &NO_DEMAND);
+    // Where all of the world has room nobody asks how much of it is in view.
+    let first = meshes.may_lack_room().then_some(3);
+    for stage in first.into_iter().chain(0..3) {
         let uniform = CullUniform {
             origin_coarse,
             stage,
             origin_fine,
             smallest_px: SMALLEST_PX as f32,
             shortest_edge_px: SHORTEST_EDGE_PX as f32,
+            error_m: (LARGEST_ERROR_PX / focal_px) as f32,
+            eyes_m: eyes_m as f32,
+            room_vertices: room.vertices as u32,
+            room_triangles: room.triangles as u32,
             ..CullUniform::zeroed()
         };
         let resources = [
             ("view", view.clone()),
             ("cull", cx.uniform("cull", &uniform)),
             ("standings", meshes.meshes.standings.binding()),
+            ("mesh_levels", meshes.meshes.levels.binding()),
             ("mesh_instances", meshes.instances.binding()),
             ("mesh_counts", counts.binding()),
             ("mesh_draws", meshes.draws.binding()),
+            ("mesh_demand", demand.binding()),
             terrain.clone(),
         ];
         cx.groups("surface/meshes/cull", [if stage == 1 { 1 } else { groups }, 1], &resources);
@@ -66,6 +90,8 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, origin_m: DVec3, terrain: Named, me
 pub struct VisibleInstance {
     /// Which of [`Placed::standing`].
     pub standing: usize,
+    /// 0 is the whole mesh.
+    pub level: usize,
     /// Its edges are looked for.
     pub is_near: bool,
 }
@@ -86,8 +112,13 @@ pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> V
         {
             return None;
         }
-        let edge_px_m = mesh.mean_edge_m * standing.scale * focal_px;
-        Some(VisibleInstance { standing: number, is_near: edge_px_m >= SHORTEST_EDGE_PX * (away_m - radius_m) })
+        let nearest_m = (away_m - radius_m).max(0.0);
+        let is_fine = |error_m: f64| error_m * standing.scale * focal_px <= LARGEST_ERROR_PX * nearest_m;
+        let coarser = placed.coarser(standing.mesh);
+        let level = coarser.iter().take_while(|level| is_fine(level.error_m)).count();
+        let drawn = level.checked_sub(1).map_or(mesh, |level| &coarser[level].mesh);
+        let edge_px_m = drawn.mean_edge_m * standing.scale * focal_px;
+        Some(VisibleInstance { standing: number, level, is_near: edge_px_m >= SHORTEST_EDGE_PX * (away_m - radius_m) })
     };
     placed.standing.iter().enumerate().filter_map(of).collect()
 }

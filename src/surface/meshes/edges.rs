@@ -18,7 +18,7 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMes
     let mut resources = vec![("view", view.clone()), ("mesh_sides", sides.binding())];
     resources.extend(edges.resources());
     resources.extend(meshes.resources());
-    let most = meshes.placed().triangles().div_ceil(WORKGROUP) as u32;
+    let most = meshes.room().triangles.div_ceil(WORKGROUP) as u32;
     let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, most };
     Ordered { shader: "surface/meshes/edges", stages: 3, groups, kept: 0 }.run(cx, &resources);
 }

@@ -4,40 +4,92 @@ use glam::{DVec3, Vec2, Vec3};
 
 pub(crate) use crate::gpu::wgsl::shared::meshes::MeshInstance;
 pub(crate) use crate::gpu::wgsl::shared::meshes::MeshTriangle;
+pub(crate) use crate::gpu::wgsl::surface::meshes::cull::MeshLevel;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Standing;
 use crate::mesh::placed::Placed;
-use crate::mesh::{Across, Mesh};
+use crate::mesh::{Across, Material, Mesh};
+
+/// A mesh, or a coarser one that stands for it.
+pub(super) struct LevelMesh<'a> {
+    pub mesh: &'a Mesh,
+    /// From the middle of the mesh that it stands for to its own.
+    aside_m: DVec3,
+    /// In the mesh's unit.
+    error_m: f64,
+}
+
+impl LevelMesh<'_> {
+    /// Its vertices, from the middle of the mesh that it stands for.
+    pub fn vertices(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
+        let moved = |at_m: &[f32; 3]| (self.aside_m + DVec3::from_array(at_m.map(f64::from))).as_vec3();
+        let vertex = move |at_m: &[f32; 3]| {
+            // To the bit where nothing is moved.
+            if self.aside_m == DVec3::ZERO { Vec3::from_array(*at_m) } else { moved(at_m) }.extend(1.0).to_array()
+        };
+        self.mesh.vertices_m.iter().map(vertex)
+    }
+}
+
+/// All levels of one of the meshes, finest first.
+pub(super) fn levels_of(placed: &Placed, mesh: usize) -> impl Iterator<Item = LevelMesh<'_>> {
+    let whole = &*placed.meshes[mesh];
+    let coarser = placed.coarser(mesh).iter().map(|level| LevelMesh {
+        mesh: &level.mesh,
+        aside_m: level.mesh.middle_m - whole.middle_m,
+        error_m: level.error_m,
+    });
+    [LevelMesh { mesh: whole, aside_m: DVec3::ZERO, error_m: 0.0 }].into_iter().chain(coarser)
+}
+
+/// All levels of all meshes, for the GPU, and where those of each mesh begin; the last is the end.
+pub(super) fn levels(placed: &Placed) -> (Vec<MeshLevel>, Vec<u32>) {
+    let (mut levels, mut firsts) = (Vec::new(), vec![0]);
+    let (mut first_vertex, mut first_triangle) = (0, 0);
+    for mesh in 0..placed.meshes.len() {
+        let mut first_number = 0;
+        for LevelMesh { mesh, error_m, .. } in levels_of(placed, mesh) {
+            let (vertices, triangles) = (mesh.vertices_m.len() as u32, mesh.triangles.len() as u32);
+            levels.push(MeshLevel {
+                first_vertex,
+                vertices,
+                first_triangle,
+                triangles,
+                first_number,
+                is_solid: u32::from(mesh.is_solid),
+                mean_edge_m: mesh.mean_edge_m as f32,
+                error_m: error_m as f32,
+            });
+            first_vertex += vertices;
+            first_triangle += triangles;
+            first_number += triangles;
+        }
+        firsts.push(levels.len() as u32);
+    }
+    (levels, firsts)
+}
 
 /// All that stands in a world, for the GPU.
-pub(super) fn standings(placed: &Placed) -> Vec<Standing> {
-    let mut firsts = Vec::with_capacity(placed.meshes.len());
-    let (mut first_vertex, mut first_triangle) = (0, 0);
-    for mesh in &placed.meshes {
-        firsts.push([first_vertex, first_triangle]);
-        first_vertex += mesh.vertices_m.len() as u32;
-        first_triangle += mesh.triangles.len() as u32;
-    }
+pub(super) fn standings(placed: &Placed, levels: &[MeshLevel], firsts: &[u32]) -> Vec<Standing> {
+    let mut first_number = 0;
     let of = |standing: &crate::mesh::placed::Standing| {
         let mesh = placed.mesh(standing);
-        let [first_vertex, first_triangle] = firsts[standing.mesh];
+        let [first_level, end] = [firsts[standing.mesh], firsts[standing.mesh + 1]];
         let [coarse, fine] = fixed_point(standing.middle_m);
         let row = |i: usize| standing.world_from_mesh.row(i).as_vec3().to_array();
-        Standing {
+        let own = Standing {
             east: row(0),
-            first_vertex,
+            first_level,
             north: row(1),
-            vertices: mesh.vertices_m.len() as u32,
+            levels: end - first_level,
             up: row(2),
-            first_triangle,
+            first_number,
             coarse,
-            triangles: mesh.triangles.len() as u32,
+            scale: standing.scale as f32,
             fine,
-            is_solid: u32::from(mesh.is_solid),
-            first_place: standing.first_vertex,
-            first_number: standing.first_triangle,
             radius_m: (mesh.radius_m * standing.scale) as f32,
-            mean_edge_m: (mesh.mean_edge_m * standing.scale) as f32,
-        }
+        };
+        first_number += levels[first_level as usize..end as usize].iter().map(|level| level.triangles).sum::<u32>();
+        own
     };
     placed.standing.iter().map(of).collect()
 }
@@ -51,7 +103,9 @@ pub(super) fn fixed_point(place_m: DVec3) -> [[i32; 3]; 2] {
 
 /// The triangles of a mesh for the GPU.
 pub(super) fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
-    mesh.triangles.iter().map(|triangle| {
+    let lightness: Vec<f32> = mesh.materials.iter().map(Material::lightness).collect();
+    mesh.triangles.iter().map(move |triangle| {
+        let lightness = lightness[usize::from(triangle.material)];
         let [corner_a, corner_b, corner_c] = triangle.corners;
         let [across_ab, across_bc, across_ca] = triangle.across.map(|across| match across {
             Across::Border => u32::MAX,
@@ -59,7 +113,18 @@ pub(super) fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
             Across::Triangle { index, is_turned } => index << 1 | u32::from(is_turned),
         });
         let [normal_a, normal_b, normal_c] = triangle.normals.map(|normal| octahedral(normal.as_vec3()));
-        MeshTriangle { corner_a, corner_b, corner_c, across_ab, across_bc, across_ca, normal_a, normal_b, normal_c }
+        MeshTriangle {
+            corner_a,
+            corner_b,
+            corner_c,
+            across_ab,
+            across_bc,
+            across_ca,
+            normal_a,
+            normal_b,
+            normal_c,
+            lightness,
+        }
     })
 }
 

@@ -13,7 +13,7 @@ const SIDE_BYTES: u64 = 16;
 
 /// Decides for each triangle that is near enough.
 pub fn run(cx: &mut Cx<'_>, view: &Resource, meshes: &DrawnMeshes) -> Buffer {
-    let sides = cx.buffer(&SIDES, meshes.placed().triangles() * SIDE_BYTES);
+    let sides = cx.buffer(&SIDES, meshes.room().triangles * SIDE_BYTES);
     let mut resources = vec![("mesh_sides", sides.binding()), ("view", view.clone())];
     resources.extend(meshes.resources());
     cx.indirect("surface/meshes/sides", &meshes.draws, NEAR_GROUPS, &resources);

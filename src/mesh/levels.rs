@@ -1,0 +1,107 @@
+//! Levels of detail of a mesh: itself, and up to two of fewer triangles, each with its error.
+//!
+//! An error is how far the coarser mesh lies from the whole ([`deviation`](super::deviation)), so an eye that is so far
+//! away that the error is half a pixel sees outlines move by no more when one takes the place of the other. Which level
+//! an eye gets is decided on the GPU (`surface/meshes/cull`).
+
+use super::Mesh;
+use super::deviation::deviation;
+use super::simplify::nearest;
+
+/// Levels of a mesh, the whole one included, at most.
+pub const MOST_LEVELS: usize = 3;
+/// Triangles of the coarser levels, as parts of those of the whole.
+const SHARES: [usize; MOST_LEVELS - 1] = [4, 16];
+/// Meshes of fewer triangles are drawn as they are.
+const LEAST_TRIANGLES: usize = 64;
+/// Meshes of more triangles, too: it would take minutes.
+const MOST_TRIANGLES: usize = 1 << 19;
+/// A level that has more of the triangles of the one before is left out.
+const LEAST_GAIN: f64 = 0.75;
+/// And so is one whose error is larger, by the radius: it would only be drawn when a few pixels are left.
+const LARGEST_ERROR: f64 = 0.25;
+/// Triangles of a mesh whose levels take a while.
+pub const MANY_TRIANGLES: usize = 20_000;
+
+/// A mesh that stands for another one.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// In the other one's coordinates, with a middle of its own.
+    pub mesh: Mesh,
+    /// How far it lies from the other one, in its unit.
+    pub error_m: f64,
+}
+
+/// The coarser levels of a mesh, finest first; none where they would not be worth it.
+pub fn coarser(mesh: &Mesh) -> Vec<Level> {
+    let mut levels: Vec<Level> = Vec::new();
+    let whole = mesh.triangles.len();
+    if !(LEAST_TRIANGLES..=MOST_TRIANGLES).contains(&whole) {
+        return levels;
+    }
+    for share in SHARES {
+        let last = levels.last();
+        let most = last.map_or(whole, |level| level.mesh.triangles.len()) as f64 * LEAST_GAIN;
+        let least_error_m = last.map_or(0.0, |level| level.error_m);
+        let Some(coarse) = nearest(mesh, whole / share, deviation) else { continue };
+        let (coarse, error_m) = coarse;
+        let error_m = error_m.max(least_error_m);
+        if coarse.triangles.len() as f64 <= most && error_m <= LARGEST_ERROR * mesh.radius_m {
+            levels.push(Level { mesh: coarse, error_m });
+        }
+    }
+    levels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::build::Soup;
+    use glam::DVec3;
+
+    /// A ball of so many rings, with a hole at neither end.
+    fn ball(rings: u32) -> Mesh {
+        let at = |row: u32, column: u32| {
+            let (z, turn) = (f64::from(row) / f64::from(rings), f64::from(column) / f64::from(2 * rings));
+            let ((ring, up), (sin, cos)) =
+                ((z * std::f64::consts::PI).sin_cos(), (turn * std::f64::consts::TAU).sin_cos());
+            DVec3::new(5.0 + 2.0 * ring * cos, 7.0 + 2.0 * ring * sin, 2.0 * up)
+        };
+        let mut soup = Soup::default();
+        for row in 0..rings {
+            for column in 0..2 * rings {
+                let next = (column + 1) % (2 * rings);
+                let first = soup.places_m.len() as u32;
+                soup.places_m.extend([at(row, column), at(row + 1, column), at(row + 1, next), at(row, next)]);
+                soup.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+            }
+        }
+        soup.into_mesh("ball.obj".to_owned()).unwrap()
+    }
+
+    #[test]
+    fn levels_have_fewer_triangles_and_the_error_that_they_state() {
+        let mesh = ball(24);
+        let levels = coarser(&mesh);
+        assert_eq!(levels.len(), 2);
+        let mut before = mesh.triangles.len();
+        for level in &levels {
+            let triangles = level.mesh.triangles.len();
+            assert!(triangles as f64 <= 0.75 * before as f64 && triangles > 10, "{triangles} of {before}");
+            before = triangles;
+            // On the ball: every vertex and every middle of a triangle.
+            let off = |at_m: DVec3| (at_m.distance(DVec3::new(5.0, 7.0, 0.0)) - 2.0).abs();
+            let corner = |i: usize, k: usize| level.mesh.middle_m + level.mesh.corner_m(i, k);
+            let middle = |i: usize| (0..3).map(|k| corner(i, k)).sum::<DVec3>() / 3.0;
+            let found = (0..triangles).flat_map(|i| [off(middle(i)), off(corner(i, 0))]).fold(0.0, f64::max);
+            assert!(found <= level.error_m * 1.05 && found > 0.3 * level.error_m, "{found} {}", level.error_m);
+            // Planted: one that is larger by more than that is farther away.
+            let mut larger = level.mesh.clone();
+            larger.vertices_m.iter_mut().flatten().for_each(|along| *along *= 1.0 + level.error_m as f32);
+            assert!(deviation(&mesh, &larger) > level.error_m * 1.2);
+        }
+        assert!(levels[0].error_m < levels[1].error_m);
+        // What is simple is left as it is.
+        assert!(coarser(&ball(3)).is_empty());
+    }
+}

@@ -1,0 +1,256 @@
+//! `[[meshes]]` of a scene: models, and where each of them stands: once, at the places of a list
+//! ([`super::mesh_list`]), or by a rule ([`Scatter`], which the land answers when the scene opens).
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use serde::Deserialize;
+
+use super::camera::LARGEST_COORDINATE_M;
+use super::scene_file::UpToml;
+use crate::file::message::quoted;
+use crate::mesh::placed::MOST_STANDING;
+
+/// A model and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshPlacement {
+    /// An OBJ file.
+    pub file: PathBuf,
+    /// Once or many times.
+    pub stands: Stands,
+    /// Clockwise from above, in degrees. Turns of a list and of a rule come on top of it.
+    pub yaw_deg: f64,
+    /// Metres for each unit of the file. Scales of a list and of a rule are multiplied with it.
+    pub scale: f64,
+    /// Whether the file's z points up; else its y does, and its z to the south.
+    pub z_up: bool,
+}
+
+/// Where a model stands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stands {
+    /// At one place.
+    At(MeshPlace),
+    /// At the places of a CSV file.
+    Listed(PathBuf),
+    /// Where a rule says it.
+    Scattered(Scatter),
+}
+
+/// Where the origin of a model is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshPlace {
+    /// East, north, up in the world's frame, in metres. z is above the ground there if
+    /// [`MeshPlace::height_above_ground`].
+    pub at_m: DVec3,
+    /// Whether z counts from the ground (it was given as `+h`).
+    pub height_above_ground: bool,
+}
+
+/// Spreads a model evenly over the land.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scatter {
+    /// How many.
+    pub density: Density,
+    /// Least east and north, then greatest, in the world's frame, in metres.
+    pub within_m: [f64; 4],
+    /// Only where the ground has these heights.
+    pub heights_m: [f64; 2],
+    /// Only where the ground is not steeper, in degrees.
+    pub steepest_deg: Option<f64>,
+    /// Another seed stands elsewhere.
+    pub seed: u32,
+    /// Scales lie between these.
+    pub scale: [f64; 2],
+    /// Turns lie between these, clockwise from above, in degrees.
+    pub turn_deg: [f64; 2],
+    /// The model's origin above the ground, in metres.
+    pub up_m: f64,
+}
+
+/// How many models a rule asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Density {
+    /// So many on each hectare, less those that heights and steepness forbid.
+    PerHa(f64),
+    /// So many in all, as long as heights and steepness leave room for them.
+    Count(u32),
+}
+
+impl Scatter {
+    /// Points that the land is asked about for one rule, at most.
+    pub const MOST_POINTS: u64 = 1 << 22;
+
+    /// Of the land within which it stands.
+    pub fn area_ha(&self) -> f64 {
+        let [west, south, east, north] = self.within_m;
+        (east - west) * (north - south) * 1e-4
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeshToml {
+    file: String,
+    at: Option<(f64, f64, HeightToml)>,
+    instances: Option<String>,
+    scatter: Option<ScatterToml>,
+    #[serde(default)]
+    yaw_deg: f64,
+    #[serde(default = "same_size")]
+    scale: f64,
+    #[serde(default)]
+    up: UpToml,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScatterToml {
+    per_ha: Option<f64>,
+    count: Option<i64>,
+    within: [f64; 4],
+    heights_m: Option<[f64; 2]>,
+    steepest_deg: Option<f64>,
+    #[serde(default = "first_seed")]
+    seed: u32,
+    scale: Option<[f64; 2]>,
+    turn_deg: Option<[f64; 2]>,
+    up_m: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "z must be a number, or \"+h\" for h metres above the ground")]
+enum HeightToml {
+    Height(f64),
+    Text(String),
+}
+
+fn same_size() -> f64 {
+    1.0
+}
+
+fn first_seed() -> u32 {
+    1
+}
+
+/// Turns of models, in degrees.
+const TURNS_DEG: RangeInclusive<f64> = -360_000.0..=360_000.0;
+/// Scales of models.
+const SCALES: RangeInclusive<f64> = 1e-6..=1e6;
+
+/// A height as a text of a scene or of a list: metres, or `+h` above the ground.
+pub(super) fn height_of(text: &str) -> Result<(f64, bool), String> {
+    // As cameras have it: `++5` is a slip, not a number.
+    let above = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
+    let found = above.map_or_else(|| text.parse().map(|z_m| (z_m, false)), |number| number.parse().map(|h| (h, true)));
+    found.map_err(|_| format!("z is {}, and must be a number or \"+h\"", quoted(text)))
+}
+
+/// A key and what is wrong with it.
+pub(super) type WrongKey = (String, String);
+
+fn within(key: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, WrongKey> {
+    let cause = || format!("it must lie within {} to {}", range.start(), range.end());
+    if range.contains(&value) { Ok(value) } else { Err((key.to_owned(), cause())) }
+}
+
+/// Whether a model may stand so; the error is the key and what is wrong with it.
+pub(super) fn check_stance(at_m: DVec3, yaw_deg: f64, scale: f64) -> Result<(), WrongKey> {
+    if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
+        return Err(("at".to_owned(), format!("it must lie within {LARGEST_COORDINATE_M} m")));
+    }
+    within("yaw_deg", yaw_deg, TURNS_DEG)?;
+    within("scale", scale, SCALES)?;
+    Ok(())
+}
+
+impl MeshToml {
+    /// The error is the key and what is wrong with it.
+    pub(super) fn checked(self, scene_path: &Path) -> Result<MeshPlacement, WrongKey> {
+        let wrong = |key: &str, cause: String| (key.to_owned(), cause);
+        if self.file.is_empty() {
+            return Err(wrong("file", "it is empty".to_owned()));
+        }
+        let beside = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
+        let file = beside(&self.file);
+        let stands = match (self.at, self.instances, self.scatter) {
+            (Some((x_m, y_m, z)), None, None) => {
+                let (z_m, height_above_ground) = match z {
+                    HeightToml::Height(z_m) => (z_m, false),
+                    // A number without a sign would better be one.
+                    HeightToml::Text(text) => height_of(&text)
+                        .and_then(|(z_m, is_above)| {
+                            let cause = || format!("z is {}, and must be a number or \"+h\"", quoted(&text));
+                            is_above.then_some((z_m, true)).ok_or_else(cause)
+                        })
+                        .map_err(|cause| wrong("at", cause))?,
+                };
+                Stands::At(MeshPlace { at_m: DVec3::new(x_m, y_m, z_m), height_above_ground })
+            }
+            (None, Some(list), None) if list.is_empty() => return Err(wrong("instances", "it is empty".to_owned())),
+            (None, Some(list), None) => Stands::Listed(beside(&list)),
+            (None, None, Some(scatter)) => Stands::Scattered(scatter.checked()?),
+            (None, None, None) => {
+                let cause = "it needs at = [x, y, \"+0\"] or instances = \"LIST.csv\" or scatter = { … }";
+                return Err(wrong("at", cause.to_owned()));
+            }
+            (at, list, scatter) => {
+                let given = [("at", at.is_some()), ("instances", list.is_some()), ("scatter", scatter.is_some())];
+                let given: Vec<&str> = given.iter().filter(|name| name.1).map(|name| name.0).collect();
+                return Err(wrong(given[1], format!("it has both {}, and must have one of them", given.join(" and "))));
+            }
+        };
+        let at_m = if let Stands::At(place) = &stands { place.at_m } else { DVec3::ZERO };
+        check_stance(at_m, self.yaw_deg, self.scale)?;
+        let z_up = matches!(self.up, UpToml::Z);
+        Ok(MeshPlacement { file, stands, yaw_deg: self.yaw_deg, scale: self.scale, z_up })
+    }
+}
+
+impl ScatterToml {
+    fn checked(&self) -> Result<Scatter, WrongKey> {
+        let wrong = |key: &str, cause: String| Err((format!("scatter.{key}"), cause));
+        let [west, south, east, north] = self.within;
+        if !(self.within.iter().all(|along_m| along_m.abs() <= LARGEST_COORDINATE_M) && west < east && south < north) {
+            let cause = format!("it must be [west, south, east, north] in metres, within {LARGEST_COORDINATE_M} m");
+            return wrong("within", cause);
+        }
+        let density = match (self.per_ha, self.count) {
+            (Some(per_ha), None) => Density::PerHa(within("scatter.per_ha", per_ha, 1e-6..=1e6)?),
+            (None, Some(count)) => match u32::try_from(count) {
+                Ok(count) if (1..=MOST_STANDING).contains(&u64::from(count)) => Density::Count(count),
+                _ => return wrong("count", format!("it must lie within 1 to {MOST_STANDING}")),
+            },
+            _ => return wrong("per_ha", "it must have one of per_ha and count".to_owned()),
+        };
+        let range = |key: &str, given: Option<[f64; 2]>, usual: [f64; 2], range: RangeInclusive<f64>| {
+            let [low, high] = given.unwrap_or(usual);
+            if range.contains(&low) && range.contains(&high) && low <= high {
+                return Ok([low, high]);
+            }
+            let cause = format!("it must be two numbers within {} to {}, the lesser first", range.start(), range.end());
+            Err((format!("scatter.{key}"), cause))
+        };
+        let scatter = Scatter {
+            density,
+            within_m: self.within,
+            heights_m: range("heights_m", self.heights_m, [-1e6, 1e6], -1e6..=1e6)?,
+            steepest_deg: self.steepest_deg.map(|deg| within("scatter.steepest_deg", deg, 0.0..=90.0)).transpose()?,
+            seed: self.seed,
+            scale: range("scale", self.scale, [1.0, 1.0], SCALES)?,
+            turn_deg: range("turn_deg", self.turn_deg, [0.0, 360.0], TURNS_DEG)?,
+            up_m: within("scatter.up_m", self.up_m.unwrap_or(0.0), -1e6..=1e6)?,
+        };
+        if let Density::PerHa(per_ha) = density
+            && per_ha * scatter.area_ha() > Scatter::MOST_POINTS as f64
+        {
+            let points = per_ha * scatter.area_ha();
+            return wrong(
+                "per_ha",
+                format!("it is {points:.0} points, and at most {} are asked", Scatter::MOST_POINTS),
+            );
+        }
+        Ok(scatter)
+    }
+}

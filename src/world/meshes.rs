@@ -1,0 +1,111 @@
+//! The models of a scene: each file is read once, and stands where the scene says it: at a place, at those of a list, or
+//! where a rule finds room ([`super::scattered`]).
+//!
+//! This happens when the scene opens, for heights of the ground may have to be read. A frame knows places only.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use super::open::{OpenWorld, WorldError};
+use super::scattered::scattered;
+use crate::file::message::{named, shown};
+use crate::forest::points::Points;
+use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
+use crate::mesh::placed::{MOST_STANDING, Placed, Stance};
+use crate::mesh::{Mesh, MeshError};
+use crate::scene::{Density, MeshPlace, MeshPlacement, Stands, mesh_list};
+use crate::source::Progress;
+
+/// Puts the meshes of a world's scene onto its land.
+///
+/// # Errors
+/// A file that cannot be read, or more places than there may be.
+pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed, WorldError> {
+    let mut placed = Placed::default();
+    let mut known: Vec<(&Path, Arc<Mesh>)> = Vec::new();
+    let mut points = None;
+    for placement in &world.scene.meshes {
+        let found = known.iter().find(|(file, _)| *file == placement.file).map(|(_, mesh)| Arc::clone(mesh));
+        let mesh = match found {
+            Some(mesh) => mesh,
+            None => {
+                let mesh = Arc::new(world.scene.read_mesh_with(&placement.file, progress)?);
+                known.push((&placement.file, Arc::clone(&mesh)));
+                placed.add_levels(&mesh, levels_of(&mesh, progress))?;
+                mesh
+            }
+        };
+        let stances = stances(world, placement, &mut points)?;
+        let found = (placed.standing.len() + stances.len()) as u64;
+        if found > MOST_STANDING {
+            return Err(MeshError::TooMany { what: "places", found, most: MOST_STANDING }.into());
+        }
+        for stance in stances {
+            placed.add(&mesh, &stance)?;
+        }
+    }
+    Ok(placed)
+}
+
+/// The coarser levels of a mesh. Of a large one this takes some seconds.
+fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
+    let tell = |done: f32| {
+        if mesh.triangles.len() > MANY_TRIANGLES {
+            progress.report(&format!("simplifying {}", shown(&mesh.name)), done);
+        }
+    };
+    tell(0.0);
+    let levels = coarser(mesh);
+    tell(1.0);
+    levels
+}
+
+/// Where a model stands.
+fn stances(
+    world: &OpenWorld,
+    placement: &MeshPlacement,
+    points: &mut Option<Points>,
+) -> Result<Vec<Stance>, WorldError> {
+    let &MeshPlacement { yaw_deg, scale, z_up, .. } = placement;
+    let on_ground = |place: &MeshPlace| {
+        let mut origin_m = place.at_m;
+        if place.height_above_ground {
+            origin_m.z += world.ground_m(origin_m.x, origin_m.y);
+        }
+        origin_m
+    };
+    match &placement.stands {
+        Stands::At(place) => Ok(vec![Stance { origin_m: on_ground(place), yaw_deg, scale, z_up }]),
+        Stands::Listed(list) => {
+            let stance = |row: mesh_list::MeshRow| Stance {
+                origin_m: on_ground(&row.place),
+                yaw_deg: yaw_deg + row.yaw_deg,
+                scale: scale * row.scale,
+                z_up,
+            };
+            Ok(mesh_list::read(list)?.into_iter().map(stance).collect())
+        }
+        Stands::Scattered(scatter) => {
+            let terrain = &world.surfaces.terrain;
+            let name = placement.file.file_name().unwrap_or_default().to_string_lossy();
+            let ground_m = |at_m: DVec2| terrain.height_m(at_m);
+            let points = points.get_or_insert_with(Points::new);
+            let found = scattered(scatter, &name, points, terrain.grid_projection().spacing_m(), &ground_m);
+            if let Density::Count(count) = scatter.density
+                && found.len() < count as usize
+            {
+                let found = found.len();
+                tracing::warn!("{}: {found} of {count} stand: there is no more room for them", named(&placement.file));
+            }
+            let stance = |spot: &super::scattered::Spot| Stance {
+                origin_m: spot.at_m,
+                yaw_deg: yaw_deg + spot.turn_deg,
+                scale: scale * spot.scale,
+                z_up,
+            };
+            Ok(found.iter().map(stance).collect())
+        }
+    }
+}
