@@ -12,6 +12,7 @@ mod passes;
 mod switch;
 mod trees;
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 pub use self::antialias::{Antialias, SAMPLES_AT_REST};
@@ -55,9 +56,10 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     terrain.prepare(gpu, &terrain_view_of(rig))
 }
 
-/// The lines of trees in a style that has strokes instead of lines.
-fn tree_lines(world: &Surfaces, style: &Style) -> Option<Lines> {
-    world.forest().and(style.strokes.as_ref()).map(Lines::of_trees)
+/// The lines of a style; in one that has strokes instead, those of trees.
+fn drawn_lines<'a>(world: &Surfaces, style: &'a Style) -> Option<Cow<'a, Lines>> {
+    let of_trees = || world.forest().and(style.strokes.as_ref()).map(Lines::of_trees).map(Cow::Owned);
+    style.lines.as_ref().map(Cow::Borrowed).or_else(of_trees)
 }
 
 /// From a frame to the next.
@@ -288,8 +290,8 @@ impl Frame {
         // No time passes between samples: strokes neither come nor go.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
         let hidden = &self.hidden;
-        let of_trees = tree_lines(world, style);
-        let lines = style.lines.as_ref().or(of_trees.as_ref());
+        let lines = drawn_lines(world, style);
+        let lines = lines.as_deref();
         let inputs = FrameInputs {
             world,
             mesh,

@@ -15,7 +15,7 @@ use glam::{DQuat, DVec3};
 use super::antialias::Antialias;
 use super::eye::EyeMemory;
 use super::passes::render_eyes;
-use super::{Frame, FrameInputs, prepare, tree_lines};
+use super::{Frame, FrameInputs, drawn_lines, prepare};
 use crate::composite::temporal_aa::Plan;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Cx;
@@ -157,8 +157,8 @@ impl Frame {
         let (_, memories) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), Vec::new())));
         memories.resize_with(rig.eyes.len(), EyeMemory::default);
         memories.iter_mut().filter_map(|memory| memory.strokes.as_mut()).for_each(StrokeMemory::forget);
-        let of_trees = tree_lines(world, style);
-        let lines = style.lines.as_ref().or(of_trees.as_ref());
+        let lines = drawn_lines(world, style);
+        let lines = lines.as_deref();
         let mut is_complete = true;
         for eyes in first_frames(&rig.eyes) {
             for (memory, view) in memories.iter_mut().zip(&eyes) {
