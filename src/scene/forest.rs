@@ -65,6 +65,19 @@ pub enum Form {
     Model(usize),
 }
 
+impl Form {
+    /// What scenes call one that the program grows.
+    pub fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Conifer => Some("conifer"),
+            Self::Broadleaf => Some("broadleaf"),
+            Self::Birch => Some("birch"),
+            Self::Snag => Some("snag"),
+            Self::Model(_) => None,
+        }
+    }
+}
+
 /// A model of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeFile {
@@ -86,6 +99,11 @@ impl Forest {
             Form::Model(number) => Some((species, self.models.get(number)?)),
             Form::Conifer | Form::Broadleaf | Form::Birch | Form::Snag => None,
         })
+    }
+
+    /// Whether there is a height above which no tree stands.
+    pub fn has_tree_line(&self) -> bool {
+        self.tree_line_m < HIGHEST_M
     }
 
     /// The mean height of the tallest species.

@@ -53,7 +53,24 @@ fn trees_of_a_forest_are_told_and_read() {
     place.file("tree.obj", MODEL);
     let told = String::from_utf8(place.hachure(&["info", "a.toml"]).stdout).unwrap();
     assert!(told.contains("species   tree.obj: 4 triangles, 21.5 m tall, share 3\n"), "{told}");
-    assert_eq!(told.matches("species").count(), 1, "{told}");
+    assert!(told.contains("species   birch, 18 m tall, share 1\n"), "{told}");
+    assert_eq!(told.matches("species").count(), 2, "{told}");
+    assert!(told.contains("forest    at most 300 trees on a hectare, up to 38°; level ground is water\n"), "{told}");
+    // Planted: other rules, and wind, are told otherwise.
+    place.file(
+        "b.toml",
+        &scene.replace(
+            "[[forest.species]]\nform",
+            "[wind]\nspeed_m_s = 8\n[forest]\ntrees_per_ha = 20\n\
+        tree_line_m = 900\nlevel_ground = \"land\"\n[[forest.species]]\nform",
+        ),
+    );
+    let other = String::from_utf8(place.hachure(&["info", "b.toml"]).stdout).unwrap();
+    assert!(
+        other.contains("forest    at most 20 trees on a hectare below 900 m, up to 38°; level ground is land\n"),
+        "{other}"
+    );
+    assert!(other.contains("wind      8 m/s from 270°\n") && !told.contains("wind"), "{other}");
     let models = &place.json(&["info", "a.toml", "--json"])["tree_models"];
     assert!(models[0]["triangles"] == 4 && models[0]["up"] == "y" && models[1].is_null(), "{models}");
     // No picture replaces what it is made of.

@@ -1,4 +1,4 @@
-//! What a scene is: its world, its light, and the models in it.
+//! What a scene is: its world, its light, its wind and forest, and the models in it.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -13,8 +13,9 @@ use crate::commands::progress::Bar;
 use crate::file::message::{named, printable};
 use crate::mesh::Mesh;
 use crate::mesh::placed::Stance;
+use crate::scene::forest::Species;
 use crate::scene::reach::Reach;
-use crate::scene::{Density, Forest, MeshPlace, MeshPlacement, Scene, Stands, World, mesh_list};
+use crate::scene::{Density, Forest, MeshPlace, MeshPlacement, Scene, Stands, Wind, World, mesh_list};
 
 #[derive(Serialize)]
 pub(super) struct SceneInfo {
@@ -25,8 +26,36 @@ pub(super) struct SceneInfo {
     haze_distance_m: Option<f64>,
     start: Option<String>,
     vertical_exaggeration: f64,
+    wind: Option<WindInfo>,
     meshes: Vec<MeshInfo>,
+    forest: Option<ForestInfo>,
     tree_models: Vec<TreeInfo>,
+}
+
+#[derive(Serialize)]
+struct WindInfo {
+    speed_m_s: f64,
+    from_deg: f64,
+}
+
+/// The rules of a scene's forest.
+#[derive(Serialize)]
+struct ForestInfo {
+    trees_per_ha: f64,
+    /// None where the scene has none.
+    tree_line_m: Option<f64>,
+    steepest_deg: f64,
+    level_ground: &'static str,
+    /// Of which the program grows the trees.
+    grown: Vec<GrownInfo>,
+}
+
+#[derive(Serialize)]
+struct GrownInfo {
+    form: &'static str,
+    /// Of a tree in the mean.
+    height_m: f64,
+    share: f64,
 }
 
 /// A species of a scene's forest that is a model.
@@ -128,7 +157,9 @@ impl SceneInfo {
             haze_distance_m: scene.haze.distance_m,
             start: scene.start.map(|camera| camera.to_string()),
             vertical_exaggeration: scene.vertical_exaggeration,
+            wind: scene.wind.map(|Wind { speed_m_s, from_deg }| WindInfo { speed_m_s, from_deg }),
             meshes,
+            forest: scene.forest.as_ref().map(ForestInfo::of),
             tree_models,
         })
     }
@@ -233,6 +264,35 @@ impl MeshInfo {
     }
 }
 
+impl ForestInfo {
+    fn of(forest: &Forest) -> Self {
+        let grown = |species: &Species| {
+            let form = species.form.name()?;
+            Some(GrownInfo { form, height_m: species.height_m, share: species.share })
+        };
+        Self {
+            trees_per_ha: forest.trees_per_ha,
+            tree_line_m: forest.has_tree_line().then_some(forest.tree_line_m),
+            steepest_deg: forest.steepest_deg,
+            level_ground: if forest.level_is_water { "water" } else { "land" },
+            grown: forest.species.iter().filter_map(grown).collect(),
+        }
+    }
+
+    fn lines(&self) -> String {
+        let Self { trees_per_ha, tree_line_m, steepest_deg, level_ground, grown } = self;
+        let below = tree_line_m.map(|line_m| format!(" below {line_m} m")).unwrap_or_default();
+        let species = grown
+            .iter()
+            .map(|GrownInfo { form, height_m, share }| format!("species   {form}, {height_m} m tall, share {share}\n"));
+        format!(
+            "forest    at most {trees_per_ha} trees on a hectare{below}, up to {steepest_deg}°; level ground is \
+             {level_ground}\n{}",
+            species.collect::<String>()
+        )
+    }
+}
+
 impl TreeInfo {
     fn line(&self) -> String {
         let Self { file, height_m, share, triangles, .. } = self;
@@ -252,14 +312,19 @@ impl SceneInfo {
             None => "over the diagonal of the extent".to_owned(),
         };
         let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
+        let wind = self.wind.as_ref();
+        let wind = wind.map(|wind| format!("wind      {} m/s from {}°\n", wind.speed_m_s, wind.from_deg));
+        let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{meshes}{trees}",
+             start     {}\nheights   × {}\n{}{meshes}{}{trees}",
             self.sun_azimuth_deg,
             self.sun_elevation_deg,
             self.start.as_deref().unwrap_or("a view that the extent suggests"),
             self.vertical_exaggeration,
+            wind.unwrap_or_default(),
+            forest.unwrap_or_default(),
         )
     }
 }
