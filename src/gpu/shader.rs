@@ -33,6 +33,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("tones/fractal_hatching", &["ENDED"]),
     ("surface/trees/raster", &["WIND"]),
     ("surface/trees/impostor", &["WIND"]),
+    ("surface/trees/shadow", &["WIND"]),
     ("surface/motion", &["WIND"]),
 ];
 
