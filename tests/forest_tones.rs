@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use hachure::forest::species::{Detail, Grown};
 use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read;
+use hachure::scene::Wind;
 use hachure::scene::forest::Form;
 use hachure::scene::view::Pose;
 use hachure::style::Style;
@@ -50,10 +51,16 @@ fn on_tree(tree: &DrawnTree, own: DVec3) -> DVec3 {
 /// Triangles of trees in the world, with a sphere around each tree.
 type Meshes = Vec<(DVec3, f64, Vec<[DVec3; 3]>)>;
 
-fn meshes(trees: &[DrawnTree], grown: Grown) -> Meshes {
+/// As they stand at time 0, in wind if there is any.
+fn meshes(trees: &[DrawnTree], grown: Grown, wind: Option<Wind>) -> Meshes {
     let corners = grown.grow(Detail::Near);
     let mesh = |tree: &DrawnTree| {
-        let places: Vec<DVec3> = corners.iter().map(|corner| tree.at_m + on_tree(tree, corner.at)).collect();
+        let place_m = |own: DVec3| {
+            let from_foot_m = on_tree(tree, own);
+            let leans_m = wind.map_or(DVec2::ZERO, |wind| wind.lean_m(tree.at_m.truncate(), from_foot_m.z, 0.0));
+            tree.at_m + from_foot_m + leans_m.extend(0.0)
+        };
+        let places: Vec<DVec3> = corners.iter().map(|corner| place_m(corner.at)).collect();
         let middle_m = places.iter().sum::<DVec3>() / places.len() as f64;
         let radius_m = places.iter().map(|at| at.distance(middle_m)).fold(0.0, f64::max);
         (middle_m, radius_m, places.chunks_exact(3).map(|triangle| [triangle[0], triangle[1], triangle[2]]).collect())
@@ -127,7 +134,7 @@ fn shadows_are_those_of_the_meshes() {
             .filter(|i| ids[*i] < id::FIRST_MESH)
             .filter_map(|i| Some((seen_m[i]?, f64::from(shadow[i]) / 255.0)))
             .collect();
-        let all = meshes(&trees, grown);
+        let all = meshes(&trees, grown, None);
         let found = overlap(&places, light.to_sun, &all);
         // Planted: a sun that has moved on, and trees that are forgotten where they stand beside the picture.
         let turned = overlap(&places, sun(28.0, 256.0).to_sun, &all);
@@ -136,7 +143,7 @@ fn shadows_are_those_of_the_meshes() {
         let frustum = view.frustum();
         let in_view: Vec<DrawnTree> =
             trees.iter().filter(|tree| frustum.may_see_sphere(tree.at_m - pose.position_m, 0.0)).copied().collect();
-        let forgotten = overlap(&places, light.to_sun, &meshes(&in_view, grown));
+        let forgotten = overlap(&places, light.to_sun, &meshes(&in_view, grown, None));
         println!(
             "{form:?}: {} of {} trees in view; shadows overlap {found:.3}, of another sun {turned:.3} and {lower:.3}, \
              without trees beside the picture {forgotten:.3}",
@@ -146,6 +153,35 @@ fn shadows_are_those_of_the_meshes() {
         assert!(in_view.len() > 5 && in_view.len() < trees.len());
         assert!(found > least && turned < found - 0.1 && lower < found - 0.05 && forgotten < found - 0.05);
     }
+}
+
+/// A tree that leans throws a shadow that does.
+#[test]
+fn shadows_lean_with_their_trees() {
+    let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let wind = Wind { speed_m_s: 20.0, from_deg: 340.0 };
+    world.surfaces.set_forest(Some(of(Form::Conifer, 25.0, 20.0)));
+    world.surfaces.set_tree_detail(4.0);
+    world.surfaces.set_wind(Some(wind));
+    let light = sun(40.0, 250.0);
+    let pose = world.pose("40,30,90,0,-89,60");
+    draw_twice(&mut world, &mut frame, pose, "crosshatch", &light);
+    let trees = listed(&world, &frame, pose.position_m);
+    let trees: Vec<DrawnTree> =
+        trees.into_iter().filter(|tree| tree.level != CANOPY && tree.shown == [0.0, 1.0]).collect();
+    let shadow = frame.target(&TREE_SHADOW).unwrap();
+    let shadow = read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap();
+    let (ids, seen_m) = (ids(&world, &frame), places_m(&world.gpu, &frame, pose.position_m));
+    let places: Vec<(DVec3, f64)> = (0..ids.len())
+        .filter(|i| ids[*i] < id::FIRST_MESH)
+        .filter_map(|i| Some((seen_m[i]?, f64::from(shadow[i]) / 255.0)))
+        .collect();
+    let leaning = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, Some(wind)));
+    // Planted: trees that stand upright.
+    let upright = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, None));
+    println!("{} trees; shadows overlap {leaning:.3}, of trees that stand upright {upright:.3}", trees.len());
+    assert!(trees.len() > 20 && leaning > 0.75 && upright < leaning - 0.1, "{leaning} {upright}");
 }
 
 /// Where there is no sun there are no shadows, and where a style has none they are not made.
