@@ -4,9 +4,14 @@
 // drawn, and within it what stands clear of what is behind it, so that clumps of leaves are open arcs and not cells. The
 // smaller trees are on the picture, the fewer of them are drawn: those that a number of their own chooses, so each comes
 // and goes by itself, the same for both eyes. What stands before the sky or before land far behind is drawn always.
+// Trees that have strokes have no lines beside them.
+// The line of a small tree is fine: it lies on the tree and not on what is behind, does not fill the corners of stairs, and
+// does not go around a chink of one pixel.
+//
 // Errors of the detector are kept or taken away before the density filter, which then sees a line for what it is.
 #import hachure::view::View
 #import hachure::surface_id::{kind_of, TREE}
+#import hachure::trees::shows_strokes
 
 struct TreeLines {
     // Of a tree in the mean.
@@ -21,7 +26,9 @@ struct TreeLines {
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var depth: texture_depth_2d;
 @group(0) @binding(4) var errors: texture_2d<f32>;
-@group(0) @binding(5) var tree_errors: texture_storage_2d<rgba16float, write>;
+// Where a tree is seen: whether it has strokes.
+@group(0) @binding(5) var tree_normal: texture_2d<f32>;
+@group(0) @binding(6) var tree_errors: texture_storage_2d<rgba16float, write>;
 
 // Heights on the picture at which all trees are outlined against land, and against each other, and what is left of
 // those that are smaller at least.
@@ -31,6 +38,8 @@ const FEWEST_OUTLINED: f32 = 0.3;
 const FEWEST_APART: f32 = 0.1;
 // Heights on the picture from which on, and at which all of the lines within a tree are drawn.
 const WITHIN_PX: vec2<f32> = vec2<f32>(70.0, 140.0);
+// Heights on the picture at which lines are fine, and as broad as those of the land.
+const BROAD_PX: vec2<f32> = vec2<f32>(100.0, 220.0);
 // How far behind, by the tree's height, what a line stands before has to be: within a tree,
 // among trees, and before land.
 const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.05, 0.12);
@@ -57,14 +66,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = textureLoad(surface_id, p, 0).r;
     var front = 0.0;
     var tree = 0u;
+    var tree_at = p;
     var back = 1e30;
     var is_one = true;
     var is_all_trees = true;
+    var nears: array<f32, 9>;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let q = clamp(p + vec2<i32>(x, y), vec2<i32>(0), last);
             let other = textureLoad(surface_id, q, 0).r;
             let near = textureLoad(depth, q, 0);
+            nears[3 * y + x + 4] = near;
             back = min(back, near);
             is_one = is_one && other == own;
             if kind_of(other) != TREE {
@@ -72,12 +84,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             } else if near > front {
                 front = near;
                 tree = other;
+                tree_at = q;
             }
         }
     }
     let found = textureLoad(errors, p, 0);
     if tree == 0u {
         textureStore(tree_errors, p, select(found, vec4<f32>(0.0), tree_lines.only_trees != 0u));
+        return;
+    }
+    if tree_lines.only_trees != 0u && shows_strokes(textureLoad(tree_normal, tree_at, 0).w) {
+        textureStore(tree_errors, p, vec4<f32>(0.0));
         return;
     }
     let along_m = view.near_m / front;
@@ -99,5 +116,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let is_ridge = smoothstep(BEHIND_ALL.x, BEHIND_ALL.y, behind)
         * smoothstep(BEHIND_BY_DISTANCE.x, BEHIND_BY_DISTANCE.y, behind_m / along_m);
     drawn = max(drawn, is_ridge);
+    var pixels_behind = 0;
+    for (var i = 0; i < 9; i++) {
+        pixels_behind += i32(nears[i] < 0.5 * (front + back));
+    }
+    if nears[4] < 0.5 * (front + back) || pixels_behind < 2 {
+        drawn *= smoothstep(BROAD_PX.x, BROAD_PX.y, size_px);
+    }
     textureStore(tree_errors, p, found * drawn);
 }

@@ -10,13 +10,28 @@ struct Edge {
     key: u32,
     // Metres from the rig's origin.
     b_m: vec3<f32>,
-    // KIND_CONTOUR, KIND_BORDER or KIND_CREASE.
+    // KIND_CONTOUR, KIND_BORDER or KIND_CREASE; from bit 8 on, how far behind it there must be something else, in
+    // CLEAR_UNITS to the metre.
     kind: u32,
 }
 
 const KIND_CONTOUR: u32 = 0u;
 const KIND_BORDER: u32 = 1u;
 const KIND_CREASE: u32 = 2u;
+const CLEAR_UNITS: f32 = 64.0;
+
+// An edge that is drawn only where what is beside it lies farther behind it than this.
+fn kind_with_clearance(kind: u32, clear_m: f32) -> u32 {
+    return kind | u32(clamp(clear_m * CLEAR_UNITS, 0.0, 16777215.0)) << 8u;
+}
+
+fn kind_of_edge(edge: Edge) -> u32 {
+    return edge.kind & 0xffu;
+}
+
+fn clearance_m(edge: Edge) -> f32 {
+    return f32(edge.kind >> 8u) / CLEAR_UNITS;
+}
 
 // Which edges are wanted.
 struct EdgeRules {

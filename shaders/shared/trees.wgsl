@@ -25,7 +25,8 @@ struct TreeInstance {
     slope: vec2<f32>,
     // Of the dither pattern, those values that show it: in 16 bits each, from the first on and below the second.
     shown: u32,
-    // Its species and level: species * TREE_LEVELS + level; from bit 16 on, how much light its site has, of 255.
+    // Its species and level: species * TREE_LEVELS + level; from bit 16 on, how much light its site has, of 255; the
+    // highest bit: strokes are found on it.
     bucket: u32,
 }
 
@@ -35,7 +36,26 @@ fn species_of(tree: TreeInstance) -> u32 {
 
 // 0 to 1.
 fn light_of(tree: TreeInstance) -> f32 {
-    return f32(tree.bucket >> 16u) / 255.0;
+    return f32((tree.bucket >> 16u) & 0xffu) / 255.0;
+}
+
+const HAS_STROKES: u32 = 0x80000000u;
+
+fn has_strokes(tree: TreeInstance) -> bool {
+    return (tree.bucket & HAS_STROKES) != 0u;
+}
+
+// The lightness of a tree's pixel and whether the tree has strokes, in one channel.
+fn with_strokes(lightness: f32, tree: TreeInstance) -> f32 {
+    return lightness + select(0.0, 2.0, has_strokes(tree));
+}
+
+fn shows_strokes(packed: f32) -> bool {
+    return packed >= 2.0;
+}
+
+fn lightness_of(packed: f32) -> f32 {
+    return packed - select(0.0, 2.0, shows_strokes(packed));
 }
 
 // A place of a tree, whose foot is at 0, in its own units; from its foot.

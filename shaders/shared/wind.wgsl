@@ -4,6 +4,7 @@
 // A tree bends as a rod does that stands firm: at its foot not at all, and with the square of the height above it; what
 // would lean by more than MOST_LEAN of that height yields. Leaves of meshes flutter besides.
 #define_import_path hachure::wind
+#import hachure::trees::TreeInstance
 
 // No part of a tree leans by more, by its height above the foot.
 const MOST_LEAN: f32 = 0.2;
@@ -92,4 +93,28 @@ fn flutter_at(wind: Wind, at_m: vec2<f32>, up_m: f32) -> array<vec3<f32>, 2> {
         wind.flutter_m * vec3<f32>(along.x * wind.toward, up.x),
         wind.flutter_m * vec3<f32>(along.y * wind.toward, up.y),
     );
+}
+
+// By how much wind moves a part of a mesh, whose place is told in the tree's own units and from its foot: in this frame,
+// and in the one before. Both eyes see it flutter alike.
+fn moved_by_wind(
+    wind: Wind,
+    focal_px: f32,
+    tree: TreeInstance,
+    sway: Sway,
+    own: vec4<f32>,
+    from_foot_m: vec3<f32>,
+) -> array<vec3<f32>, 2> {
+    let up_m = own.z * tree.height_m;
+    var moved = array<vec3<f32>, 2>(
+        vec3<f32>(lean_at(sway.now, up_m), 0.0),
+        vec3<f32>(lean_at(sway.before, up_m), 0.0),
+    );
+    let shown = own.w * flutter_shown(wind, tree.height_m * focal_px / max(length(tree.flat_m), 1e-3));
+    if shown > 0.0 {
+        let flutter = flutter_at(wind, tree.flat_m.xy + from_foot_m.xy, up_m);
+        moved[0] += shown * flutter[0];
+        moved[1] += shown * flutter[1];
+    }
+    return moved;
 }

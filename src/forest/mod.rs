@@ -12,6 +12,7 @@
 
 pub mod blocks;
 pub mod cover;
+pub mod edges;
 pub mod impostor;
 pub mod model;
 pub mod points;

@@ -143,7 +143,7 @@ fn see(
         meshes
     });
     let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id };
-    let trees = frame_trees::see(cx, inputs, &at_eye, targets);
+    let trees = frame_trees::see(cx, inputs, &at_eye, edges, targets);
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
     land::resolve::run(cx, &resolved);
@@ -180,8 +180,16 @@ fn see(
         let errors = &world.forest().map_or(errors.clone(), |forest| {
             let (height_m, only_trees) = (forest.height_m(), style.lines.is_none());
             let tree_errors = &targets.whole(gpu, &lines::trees::TREE_ERRORS);
-            let chosen =
-                lines::trees::Inputs { view: &view, height_m, only_trees, surface_id, depth, errors, tree_errors };
+            let chosen = lines::trees::Inputs {
+                view: &view,
+                height_m,
+                only_trees,
+                surface_id,
+                depth,
+                tree_normal: &targets.whole(gpu, &trees::raster::TREE_NORMAL),
+                errors,
+                tree_errors,
+            };
             lines::trees::run(cx, &chosen);
             tree_errors.clone()
         });

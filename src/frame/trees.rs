@@ -5,9 +5,10 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
 use crate::scene::view::View;
+use crate::surface::edges::EdgeList;
 use crate::surface::trees::place::Placed;
 use crate::surface::trees::sway::Swaying;
-use crate::surface::trees::{DrawnTrees, impostor, marks, place, raster, shadow, sway};
+use crate::surface::trees::{DrawnTrees, edges, impostor, marks, place, raster, shadow, sway};
 
 /// What trees are drawn for, and over.
 pub(super) struct AtEye<'a> {
@@ -41,11 +42,12 @@ impl SeenTrees {
 }
 
 /// Finds the trees of a world's forest and draws them over what is there. Nothing while its species are grown beside the
-/// frame.
+/// frame. Adds the edges of near ones to the list, where strokes are made anew.
 pub(super) fn see(
     cx: &mut Cx<'_>,
     inputs: &FrameInputs<'_>,
     at: &AtEye<'_>,
+    edge_list: Option<&EdgeList>,
     targets: &mut Targets,
 ) -> Option<SeenTrees> {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
@@ -71,6 +73,10 @@ pub(super) fn see(
         let clock = view_of_eye.clock;
         sway::run(cx, sway::Inputs { wind, clock, origin_m, detail, trees: &trees, step })
     });
+    if let Some(list) = edge_list {
+        let (terrain, trees, swaying) = (terrain.uniform(), &trees, swaying.as_ref());
+        edges::run(cx, list, &edges::Inputs { view, terrain, trees, swaying });
+    }
     let normal = targets.whole(gpu, &raster::TREE_NORMAL);
     let form = targets.whole(gpu, &raster::TREE_FORM);
     let drawn = raster::Inputs {

@@ -96,7 +96,7 @@ impl Groups<'_> {
 /// A pass that writes a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
 pub struct Ordered<'a> {
     /// Its shader.
-    pub shader: &'static str,
+    pub shader: Compute,
     /// Two, or three: the third is a single workgroup.
     pub stages: u32,
     /// Its workgroups.
@@ -114,7 +114,7 @@ impl Ordered<'_> {
         let mut all = vec![("order", order.binding())];
         all.extend(resources.iter().cloned());
         for stage in 0..self.stages {
-            let shader = Compute::from(self.shader);
+            let shader = self.shader;
             match self.groups {
                 Groups::Of([x, y]) => {
                     cx.write(&order, &[stage, x * y]);

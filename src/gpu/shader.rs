@@ -34,6 +34,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("surface/trees/raster", &["WIND"]),
     ("surface/trees/impostor", &["WIND"]),
     ("surface/trees/shadow", &["WIND"]),
+    ("surface/trees/edges", &["WIND"]),
     ("surface/motion", &["WIND"]),
 ];
 

@@ -20,6 +20,8 @@ pub struct Inputs<'a> {
     pub surface_id: &'a Target,
     /// How near it is.
     pub depth: &'a Target,
+    /// [`TREE_NORMAL`](crate::surface::trees::raster::TREE_NORMAL).
+    pub tree_normal: &'a Target,
     /// Of the style's detector.
     pub errors: &'a Target,
     /// Out.
@@ -39,6 +41,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("surface_id", inputs.surface_id.into()),
         ("depth", inputs.depth.into()),
         ("errors", inputs.errors.into()),
+        ("tree_normal", inputs.tree_normal.into()),
         ("tree_errors", inputs.tree_errors.into()),
     ];
     cx.pixels("lines/trees", inputs.errors.size_px(), &resources);

@@ -9,8 +9,11 @@
 //
 // A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two
 // pixels to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
+//
+// An edge may ask for a clearance: of all edges of a crown only those are lines that have something far behind them, on
+// one side and for two pixels, so that neither a leaf before a leaf nor a chink between leaves is one.
 #import hachure::view::View
-#import hachure::edges::{Edge, KIND_CREASE}
+#import hachure::edges::{Edge, KIND_CREASE, kind_of_edge, clearance_m}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> edges: array<Edge>;
@@ -47,20 +50,29 @@ const SLACK: f32 = 2e-5;
 fn fragment(in: Vertex) -> @location(0) u32 {
     let pixel = vec2<i32>(floor(in.px - 0.5));
     let last = vec2<i32>(view.size_px) - 1;
-    let is_crease = edges[in.id - 1u].kind == KIND_CREASE;
+    let edge = edges[in.id - 1u];
+    let is_crease = kind_of_edge(edge) == KIND_CREASE;
     var farthest = 1.0;
+    var clearest = 1.0;
     var nearest = 0.0;
     for (var y = 0; y <= 1; y++) {
         for (var x = 0; x <= 1; x++) {
             let around = textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
             // One pixel farther out, and from there through this one to the pixel opposite.
             let out = clamp(pixel + vec2<i32>(3 * x - 1, 3 * y - 1), vec2<i32>(0), last);
-            let carried = 2.0 * around - textureLoad(depth, out, 0);
+            let beyond = textureLoad(depth, out, 0);
+            let carried = 2.0 * around - beyond;
             farthest = min(farthest, select(around, min(around, carried), is_crease));
             nearest = max(nearest, around);
+            clearest = min(clearest, max(around, beyond));
         }
     }
     if in.clip.z < farthest * (1.0 - SLACK) || nearest == 0.0 {
+        discard;
+    }
+    // The sky is far.
+    let behind_m = view.near_m / max(clearest, 1e-12) - view.near_m / in.clip.z;
+    if behind_m < clearance_m(edge) {
         discard;
     }
     return in.id;

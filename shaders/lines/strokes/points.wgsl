@@ -5,7 +5,7 @@
 // weights 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021,
 // section 4.2.4, smooths "the transitions between edges" without saying how).
 #import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX}
-#import hachure::edges::Edge
+#import hachure::edges::{Edge, kind_of_edge}
 #import hachure::stroke_style::Point
 
 @group(0) @binding(0) var<storage, read> segments: array<Segment>;
@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let chain = chains[number];
     let i = i32(place - chain.first);
     let at = smoothed(chain, i);
-    let kind = edges[segments[places[place].state >> 1u].edge].kind;
+    let kind = kind_of_edge(edges[segments[places[place].state >> 1u].edge]);
     points[place + number] = Point(at.xy, at.z, number, kind, 0u);
     if u32(i) + 1u == chain.count {
         let last = smoothed(chain, i + 1);

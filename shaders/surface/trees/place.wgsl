@@ -18,7 +18,7 @@
 #import hachure::tree_ranks::{chosen_tile, rank_of}
 #import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits}
 #import hachure::surface_id::FIRST_TREE
-#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, SHADOW_PX}
+#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, SHADOW_PX, HAS_STROKES}
 
 // A block that may be in view. See src/forest/blocks.rs.
 struct TreeBlock {
@@ -253,12 +253,14 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         return;
     }
     let tall_m = height_m * alone;
-    let tree = TreeInstance(flat_m, tall_m, vec2<f32>(sin(turn), cos(turn)), tall_m * min(wider, 1.3), id,
+    var tree = TreeInstance(flat_m, tall_m, vec2<f32>(sin(turn), cos(turn)), tall_m * min(wider, 1.3), id,
         vec2<f32>(0.0), 0u, bucket);
     // What it is drawn as goes by its size, not by what is left of it.
     let size_px = height_m * view.focal_px * own_size / max(away_m, 1e-3);
     let near = clamp((size_px / forest.middle_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
     let mesh = clamp((size_px / forest.impostor_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
+    // Where most of it is the near mesh it has strokes, if there are any.
+    tree.bucket |= select(0u, HAS_STROKES, near >= 0.5);
     let of_near = draw(tree, NEAR, vec2<f32>(0.0, near));
     let of_middle = draw(tree, MIDDLE, vec2<f32>(near, mesh));
     let of_impostor = draw(tree, IMPOSTOR, vec2<f32>(mesh, 1.0));

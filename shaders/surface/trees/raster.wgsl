@@ -5,9 +5,9 @@
 #import hachure::earth::bend
 #import hachure::forest::Species
 #import hachure::tree_form::{form_of, rounded}
-#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of}
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of, with_strokes}
 #ifdef WIND
-#import hachure::wind::{Wind, Sway, lean_at, flutter_at, flutter_shown}
+#import hachure::wind::{Wind, Sway, moved_by_wind}
 #endif
 
 struct TreeVertex {
@@ -51,26 +51,6 @@ struct Drawn {
 const CLEAR_M: f32 = 5.0;
 const WITHIN_M: f32 = 14.0;
 
-#ifdef WIND
-// By how much wind moves a part of a tree: in this frame, and in the one before. Both eyes see it flutter alike.
-fn moved_by_wind(number: u32, own: vec4<f32>, from_foot_m: vec3<f32>) -> array<vec3<f32>, 2> {
-    let tree = tree_instances[number];
-    let sway = tree_sways[number];
-    let up_m = own.z * tree.height_m;
-    var moved = array<vec3<f32>, 2>(
-        vec3<f32>(lean_at(sway.now, up_m), 0.0),
-        vec3<f32>(lean_at(sway.before, up_m), 0.0),
-    );
-    let shown = own.w * flutter_shown(wind, tree.height_m * view.focal_px / max(length(tree.flat_m), 1e-3));
-    if shown > 0.0 {
-        let flutter = flutter_at(wind, tree.flat_m.xy + from_foot_m.xy, up_m);
-        moved[0] += shown * flutter[0];
-        moved[1] += shown * flutter[1];
-    }
-    return moved;
-}
-#endif
-
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> Vertex {
     let number = tree_order[instance];
@@ -79,7 +59,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let normal = vec4<f32>(normal_on_tree(tree, own.normal.xyz), own.normal.w * light_of(tree));
 #ifdef WIND
     let from_foot_m = place_on_tree(tree, own.at.xyz);
-    let moved = moved_by_wind(number, own.at, from_foot_m);
+    let moved = moved_by_wind(wind, view.focal_px, tree, tree_sways[number], own.at, from_foot_m);
     let at_m = bend(tree.flat_m + from_foot_m + moved[0]);
     return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal, own.at.xyz, moved[1] - moved[0]);
 #else
@@ -98,7 +78,7 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
     }
     let normal = normalize(in.normal.xyz);
     let form = form_of(view, tree, tree_species[species_of(tree)].cylinder, in.own);
-    let seen = vec4<f32>(rounded(select(-normal, normal, is_front), form), in.normal.w);
+    let seen = vec4<f32>(rounded(select(-normal, normal, is_front), form), with_strokes(in.normal.w, tree));
 #ifdef WIND
     return Drawn(tree.id, seen, form, vec4<f32>(in.step_m, 0.0));
 #else

@@ -1,6 +1,7 @@
 // Position and normal where a tree is seen, over those of the land.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::surface_id::{kind_of, TREE}
+#import hachure::trees::lightness_of
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
@@ -22,5 +23,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let along_m = view.near_m / textureLoad(depth, pixel, 0);
     let n = textureLoad(tree_normal, pixel, 0);
     textureStore(position, pixel, vec4<f32>(place_of_pixel(view, pixel, along_m), along_m));
-    textureStore(normal, pixel, vec4<f32>(normalize(n.xyz), n.w));
+    textureStore(normal, pixel, vec4<f32>(normalize(n.xyz), lightness_of(n.w)));
 }

@@ -18,5 +18,6 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, id
         lists.counts(),
     ];
     let groups = ids.size_px().map(|side| side.div_ceil(WORKGROUP_PX));
-    Ordered { shader: "lines/strokes/extract", stages: 2, groups: Groups::Of(groups), kept: 0 }.run(cx, &resources);
+    Ordered { shader: "lines/strokes/extract".into(), stages: 2, groups: Groups::Of(groups), kept: 0 }
+        .run(cx, &resources);
 }

@@ -31,6 +31,6 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     resources.extend(inputs.mesh.resources(inputs.batch));
     resources.extend(edges.resources());
     resources.extend(inputs.terrain.iter().cloned());
-    let shader = "surface/land/edges";
+    let shader = "surface/land/edges".into();
     Ordered { shader, stages: 3, groups: Groups::Of([inputs.batch[1], 1]), kept: KEPT }.run(cx, &resources);
 }

@@ -20,5 +20,5 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMes
     resources.extend(meshes.resources());
     let most = meshes.room().triangles.div_ceil(WORKGROUP) as u32;
     let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, most };
-    Ordered { shader: "surface/meshes/edges", stages: 3, groups, kept: 0 }.run(cx, &resources);
+    Ordered { shader: "surface/meshes/edges".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
 }

@@ -2,12 +2,15 @@
 //!
 //! The CPU lists the blocks of points that the eye's frustum may see ([`crate::forest::blocks`]); each of their points is
 //! asked on the GPU whether a tree stands there and how it is drawn ([`place`]): as a mesh, as one of fewer triangles
-//! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Large ones throw shadows ([`shadow`]). Nothing
+//! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Large ones throw shadows ([`shadow`]), and near ones have
+//! strokes ([`near`], [`edges`]). Nothing
 //! is read back: draws are indirect. Where wind blows, [`sway`] tells how each bends, and those who draw them also how far
 //! what they draw has moved.
 
+pub mod edges;
 pub mod impostor;
 pub mod marks;
+pub mod near;
 pub mod place;
 pub mod raster;
 pub mod resolve;

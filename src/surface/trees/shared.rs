@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::edges::EdgesOfSpecies;
 use super::place::TreePoint;
 use super::raster::TreeVertex;
 use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner};
@@ -69,6 +70,8 @@ pub(super) struct Shared {
     pub points: Points,
     pub point_buffer: Buffer,
     pub species: Vec<SpeciesModel>,
+    /// Of near meshes.
+    pub edges: EdgesOfSpecies,
 }
 
 impl Shared {
@@ -80,25 +83,26 @@ impl Shared {
             .iter()
             .map(|point| TreePoint { at: point.at.map(|along| along as f32), number: point.number, padding: 0 })
             .collect();
-        let species = looks.iter().map(|look| SpeciesModel::of(gpu, look)).collect();
-        Self { point_buffer: Buffer::with(gpu, &POINTS, &packed), points, species, looks }
+        let meshes: Vec<[Vec<TreeCorner>; 3]> = looks.iter().map(Look::meshes).collect();
+        let species = meshes.iter().map(|meshes| SpeciesModel::new(gpu, meshes)).collect();
+        let edges = EdgesOfSpecies::new(gpu, meshes.iter().map(|[near, ..]| near.as_slice()));
+        Self { point_buffer: Buffer::with(gpu, &POINTS, &packed), points, species, edges, looks }
+    }
+}
+
+impl Look {
+    /// Near, in the middle distance, and as a piece of canopy.
+    fn meshes(&self) -> [Vec<TreeCorner>; 3] {
+        match self {
+            Self::Grown(grown) => [grown.grow(Detail::Near), grown.grow(Detail::Middle), canopy(*grown)]
+                .map(|corners| corners.iter().map(|corner| toned(*grown, corner)).collect()),
+            Self::Model(model) => [model.near.clone(), model.middle.clone(), model.canopy.clone()],
+        }
     }
 }
 
 impl SpeciesModel {
-    fn of(gpu: &Gpu, look: &Look) -> Self {
-        match look {
-            Look::Grown(grown) => {
-                let all = [grown.grow(Detail::Near), grown.grow(Detail::Middle), canopy(*grown)];
-                let [near, middle, canopy] =
-                    all.map(|corners| corners.iter().map(|corner| toned(*grown, corner)).collect::<Vec<_>>());
-                Self::new(gpu, [&near, &middle, &canopy])
-            }
-            Look::Model(model) => Self::new(gpu, [&model.near, &model.middle, &model.canopy]),
-        }
-    }
-
-    fn new(gpu: &Gpu, [near, middle, canopy]: [&[TreeCorner]; 3]) -> Self {
+    fn new(gpu: &Gpu, [near, middle, canopy]: &[Vec<TreeCorner>; 3]) -> Self {
         // What lies farther out are single twigs.
         let mut reaches: Vec<f64> = near.iter().map(|corner| corner.at.truncate().length()).collect();
         reaches.sort_by(f64::total_cmp);

@@ -1,0 +1,165 @@
+// Contours and open borders of the trees whose near meshes are drawn, on the triangles as drawn, also where they lean in
+// the wind. They join the edges of the land and of models.
+//
+// A workgroup has 64 edges of a tree, and edges stand in the order of trees (near.wgsl), then of their mesh: `stage` 0
+// counts them, 1 writes them, 2 says how many there are now (ordered.wgsl).
+//
+// An edge between two triangles is a contour if both lie on the same side of the plane through it and the eye. That is
+// what Pietrok 2021, section 4.2.1, asks of the sides of two triangles, but it does not ask which way they wind: sheets of
+// leaves wind both ways. A crown is hundreds of leaves, and their contours against each other would be black; so each
+// edge asks that something lies far behind it (id_image.wgsl), and what is left is the outline and open arcs within it.
+#import hachure::view::{View, is_beside}
+#import hachure::earth::bend
+#import hachure::edges::{Edge, EdgeRules, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}
+#import hachure::dispatch::GROUPS_IN_ROW
+#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::pcg::pcg
+#import hachure::trees::{TreeInstance, place_on_tree, species_of}
+#ifdef WIND
+#import hachure::wind::{Wind, Sway, moved_by_wind}
+#endif
+
+// An edge of a tree that is 1 tall, and the corner across it of either triangle. The last number of each is how far wind
+// moves it.
+struct TreeEdge {
+    a: vec4<f32>,
+    b: vec4<f32>,
+    c: vec4<f32>,
+    // Below 0: there is no second triangle.
+    d: vec4<f32>,
+}
+
+// Of a species, among all: its first edge, and how many it has.
+struct TreeEdges {
+    first: u32,
+    count: u32,
+}
+
+struct EdgeGroups {
+    // Workgroups for a tree.
+    of_tree: u32,
+    // How far behind an edge there is something else, by the tree's height.
+    clearance: f32,
+}
+
+// What is nearer is not drawn.
+const CLEAR_M: f32 = 5.0;
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> edge_rules: EdgeRules;
+@group(0) @binding(2) var<storage, read_write> edges: array<Edge>;
+// An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
+@group(0) @binding(3) var<storage, read_write> edge_draw: array<u32>;
+@group(0) @binding(4) var<storage, read_write> order: Order;
+@group(0) @binding(5) var<uniform> edge_groups: EdgeGroups;
+@group(0) @binding(6) var<storage, read> tree_instances: array<TreeInstance>;
+// How many there are, then the numbers of their instances.
+@group(0) @binding(7) var<storage, read> near_order: array<u32>;
+// Of all species.
+@group(0) @binding(8) var<storage, read> tree_edges: array<TreeEdge>;
+@group(0) @binding(9) var<storage, read> edges_of_species: array<TreeEdges>;
+#ifdef WIND
+@group(0) @binding(30) var<uniform> wind: Wind;
+@group(0) @binding(31) var<storage, read> tree_sways: array<Sway>;
+#endif
+
+// As it is drawn.
+fn place_of(number: u32, own: vec4<f32>) -> vec3<f32> {
+    let tree = tree_instances[number];
+    var from_foot_m = place_on_tree(tree, own.xyz);
+#ifdef WIND
+    from_foot_m += moved_by_wind(wind, view.focal_px, tree, tree_sways[number], own, from_foot_m)[0];
+#endif
+    return bend(tree.flat_m + from_foot_m);
+}
+
+// Along the view axis.
+fn along_of(at_m: vec3<f32>) -> f32 {
+    return (view.clip_from_camera * vec4<f32>(at_m, 1.0)).w;
+}
+
+struct Found {
+    is_edge: bool,
+    edge: Edge,
+}
+
+fn edge_of(group: u32, thread: u32) -> Found {
+    var found: Found;
+    found.is_edge = false;
+    let which = group / edge_groups.of_tree;
+    if which >= near_order[0] {
+        return found;
+    }
+    let number = near_order[1u + which];
+    let tree = tree_instances[number];
+    let all = edges_of_species[species_of(tree)];
+    let own = group % edge_groups.of_tree * 64u + thread;
+    // A tree whose shadow alone is in view has no edges in it.
+    let reach_m = 0.6 * tree.height_m + tree.width_m;
+    if own >= all.count || is_beside(view, bend(tree.flat_m + vec3<f32>(0.0, 0.0, 0.5 * tree.height_m)), reach_m) {
+        return found;
+    }
+    let told = tree_edges[all.first + own];
+    var a_m = place_of(number, told.a);
+    var b_m = place_of(number, told.b);
+    if is_outside(a_m, b_m, view.clip_from_camera, view.near_m) {
+        return found;
+    }
+    let has_two = told.d.w >= 0.0;
+    if has_two {
+        let aside = cross(a_m - view.eye_m, b_m - a_m);
+        let c_side = dot(aside, place_of(number, told.c) - a_m);
+        let d_side = dot(aside, place_of(number, told.d) - a_m);
+        if (c_side > 0.0) != (d_side > 0.0) {
+            return found;
+        }
+    }
+    // As raster.wgsl, which leaves out what is that near.
+    let along_m = vec2<f32>(along_of(a_m), along_of(b_m));
+    if max(along_m.x, along_m.y) <= CLEAR_M {
+        return found;
+    }
+    let cut = clamp((CLEAR_M - along_m) / (along_m.yx - along_m), vec2<f32>(0.0), vec2<f32>(1.0));
+    let ends_m = array<vec3<f32>, 2>(a_m, b_m);
+    if along_m.x < CLEAR_M {
+        a_m = mix(ends_m[0], ends_m[1], cut.x);
+    }
+    if along_m.y < CLEAR_M {
+        b_m = mix(ends_m[1], ends_m[0], cut.y);
+    }
+    let kind = kind_with_clearance(select(KIND_BORDER, KIND_CONTOUR, has_two), edge_groups.clearance * tree.height_m);
+    found.is_edge = true;
+    found.edge = Edge(a_m, pcg(vec2<u32>(tree.id, own)).x, b_m, kind);
+    return found;
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    if order.stage == 2u {
+        if thread == 0u {
+            edge_draw[0] += 2u * order.starts[order.groups];
+        }
+        return;
+    }
+    clear_marks(thread);
+    workgroupBarrier();
+    let own_group = group.x + group.y * GROUPS_IN_ROW;
+    let found = edge_of(own_group, thread);
+    if found.is_edge {
+        mark(thread);
+    }
+    workgroupBarrier();
+    if order.stage == 0u {
+        if thread == 0u {
+            order.starts[own_group] = all_marks();
+        }
+        return;
+    }
+    let number = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread);
+    if found.is_edge && number < edge_rules.capacity {
+        edges[number] = found.edge;
+    }
+}

@@ -1,0 +1,96 @@
+// Which trees have strokes: those whose near meshes are drawn, from near to far, whichever workgroup listed them first.
+//
+// The lists of trees are filled as workgroups come, but lists of edges are in an order that does not depend on it
+// (ordered.wgsl). Near trees are a few hundred, so each counts how many stand before it: nearer to the eye or, at the same
+// distance, with a lesser id. That is its place.
+#import hachure::view::View
+#import hachure::trees::{TreeInstance, NEAR, TREE_LEVELS, has_strokes}
+#import hachure::dispatch::GROUPS_IN_ROW
+
+struct NearTrees {
+    species: u32,
+    // Of each list of trees.
+    capacity: u32,
+    // Near trees that there is room for.
+    room: u32,
+    // Workgroups for the edges of a tree.
+    groups_of_tree: u32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> near_trees: NearTrees;
+@group(0) @binding(2) var<storage, read> tree_instances: array<TreeInstance>;
+@group(0) @binding(3) var<storage, read> tree_order: array<u32>;
+@group(0) @binding(4) var<storage, read> tree_draws: array<u32>;
+// How many there are, then their numbers.
+@group(0) @binding(5) var<storage, read_write> near_order: array<u32>;
+// An indirect dispatch, and how many workgroups it has.
+@group(0) @binding(6) var<storage, read_write> near_dispatch: vec4<u32>;
+
+// Of the arguments of a draw; the second one says how many trees.
+const DRAW_WORDS: u32 = 4u;
+const NEAR_GROUPS: u32 = 16u;
+const NEAR_THREADS: u32 = 64u;
+
+// Whether it has strokes, how far away it is, and who it is.
+struct Key {
+    is_there: bool,
+    // Of its distance: squares are in the order of their bits.
+    away: u32,
+    id: u32,
+}
+
+fn key_of(number: u32) -> Key {
+    let tree = tree_instances[number];
+    let toward_eye = view.eye_m - tree.flat_m;
+    return Key(has_strokes(tree), bitcast<u32>(dot(toward_eye, toward_eye)), tree.id);
+}
+
+fn is_before(a: Key, b: Key) -> bool {
+    return a.away < b.away || (a.away == b.away && a.id < b.id);
+}
+
+fn trees_of(species: u32) -> u32 {
+    return min(tree_draws[(species * TREE_LEVELS + NEAR) * DRAW_WORDS + 1u], near_trees.capacity);
+}
+
+fn listed(species: u32, i: u32) -> u32 {
+    return tree_order[(species * TREE_LEVELS + NEAR) * near_trees.capacity + i];
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    // The first one counts all: none is before a tree that is nowhere.
+    if id.x == 0u {
+        var count = 0u;
+        for (var species = 0u; species < near_trees.species; species++) {
+            for (var i = 0u; i < trees_of(species); i++) {
+                count += u32(has_strokes(tree_instances[listed(species, i)]));
+            }
+        }
+        let trees = min(count, near_trees.room);
+        let groups = trees * near_trees.groups_of_tree;
+        let rows = vec2<u32>(min(groups, GROUPS_IN_ROW), (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW);
+        near_dispatch = vec4<u32>(rows, 1u, rows.x * rows.y);
+        near_order[0] = trees;
+    }
+    for (var species = 0u; species < near_trees.species; species++) {
+        for (var i = id.x; i < trees_of(species); i += NEAR_GROUPS * NEAR_THREADS) {
+            let number = listed(species, i);
+            let own = key_of(number);
+            if !own.is_there {
+                continue;
+            }
+            var place = 0u;
+            for (var other = 0u; other < near_trees.species; other++) {
+                for (var j = 0u; j < trees_of(other); j++) {
+                    let key = key_of(listed(other, j));
+                    place += u32(key.is_there && is_before(key, own));
+                }
+            }
+            if place < near_trees.room {
+                near_order[1u + place] = number;
+            }
+        }
+    }
+}

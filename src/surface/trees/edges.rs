@@ -1,0 +1,103 @@
+//! Contours and open borders of near trees → the edge list. See `shaders/surface/trees/edges.wgsl`.
+
+use super::DrawnTrees;
+use super::near::{self, MOST_NEAR};
+use super::sway::Swaying;
+use crate::forest::edges::edges;
+use crate::forest::model::TreeCorner;
+use crate::gpu::Gpu;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
+use crate::gpu::scan::{Groups, Ordered};
+use crate::gpu::wgsl::surface::trees::edges::{EdgeGroups, TreeEdge, TreeEdges};
+use crate::surface::edges::EdgeList;
+
+/// Threads of a workgroup.
+const WORKGROUP: u32 = 64;
+/// What is behind an edge that is a line lies so far behind it, by the tree's height: arcs within a crown are lines, one
+/// leaf before the next is none.
+const CLEARANCE: f32 = 0.1;
+
+/// [`TreeEdge`]s of all species.
+const EDGES: BufferKind = BufferKind::storage("tree edges");
+/// [`TreeEdges`] of each species.
+const OF_SPECIES: BufferKind = BufferKind::storage("edges of species");
+
+/// The edges of the near meshes of all species, on the GPU.
+pub(super) struct EdgesOfSpecies {
+    edges: Buffer,
+    of_species: Buffer,
+    /// Of a species, at most.
+    most: u32,
+}
+
+impl EdgesOfSpecies {
+    /// Of near meshes, each by its corners.
+    pub fn new<'a>(gpu: &Gpu, meshes: impl Iterator<Item = &'a [TreeCorner]>) -> Self {
+        let mut all: Vec<TreeEdge> = Vec::new();
+        let mut of_species: Vec<TreeEdges> = Vec::new();
+        for corners in meshes {
+            let first = all.len() as u32;
+            all.extend(packed(corners));
+            of_species.push(TreeEdges { first, count: all.len() as u32 - first });
+        }
+        let most = of_species.iter().map(|edges| edges.count).max().unwrap_or(0);
+        if all.is_empty() {
+            // No buffer is empty.
+            all.push(TreeEdge::default());
+        }
+        Self { edges: Buffer::with(gpu, &EDGES, &all), of_species: Buffer::with(gpu, &OF_SPECIES, &of_species), most }
+    }
+}
+
+fn packed(corners: &[TreeCorner]) -> Vec<TreeEdge> {
+    let places: Vec<_> = corners.iter().map(|corner| corner.at).collect();
+    let told = |corner: usize| corners[corner].at.as_vec3().extend(corners[corner].sway as f32).to_array();
+    let border = [0.0, 0.0, 0.0, -1.0];
+    edges(&places)
+        .iter()
+        .map(|edge| TreeEdge {
+            a: told(edge.ends[0]),
+            b: told(edge.ends[1]),
+            c: told(edge.across),
+            d: edge.across_other.map_or(border, told),
+        })
+        .collect()
+}
+
+/// What the pass reads.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// For the curvature of the earth.
+    pub terrain: Named,
+    /// Those in view.
+    pub trees: &'a DrawnTrees,
+    /// How they sway, if wind blows.
+    pub swaying: Option<&'a Swaying>,
+}
+
+/// Adds the edges to the list.
+pub fn run(cx: &mut Cx<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
+    let &Inputs { view, ref terrain, trees, swaying } = inputs;
+    let of_species = &trees.shared.edges;
+    let of_tree = of_species.most.div_ceil(WORKGROUP).max(1);
+    let near = near::run(cx, view, trees, of_tree);
+    let mut resources = vec![
+        ("view", view.clone()),
+        terrain.clone(),
+        ("edge_groups", cx.uniform("edge groups", &EdgeGroups { of_tree, clearance: CLEARANCE })),
+        ("tree_instances", trees.instances.binding()),
+        ("near_order", near.order.binding()),
+        ("tree_edges", of_species.edges.binding()),
+        ("edges_of_species", of_species.of_species.binding()),
+    ];
+    resources.extend(list.resources());
+    resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+    let definitions: &[&str] = if swaying.is_some() { &["WIND"] } else { &[] };
+    let shader = Compute { name: "surface/trees/edges", definitions };
+    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MOST_NEAR * of_tree };
+    Ordered { shader, stages: 3, groups, kept: 0 }.run(cx, &resources);
+}
