@@ -331,7 +331,7 @@ fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
 }
 
 /// `#rrggbb` as three numbers of 0 to 1.
-fn color(text: &str) -> Option<[f32; 3]> {
+pub(super) fn color(text: &str) -> Option<[f32; 3]> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
     let number = u32::from_str_radix(digits, 16).ok()?;
     Some([16, 8, 0].map(|shift| f32::from((number >> shift) as u8) / 255.0))
