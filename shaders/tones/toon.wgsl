@@ -60,7 +60,7 @@ struct Toon {
 #endif
 #ifdef LOCAL_COLOR
 @group(0) @binding(9) var surface_id: texture_2d<u32>;
-@group(0) @binding(10) var local_color: texture_2d<u32>;
+@group(0) @binding(17) var local_color: texture_2d<u32>;
 #endif
 
 fn stepped(lit: f32) -> f32 {

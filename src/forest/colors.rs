@@ -12,9 +12,9 @@ use crate::scene::forest::Species;
 pub type Color = [f32; 3];
 
 /// What leaves and bark of a species have, unless a scene says otherwise; in sRGB.
-const CONIFER: [u32; 2] = [0x33_5c_4f, 0x6b_50_3f];
-const BROADLEAF: [u32; 2] = [0x4f_7a_33, 0x66_55_44];
-const BIRCH: [u32; 2] = [0x93_a3_3c, 0xf0_ed_e6];
+const CONIFER: [u32; 2] = [0x42_60_4f, 0x6b_50_3f];
+const BROADLEAF: [u32; 2] = [0x5f_80_38, 0x66_55_44];
+const BIRCH: [u32; 2] = [0x98_a8_48, 0xf0_ed_e6];
 const SNAG: [u32; 2] = [0x8d_89_83, 0x8d_89_83];
 
 /// The number of a part in the palette of a species that is grown.

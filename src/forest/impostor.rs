@@ -96,12 +96,7 @@ impl Impostor {
 type Texel = ([f16; 4], u8);
 
 /// A side's picture: what is nearest at the middle of each texel.
-fn picture(
-    corners: &[ImpostorCorner],
-    (middle, radius): (DVec3, f64),
-    frame_px: u32,
-    direction: DVec3,
-) -> Vec<Texel> {
+fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px: u32, direction: DVec3) -> Vec<Texel> {
     let [right, up] = axes(direction);
     let half = 0.5 * f64::from(frame_px);
     let px = frame_px as usize;

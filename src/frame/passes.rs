@@ -209,7 +209,19 @@ fn see(
     let may_sway = trees.as_ref().is_some_and(|trees| trees.placed.may_sway);
     let tree_form = trees.map(|trees| trees.form);
     let (surface_id, local_color) = (surface_id.clone(), local_color.cloned());
-    Seen { view, still_view, surface_id, position, normal, local_color, tree_shadow, tree_form, line, strokes, may_sway }
+    Seen {
+        view,
+        still_view,
+        surface_id,
+        position,
+        normal,
+        local_color,
+        tree_shadow,
+        tree_form,
+        line,
+        strokes,
+        may_sway,
+    }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has

@@ -22,7 +22,8 @@ pub const LOCAL_COLOR: TargetKind = TargetKind {
 /// green and blue, of which the greatest is 1, and 255. Black is grey to it.
 pub fn packed(color: [f32; 3]) -> u32 {
     let most = color.into_iter().fold(0.0, f32::max);
-    let channel = |value: f32| if most > 0.0 { (255.0 * (value / most).clamp(0.0, 1.0).sqrt()).round() as u8 } else { 255 };
+    let channel =
+        |value: f32| if most > 0.0 { (255.0 * (value / most).clamp(0.0, 1.0).sqrt()).round() as u8 } else { 255 };
     let [red, green, blue] = color.map(channel);
     u32::from_le_bytes([red, green, blue, 255])
 }
