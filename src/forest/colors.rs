@@ -12,7 +12,7 @@ use crate::scene::forest::Species;
 pub type Color = [f32; 3];
 
 /// What leaves and bark of a species have, unless a scene says otherwise; in sRGB.
-const CONIFER: [u32; 2] = [0x42_60_4f, 0x6b_50_3f];
+const CONIFER: [u32; 2] = [0x45_60_4e, 0x6b_50_3f];
 const BROADLEAF: [u32; 2] = [0x5f_80_38, 0x66_55_44];
 const BIRCH: [u32; 2] = [0x98_a8_48, 0xf0_ed_e6];
 const SNAG: [u32; 2] = [0x8d_89_83, 0x8d_89_83];

@@ -67,6 +67,8 @@
 //! aspect_deg = 0                    # on slopes that look there, clockwise from north
 //! by_aspect = 0.7                   # how much that matters, 0 to 1
 //! by_hollow = 0.5                   # −1 to 1: in hollows rather than on ridges, or the other way round
+//! color = "#3a5a2a"                 # of leaves, and of what a model gives no colour; without it, the species' own
+//! bark_color = "#6b503f"            # of a form only
 //! ```
 
 use std::path::{Path, PathBuf};
