@@ -332,7 +332,8 @@ fn colours_change_no_tone_and_nothing_else() {
     let ink = Style::load("ink").unwrap();
     assert!(drawn(&mut world, &Style::load("wash").unwrap()).3);
     let after = drawn(&mut world, &ink);
-    let alone = frame_of(&mut world, &mut Frame::new(&world.gpu).unwrap(), &ink);
+    let mut another = Frame::new(&world.gpu).unwrap();
+    let alone = frame_of(&mut world, &mut another, &ink);
     assert!(!alone.3 && !after.3 && alone.2 == after.2);
 }
 
