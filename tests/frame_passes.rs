@@ -145,7 +145,7 @@ fn traces() -> Option<Traces> {
     let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("headsets that hide areas", &trace);
     world.surfaces.set_forest(Some(common::forest::of(Form::Conifer, 100.0, 20.0)));
-    for style in [&style, &Style::load("crosshatch").unwrap()] {
+    for style in [&style, &Style::load("crosshatch").unwrap(), &Style::load("wash").unwrap()] {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
         traces.add("scenes with a forest", &trace);
@@ -160,9 +160,11 @@ fn traces() -> Option<Traces> {
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
     shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
-    traces.add("scenes with meshes", &trace);
+    for style in [&style, &Style::load("wash").unwrap()] {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
+        traces.add("scenes with meshes", &trace);
+    }
     traces.presets.sort_unstable();
     Some(traces)
 }

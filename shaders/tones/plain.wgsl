@@ -1,6 +1,10 @@
 // Blinn-Phong over an elevation tint: the baseline of every comparison.
 #import hachure::view::{View, from_eye}
 #import hachure::earth::unbend
+#ifdef LOCAL_COLOR
+#import hachure::local_color::{hue_of, glaze}
+#import hachure::surface_id::{kind_of, MESH, TREE}
+#endif
 
 struct Plain {
     to_sun: vec3<f32>,
@@ -10,6 +14,11 @@ struct Plain {
     high_m: f32,
     shininess: f32,
     specular: f32,
+    // How much trees and models have of their own colours.
+    local: f32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -17,6 +26,14 @@ struct Plain {
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var tone: texture_storage_2d<rgba16float, write>;
+#ifdef LOCAL_COLOR
+@group(0) @binding(5) var surface_id: texture_2d<u32>;
+@group(0) @binding(6) var local_color: texture_2d<u32>;
+
+// What is as light as bare land reflects so much, and what is darker less by this exponent: lightness is as eyes have it.
+const LIGHTEST: f32 = 0.7;
+const BY_LIGHTNESS: f32 = 2.2;
+#endif
 
 fn tint(height_m: f32, up: f32) -> vec3<f32> {
     let t = clamp((height_m - plain.low_m) / (plain.high_m - plain.low_m), 0.0, 1.0);
@@ -51,6 +68,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sky_light = 0.22 + 0.10 * n.z;
     // The earth bends away; heights above the sea do not sink with it.
     let height_m = unbend(at.xyz).flat_m.z + plain.camera_z_m;
+#ifdef LOCAL_COLOR
+    var body = surface.w * tint(height_m, n.z);
+    let kind = kind_of(textureLoad(surface_id, pixel, 0).r);
+    if kind == MESH || kind == TREE {
+        let hue = hue_of(textureLoad(local_color, pixel, 0).r);
+        body = mix(body, glaze(hue.rgb, LIGHTEST * pow(surface.w, BY_LIGHTNESS)), plain.local * hue.a);
+    }
+    let color = body * (sky_light + 0.95 * diffuse) + surface.w * gloss;
+#else
     let color = surface.w * (tint(height_m, n.z) * (sky_light + 0.95 * diffuse) + gloss);
+#endif
     textureStore(tone, pixel, vec4<f32>(color, surface.w * clamp(sky_light + 0.7 * diffuse, 0.0, 1.0)));
 }

@@ -12,6 +12,12 @@
 #import hachure::mark_normal::FLAT
 #endif
 
+#ifdef LOCAL_COLOR
+#import hachure::color::luminance
+#import hachure::local_color::{hue_of, glaze}
+#import hachure::surface_id::{kind_of, MESH, TREE}
+#endif
+
 const HEIGHT: u32 = 0u;
 const SLOPE: u32 = 1u;
 
@@ -33,7 +39,8 @@ struct Toon {
     // The land's heights.
     low_m: f32,
     high_m: f32,
-    pad: f32,
+    // How much trees and models have of their own colours.
+    local: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -50,6 +57,10 @@ struct Toon {
 #endif
 #ifdef TREE_SHADOWS
 @group(0) @binding(8) var tree_shadow: texture_2d<f32>;
+#endif
+#ifdef LOCAL_COLOR
+@group(0) @binding(9) var surface_id: texture_2d<u32>;
+@group(0) @binding(17) var local_color: texture_2d<u32>;
 #endif
 
 fn stepped(lit: f32) -> f32 {
@@ -116,6 +127,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 #endif
     let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz));
-    let color = ramp_color(value, attribute_at(at.xyz, n.xyz));
+    var color = ramp_color(value, attribute_at(at.xyz, n.xyz));
+#ifdef LOCAL_COLOR
+    let kind = kind_of(textureLoad(surface_id, pixel, 0).r);
+    if kind == MESH || kind == TREE {
+        let hue = hue_of(textureLoad(local_color, pixel, 0).r);
+        color = mix(color, glaze(hue.rgb, luminance(color)), toon.local * hue.a);
+    }
+#endif
     textureStore(tone, pixel, vec4<f32>(mix(vec3<f32>(1.0), color, toon.wash), asked));
 }

@@ -38,7 +38,7 @@ impl PresentPass {
             name: "composite/present",
             definitions: &[],
             fragment: "fragment",
-            colors: [replaced(format), None, None, None],
+            colors: [replaced(format), None, None, None, None],
             depth: None,
             writes_depth: false,
             topology: wgpu::PrimitiveTopology::TriangleList,

@@ -1,5 +1,5 @@
-//! Impostors: a tree as seen from many sides, each side a small picture of normals, depths and lightness, from which it
-//! is drawn with two triangles.
+//! Impostors: a tree as seen from many sides, each side a small picture of normals, depths, lightness and colours, from
+//! which it is drawn with two triangles.
 //!
 //! The sides lie evenly over the upper half of the directions, by the hemi-octahedral map (Cigolle and others 2014,
 //! "A Survey of Efficient Representations for Independent Unit Vectors", section 3.3): [`FRAMES`] by [`FRAMES`] of them,
@@ -26,6 +26,8 @@ pub struct ImpostorCorner {
     pub normal: DVec3,
     /// Of its colour: 0 is black, and 1 as light as bare land.
     pub lightness: f64,
+    /// Of its colour: the number in a palette ([`super::colors`]). All three of a triangle have one.
+    pub paint: u8,
 }
 
 /// The pictures of a tree.
@@ -39,6 +41,8 @@ pub struct Impostor {
     /// Row by row, [`FRAMES`] × [`Impostor::frame_px`] in each: the normal in octahedral coordinates, how far toward the eye (by
     /// the radius, −1 to 1), and the lightness; 0 is where nothing is seen.
     pub texels: Vec<[f16; 4]>,
+    /// For each texel, which colour of its palette it has; where nothing is seen it means nothing.
+    pub paints: Vec<u8>,
 }
 
 /// Toward the eye that a side was taken from.
@@ -74,7 +78,7 @@ impl Impostor {
         // A texel is free all around.
         let radius = farthest * f64::from(frame_px) / f64::from(frame_px - 2);
         let frames = (0..FRAMES * FRAMES).into_par_iter();
-        let pictures: Vec<Vec<[f16; 4]>> = frames
+        let pictures: Vec<Vec<Texel>> = frames
             .map(|frame| picture(corners, (middle, radius), frame_px, direction([frame % FRAMES, frame / FRAMES])))
             .collect();
         let side = (FRAMES * frame_px) as usize;
@@ -83,21 +87,20 @@ impl Impostor {
             let (x, y) = (at % side, at / side);
             pictures[y / px * frames + x / px][y % px * px + x % px]
         };
-        Self { frame_px, middle, radius, texels: (0..side * side).map(texel).collect() }
+        let (texels, paints) = (0..side * side).map(texel).unzip();
+        Self { frame_px, middle, radius, texels, paints }
     }
 }
 
+/// As [`Impostor::texels`] and [`Impostor::paints`].
+type Texel = ([f16; 4], u8);
+
 /// A side's picture: what is nearest at the middle of each texel.
-fn picture(
-    corners: &[ImpostorCorner],
-    (middle, radius): (DVec3, f64),
-    frame_px: u32,
-    direction: DVec3,
-) -> Vec<[f16; 4]> {
+fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px: u32, direction: DVec3) -> Vec<Texel> {
     let [right, up] = axes(direction);
     let half = 0.5 * f64::from(frame_px);
     let px = frame_px as usize;
-    let mut texels = vec![[f16::ZERO; 4]; px * px];
+    let mut texels = vec![([f16::ZERO; 4], 0); px * px];
     let mut nearest = vec![f64::NEG_INFINITY; px * px];
     for triangle in corners.chunks_exact(3) {
         let [a, b, c] = [0, 1, 2].map(|i| {
@@ -129,7 +132,8 @@ fn picture(
                 let packed = octahedral(normal.normalize_or(DVec3::Z));
                 let lightness =
                     triangle[0].lightness * of_a + triangle[1].lightness * of_b + triangle[2].lightness * of_c;
-                texels[y * px + x] = [packed.x, packed.y, toward, lightness.max(1e-3)].map(f16::from_f64);
+                let texel = [packed.x, packed.y, toward, lightness.max(1e-3)].map(f16::from_f64);
+                texels[y * px + x] = (texel, triangle[0].paint);
             }
         }
     }
@@ -174,7 +178,7 @@ mod tests {
             let (a, b) = (f64::from(i) / 32.0 * std::f64::consts::TAU, f64::from(j) / 16.0 * std::f64::consts::PI);
             DVec3::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos())
         };
-        let corner = |n: DVec3| ImpostorCorner { at: n * 0.4 + DVec3::Z * 0.5, normal: n, lightness: 0.5 };
+        let corner = |n: DVec3| ImpostorCorner { at: n * 0.4 + DVec3::Z * 0.5, normal: n, lightness: 0.5, paint: 0 };
         let quads = (0..32).flat_map(|i| (0..16).map(move |j| (i, j)));
         let corners: Vec<ImpostorCorner> = quads
             .flat_map(|(i, j)| [(i, j), (i, j + 1), (i + 1, j + 1), (i, j), (i + 1, j + 1), (i + 1, j)])

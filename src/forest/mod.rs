@@ -11,6 +11,7 @@
 //! is repeated is where trees could stand, and the land and the numbers that differ from tile to tile hide it.
 
 pub mod blocks;
+pub mod colors;
 pub mod cover;
 pub mod edges;
 pub mod impostor;

@@ -32,6 +32,8 @@ const LEAST_AGREEMENT: f64 = 0.15;
 
 /// Of what nobody gave a colour.
 const PLAIN_LIGHTNESS: f64 = 0.62;
+/// Of so many materials a tree has the colours.
+const MOST_PAINTS: usize = 255;
 /// No part of a tree is darker or lighter.
 const LIGHTNESS: [f64; 2] = [0.3, 0.97];
 
@@ -44,6 +46,8 @@ pub struct TreeCorner {
     pub normal: DVec3,
     /// Of its colour: 0 is black, and 1 as light as bare land.
     pub lightness: f64,
+    /// Of its colour: the number in a palette ([`super::colors`]). All three of a triangle have one.
+    pub paint: u8,
     /// How far wind moves it: 0 at the foot, 1 at the ends of twigs.
     pub sway: f64,
 }
@@ -59,6 +63,11 @@ pub struct TreeModel {
     pub clump: Grown,
     /// As [`canopy`], in the model's own lightness.
     pub canopy: Vec<TreeCorner>,
+    /// The colours of its materials in linear light, 255 at most; none is what nobody chose. The canopy's number is the
+    /// next one.
+    pub paints: Vec<Option<[f32; 3]>>,
+    /// How much of the crown's area has each of them; 1 in all.
+    pub crown: Vec<f64>,
 }
 
 impl TreeModel {
@@ -77,13 +86,16 @@ impl TreeModel {
             return Err("all of its triangles are without area".to_owned());
         }
         let clump = Shape::of(&near).clump();
-        let lightness = lightness_of_crown(&near);
+        let mut paints: Vec<Option<[f32; 3]>> = mesh.materials.iter().map(chosen_color).collect();
+        paints.truncate(MOST_PAINTS);
+        let crown = crown_shares(&near, paints.len());
+        let (lightness, paint) = (lightness_of_crown(&near), paints.len() as u8);
         let toned = |corner: Corner| {
             let Corner { at, normal, sway, .. } = corner;
-            TreeCorner { at, normal, lightness, sway }
+            TreeCorner { at, normal, lightness, paint, sway }
         };
         let canopy = canopy(clump).into_iter().map(toned).collect();
-        Ok(Self { near, middle, clump, canopy })
+        Ok(Self { near, middle, clump, canopy, paints, crown })
     }
 }
 
@@ -123,6 +135,8 @@ impl Own {
         let tall = if high.z - low.z > 0.5 { high.z - low.z } else { 1.0 };
         let at: Vec<DVec3> = at.into_iter().map(|at| at.truncate().extend((at.z - low.z) / tall)).collect();
         let lightness: Vec<f64> = mesh.materials.iter().map(lightness_of).collect();
+        // What has no number is as what has no material.
+        let paint = |material: u16| u8::try_from(material).ok().filter(|paint| usize::from(*paint) < MOST_PAINTS);
         let mut corners: Vec<TreeCorner> = Vec::with_capacity(3 * mesh.triangles.len());
         for triangle in &mesh.triangles {
             let places = triangle.corners.map(|corner| at[corner as usize]);
@@ -142,6 +156,7 @@ impl Own {
                     at: places[corner],
                     normal: (normal + face * lacks).normalize_or(face),
                     lightness: lightness[usize::from(triangle.material)],
+                    paint: paint(triangle.material).unwrap_or(0),
                     sway: 0.0,
                 }
             }));
@@ -168,13 +183,17 @@ fn sway(corners: &mut [TreeCorner]) {
     }
 }
 
+/// The colour of a material, unless nobody chose it: nothing, or what programs write where there is a texture.
+fn chosen_color(material: &Material) -> Option<[f32; 3]> {
+    let [red, green, blue] = material.color.map(f64::from);
+    let is_left = red == green && green == blue && (0.35..0.9).contains(&red);
+    (!is_left).then_some(material.color)
+}
+
 /// Of a material, where bare land is 1: the greens of leaves have 0.5 to 0.75.
 fn lightness_of(material: &Material) -> f64 {
-    let [red, green, blue] = material.color.map(f64::from);
-    // What nobody chose: nothing, or what programs write where there is a texture.
-    if red == green && green == blue && (0.35..0.9).contains(&red) {
-        return PLAIN_LIGHTNESS;
-    }
+    let Some(color) = chosen_color(material) else { return PLAIN_LIGHTNESS };
+    let [red, green, blue] = color.map(f64::from);
     let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
     // L* of CIE 1976, but for the straight piece next to black.
     let perceived = 116.0 * luminance.max(0.0).cbrt() - 16.0;
@@ -182,19 +201,29 @@ fn lightness_of(material: &Material) -> f64 {
 }
 
 /// The mean by area of what is high up; of all where nothing is.
-fn lightness_of_crown(corners: &[TreeCorner]) -> f64 {
+fn mean_of_crown(corners: &[TreeCorner], value: impl Fn(&TreeCorner) -> f64) -> Option<f64> {
     let mean = |above: f64| {
         let (mut sum, mut all) = (0.0, 0.0);
         for [a, b, c] in corners.as_chunks().0 {
             if a.at.z + b.at.z + c.at.z >= 3.0 * above {
                 let area = (b.at - a.at).cross(c.at - a.at).length();
-                sum += a.lightness * area;
+                sum += value(a) * area;
                 all += area;
             }
         }
         (all > 0.0).then(|| sum / all)
     };
-    mean(CROWN).or_else(|| mean(0.0)).unwrap_or(PLAIN_LIGHTNESS)
+    mean(CROWN).or_else(|| mean(0.0))
+}
+
+fn lightness_of_crown(corners: &[TreeCorner]) -> f64 {
+    mean_of_crown(corners, |corner| corner.lightness).unwrap_or(PLAIN_LIGHTNESS)
+}
+
+/// How much of the crown has each paint; all of it the first where it has no area.
+fn crown_shares(corners: &[TreeCorner], paints: usize) -> Vec<f64> {
+    let share = |paint: usize| mean_of_crown(corners, |corner| f64::from(u8::from(usize::from(corner.paint) == paint)));
+    (0..paints).map(|paint| share(paint).unwrap_or(if paint == 0 { 1.0 } else { 0.0 })).collect()
 }
 
 /// Sides that a shape is taken from, over half a turn.

@@ -20,7 +20,7 @@ use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
 use crate::surface::{self, land, mark_normal, meshes, motion, trees};
-use crate::tones::{self, TONE, balance, fractal_hatching, hatching, watercolor};
+use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
 struct Seen {
@@ -31,6 +31,8 @@ struct Seen {
     surface_id: Target,
     position: Target,
     normal: Target,
+    /// Of a style that asks for them.
+    local_color: Option<Target>,
     /// Of a style with shadows.
     tree_shadow: Option<Target>,
     /// Of a world with a forest.
@@ -142,14 +144,18 @@ fn see(
         }
         meshes
     });
-    let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id };
+    let local_color = world.has_local_colors() && style.asks_for_local_colors();
+    let local_color = local_color.then(|| targets.whole(gpu, &surface::local_color::LOCAL_COLOR));
+    let local_color = local_color.as_ref();
+    let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id, local_color };
     let trees = frame_trees::see(cx, inputs, &at_eye, edges, targets);
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
     land::resolve::run(cx, &resolved);
     if let Some(meshes) = &meshes {
         let (position, normal) = (&position, &normal);
-        meshes::resolve::run(cx, &meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal });
+        let over = meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal, local_color };
+        meshes::resolve::run(cx, &over);
     }
     let tree_shadow = trees.as_ref().and_then(|trees| {
         let (position, normal) = (&position, &normal);
@@ -210,8 +216,20 @@ fn see(
     });
     let may_sway = trees.as_ref().is_some_and(|trees| trees.placed.may_sway);
     let tree_form = trees.map(|trees| trees.form);
-    let surface_id = surface_id.clone();
-    Seen { view, still_view, surface_id, position, normal, tree_shadow, tree_form, line, strokes, may_sway }
+    let (surface_id, local_color) = (surface_id.clone(), local_color.cloned());
+    Seen {
+        view,
+        still_view,
+        surface_id,
+        position,
+        normal,
+        local_color,
+        tree_shadow,
+        tree_form,
+        line,
+        strokes,
+        may_sway,
+    }
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
@@ -251,7 +269,7 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
 fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
     let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
-    let Seen { view, surface_id, position, normal, tree_shadow, tree_form, .. } = seen;
+    let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, .. } = seen;
     let targets = &mut memory.targets;
 
     // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
@@ -281,6 +299,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         normal,
         mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
+        local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
         tone: &tone,
     };
     tones::run(cx, &asked);

@@ -6,6 +6,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
 use crate::scene::view::View;
 use crate::surface::edges::EdgeList;
+use crate::surface::trees::colors::Colored;
 use crate::surface::trees::place::Placed;
 use crate::surface::trees::sway::Swaying;
 use crate::surface::trees::{DrawnTrees, edges, impostor, marks, place, raster, shadow, sway};
@@ -20,6 +21,8 @@ pub(super) struct AtEye<'a> {
     pub depth: &'a Target,
     /// The same.
     pub surface_id: &'a Target,
+    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR), in a style that asks for it.
+    pub local_color: Option<&'a Target>,
 }
 
 /// The trees that an eye sees.
@@ -51,7 +54,7 @@ pub(super) fn see(
     targets: &mut Targets,
 ) -> Option<SeenTrees> {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
-    let &AtEye { view, view_of_eye, depth, surface_id } = at;
+    let &AtEye { view, view_of_eye, depth, surface_id, local_color } = at;
     let (gpu, terrain, forest) = (cx.gpu(), &world.terrain, world.forest()?);
     let trees = DrawnTrees::of(cx, forest, world.tree_models())?;
     let (wind, detail, origin_m) = (world.wind(), world.tree_detail(), rig.origin_m);
@@ -79,11 +82,13 @@ pub(super) fn see(
     }
     let normal = targets.whole(gpu, &raster::TREE_NORMAL);
     let form = targets.whole(gpu, &raster::TREE_FORM);
+    let colored = local_color.map(|local_color| Colored::of(cx, forest, &trees, local_color.clone()));
     let drawn = raster::Inputs {
         view,
         terrain: terrain.uniform(),
         trees: &trees,
         swaying: swaying.as_ref(),
+        colored: colored.as_ref(),
         species: &placed.species,
         depth,
         surface_id,

@@ -43,7 +43,7 @@ pub struct Draw {
     /// The entry point of fragments.
     pub fragment: &'static str,
     /// What it draws on.
-    pub colors: [Option<wgpu::ColorTargetState>; 4],
+    pub colors: [Option<wgpu::ColorTargetState>; 5],
     /// The format of a depth picture that is tested: nearer wins, which is greater.
     pub depth: Option<wgpu::TextureFormat>,
     /// Whether what wins is written to it.

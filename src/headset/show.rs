@@ -33,7 +33,7 @@ impl ShowPass {
             name: "headset/show",
             definitions: &[],
             fragment: "fragment",
-            colors: [replaced(format), None, None, None],
+            colors: [replaced(format), None, None, None, None],
             depth: None,
             writes_depth: false,
             topology: wgpu::PrimitiveTopology::TriangleList,

@@ -25,6 +25,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
+pub(crate) use self::mtl::linear_from_srgb;
 use crate::file::message::named;
 
 /// Why there is no mesh. One line.

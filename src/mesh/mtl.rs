@@ -33,7 +33,7 @@ pub(super) struct Library {
 }
 
 /// One channel of an sRGB colour in linear light.
-pub(super) fn linear_from_srgb(value: f64) -> f64 {
+pub(crate) fn linear_from_srgb(value: f64) -> f64 {
     if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 

@@ -130,6 +130,7 @@ fn texels(format: Format, bytes: &[u8]) -> Option<Texels> {
         Format::Rg16Float => (2, 2, from_half),
         Format::Rgba16Float => (4, 2, from_half),
         Format::R8Unorm => (1, 1, from_part),
+        Format::R8Uint => (1, 1, |bytes| f32::from(bytes[0])),
         Format::Rg8Unorm => (2, 1, from_part),
         Format::Rgba8Unorm => (4, 1, from_part),
         _ => return None,

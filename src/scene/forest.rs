@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 
 use super::forest_cover::{ClassToml, CoverFiles, CoverToml};
-use super::scene_file::UpToml;
+use super::scene_file::{UpToml, color};
 
 /// Where trees stand: by rules, which the land answers.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +48,10 @@ pub struct Species {
     pub by_aspect: f64,
     /// −1 to 1: how much it prefers hollows to ridges, or the other way round.
     pub by_hollow: f64,
+    /// Of leaves, and of what a model gives no colour; each 0 to 1. None is the species' own.
+    pub color_srgb: Option<[f32; 3]>,
+    /// Of the bark of a tree that the program grows.
+    pub bark_srgb: Option<[f32; 3]>,
 }
 
 /// What a tree looks like.
@@ -119,7 +123,17 @@ impl Species {
     /// Anywhere.
     pub fn new(form: Form, share: f64, height_m: f64) -> Self {
         let heights_m = [-HIGHEST_M, HIGHEST_M];
-        Self { form, share, height_m, heights_m, aspect_deg: 0.0, by_aspect: 0.0, by_hollow: 0.0 }
+        Self {
+            form,
+            share,
+            height_m,
+            heights_m,
+            aspect_deg: 0.0,
+            by_aspect: 0.0,
+            by_hollow: 0.0,
+            color_srgb: None,
+            bark_srgb: None,
+        }
     }
 
     /// A mixed forest whose conifers are `height_m` tall: broadleaves in hollows, birches and dead trunks between.
@@ -167,6 +181,8 @@ struct SpeciesToml {
     aspect_deg: Option<f64>,
     by_aspect: Option<f64>,
     by_hollow: Option<f64>,
+    color: Option<String>,
+    bark_color: Option<String>,
 }
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq, Eq)]
@@ -281,6 +297,13 @@ impl SpeciesToml {
         if low_m > high_m {
             return Err((format!("{table}low_m"), "it lies above high_m".to_owned()));
         }
+        let own_color = |key: &str, text: &Option<String>| {
+            let wrong = || (format!("{table}{key}"), "it must be written as \"#rrggbb\"".to_owned());
+            text.as_deref().map(|text| color(text).ok_or_else(wrong)).transpose()
+        };
+        if self.bark_color.is_some() && form.name().is_none() {
+            return Err((format!("{table}bark_color"), "a model has its own materials".to_owned()));
+        }
         // A slope that is to look somewhere is one that should.
         let by_aspect = if self.aspect_deg.is_some() { 1.0 } else { 0.0 };
         Ok(Species {
@@ -291,6 +314,8 @@ impl SpeciesToml {
             aspect_deg: number("aspect_deg", self.aspect_deg, 0.0, -360.0..=360.0)?,
             by_aspect: number("by_aspect", self.by_aspect, by_aspect, 0.0..=1.0)?,
             by_hollow: number("by_hollow", self.by_hollow, 0.0, -1.0..=1.0)?,
+            color_srgb: own_color("color", &self.color)?,
+            bark_srgb: own_color("bark_color", &self.bark_color)?,
         })
     }
 }

@@ -67,6 +67,8 @@
 //! aspect_deg = 0                    # on slopes that look there, clockwise from north
 //! by_aspect = 0.7                   # how much that matters, 0 to 1
 //! by_hollow = 0.5                   # −1 to 1: in hollows rather than on ridges, or the other way round
+//! color = "#3a5a2a"                 # of leaves, and of what a model gives no colour; without it, the species' own
+//! bark_color = "#6b503f"            # of a form only
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -331,7 +333,7 @@ fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
 }
 
 /// `#rrggbb` as three numbers of 0 to 1.
-fn color(text: &str) -> Option<[f32; 3]> {
+pub(super) fn color(text: &str) -> Option<[f32; 3]> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
     let number = u32::from_str_radix(digits, 16).ok()?;
     Some([16, 8, 0].map(|shift| f32::from((number >> shift) as u8) / 255.0))

@@ -115,6 +115,11 @@ pub fn preset_text(name: &str) -> Option<&'static str> {
 }
 
 impl Style {
+    /// Whether tones have the own colours of trees and models.
+    pub fn asks_for_local_colors(&self) -> bool {
+        self.tone.local_color() > 0.0
+    }
+
     /// Whether tones have the shadows that trees throw.
     pub fn asks_for_tree_shadows(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0

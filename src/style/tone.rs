@@ -12,7 +12,7 @@ use crate::file::toml_text::Wrong;
 #[serde(deny_unknown_fields, rename_all = "lowercase", tag = "kind")]
 pub enum Tone {
     /// Blinn-Phong over an elevation tint.
-    Plain,
+    Plain(Plain),
     /// Steps.
     Toon(Toon),
 }
@@ -20,10 +20,18 @@ pub enum Tone {
 choices! {
     /// The names of the variants of [`Tone`].
     enum ToneKind {
-        /// Blinn-Phong shading over a tint of elevation; the other keys belong to `toon`.
+        /// Blinn-Phong shading over a tint of elevation; of the other keys it has `local_color` alone.
         Plain,
         /// Tones in steps, or smooth ones, in greys or colours.
         Toon,
+    }
+}
+
+parameters! {
+    /// Blinn-Phong over an elevation tint.
+    pub struct Plain {
+        /// How much trees and models have of their own colours; 0 is none, and they are coloured as land is.
+        local_color: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
@@ -42,6 +50,8 @@ parameters! {
         ramp: Option<Ramp>;
         /// Part of a step in which it fades to the next.
         softness: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How much trees and models have of their own colours; 0 is none, and they are coloured as land is.
+        local_color: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
@@ -125,6 +135,14 @@ fn rises(stops: &[Stop], key: &str) -> Result<(), Wrong> {
 }
 
 impl Tone {
+    /// How much trees and models have of their own colours.
+    pub fn local_color(&self) -> f32 {
+        match self {
+            Self::Plain(plain) => plain.local_color,
+            Self::Toon(toon) => toon.local_color,
+        }
+    }
+
     /// The name of its kind, as a style file has it.
     pub fn name(&self) -> String {
         self.kind_and_keys().0.name()
@@ -133,7 +151,7 @@ impl Tone {
     /// Its kind, and the keys of that kind.
     fn kind_and_keys(&self) -> (ToneKind, Option<Item>) {
         match self {
-            Self::Plain => (ToneKind::Plain, None),
+            Self::Plain(plain) => (ToneKind::Plain, plain.item()),
             Self::Toon(toon) => (ToneKind::Toon, toon.item()),
         }
     }
@@ -153,7 +171,7 @@ impl Setting for Tone {
 
     fn check(&self, key: &str, range: &Range) -> Result<(), Wrong> {
         match self {
-            Self::Plain => Ok(()),
+            Self::Plain(plain) => plain.check(key, range),
             Self::Toon(toon) => toon.check(key, range),
         }
     }

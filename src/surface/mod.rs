@@ -6,6 +6,7 @@
 pub mod id;
 pub mod edges;
 pub mod hidden;
+pub mod local_color;
 pub mod land;
 pub mod meshes;
 pub mod trees;

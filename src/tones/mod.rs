@@ -21,6 +21,24 @@ pub const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Colour before lines and haze, and the tone that is asked for.
 pub const TONE: TargetKind = TargetKind::storage("tone", TONE_FORMAT);
 
+/// Colours that are not the style's.
+#[derive(Clone, Copy)]
+pub struct Local<'a> {
+    /// Which pixels have them.
+    pub surface_id: &'a Target,
+    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR).
+    pub color: &'a Target,
+    /// How much of them.
+    pub amount: f32,
+}
+
+impl Local<'_> {
+    /// By the names in the shaders.
+    fn resources(self) -> [Named; 2] {
+        [("surface_id", self.surface_id.into()), ("local_color", self.color.into())]
+    }
+}
+
 /// What kinds of tones read and write.
 pub struct Inputs<'a> {
     /// `View`.
@@ -45,6 +63,8 @@ pub struct Inputs<'a> {
     pub mark_surface: Option<&'a Target>,
     /// What the shadows of trees take of the sun, if there are any and the style asks.
     pub tree_shadow: Option<&'a Target>,
+    /// The own colours of trees and models, if there are any and the style asks.
+    pub local: Option<Local<'a>>,
     /// Out: colour, and the tone that is asked for.
     pub tone: &'a Target,
 }
@@ -52,7 +72,7 @@ pub struct Inputs<'a> {
 /// Gives what the inputs show the style's tone.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     match &inputs.style.tone {
-        Tone::Plain => plain::run(cx, inputs),
+        Tone::Plain(_) => plain::run(cx, inputs),
         Tone::Toon(toon) => toon::run(cx, toon, inputs),
     }
 }

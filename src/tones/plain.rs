@@ -1,6 +1,7 @@
 //! Blinn-Phong over an elevation tint. See `shaders/tones/plain.wgsl`.
 
-use super::Inputs;
+use super::{Inputs, Local};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 pub(crate) use crate::gpu::wgsl::tones::plain::Plain as PlainUniform;
 
@@ -14,8 +15,12 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         high_m: high_m.max(low_m + 1.0),
         shininess: 24.0,
         specular: 0.06,
+        local: inputs.local.map_or(0.0, |local| local.amount),
+        pad_a: 0.0,
+        pad_b: 0.0,
+        pad_c: 0.0,
     };
-    let resources = [
+    let mut resources = vec![
         ("view", inputs.view.clone()),
         inputs.terrain.clone(),
         ("plain", cx.uniform("plain", &uniform)),
@@ -23,5 +28,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];
-    cx.pixels("tones/plain", inputs.tone.size_px(), &resources);
+    resources.extend(inputs.local.into_iter().flat_map(Local::resources));
+    let definitions: &[&str] = if inputs.local.is_some() { &["LOCAL_COLOR"] } else { &[] };
+    cx.pixels(Compute { name: "tones/plain", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -5,13 +5,33 @@ mod ramp;
 use std::convert::Infallible;
 
 use self::ramp::RampTable;
-use super::Inputs;
 use super::light::LightUniform;
+use super::{Inputs, Local};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
 use crate::style::Toon;
+
+/// By what there is: each of the four is a digit, and the last one counts 1.
+const DEFINITIONS: [&[&str]; 16] = [
+    &[],
+    &["TREE_SHADOWS"],
+    &["MARKED_TREES"],
+    &["MARKED_TREES", "TREE_SHADOWS"],
+    &["LOCAL_COLOR"],
+    &["LOCAL_COLOR", "TREE_SHADOWS"],
+    &["LOCAL_COLOR", "MARKED_TREES"],
+    &["LOCAL_COLOR", "MARKED_TREES", "TREE_SHADOWS"],
+    &["HORIZON_MAPS"],
+    &["HORIZON_MAPS", "TREE_SHADOWS"],
+    &["HORIZON_MAPS", "MARKED_TREES"],
+    &["HORIZON_MAPS", "MARKED_TREES", "TREE_SHADOWS"],
+    &["HORIZON_MAPS", "LOCAL_COLOR"],
+    &["HORIZON_MAPS", "LOCAL_COLOR", "TREE_SHADOWS"],
+    &["HORIZON_MAPS", "LOCAL_COLOR", "MARKED_TREES"],
+    &["HORIZON_MAPS", "LOCAL_COLOR", "MARKED_TREES", "TREE_SHADOWS"],
+];
 
 /// Tones what the inputs show.
 pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
@@ -34,7 +54,7 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         camera_z_m: inputs.camera_z_m,
         low_m,
         high_m: high_m.max(low_m + 1.0),
-        pad: 0.0,
+        local: inputs.local.map_or(0.0, |local| local.amount),
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),
@@ -46,19 +66,16 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];
-    let has = (inputs.horizon_maps.is_some(), inputs.mark_surface.is_some(), inputs.tree_shadow.is_some());
-    let definitions: &[&str] = match has {
-        (false, false, false) => &[],
-        (true, false, false) => &["HORIZON_MAPS"],
-        (false, true, false) => &["MARKED_TREES"],
-        (false, false, true) => &["TREE_SHADOWS"],
-        (true, true, false) => &["HORIZON_MAPS", "MARKED_TREES"],
-        (true, false, true) => &["HORIZON_MAPS", "TREE_SHADOWS"],
-        (false, true, true) => &["MARKED_TREES", "TREE_SHADOWS"],
-        (true, true, true) => &["HORIZON_MAPS", "MARKED_TREES", "TREE_SHADOWS"],
-    };
+    let has = [
+        inputs.horizon_maps.is_some(),
+        inputs.local.is_some(),
+        inputs.mark_surface.is_some(),
+        inputs.tree_shadow.is_some(),
+    ];
+    let definitions = DEFINITIONS[has.iter().fold(0, |number, has| 2 * number + usize::from(*has))];
     resources.extend(inputs.mark_surface.map(|mark_surface| ("mark_surface", mark_surface.into())));
     resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
+    resources.extend(inputs.local.into_iter().flat_map(Local::resources));
     resources.extend(inputs.horizon_maps.clone().into_iter().flatten());
     cx.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
 }

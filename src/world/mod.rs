@@ -46,6 +46,11 @@ impl From<Terrain> for Surfaces {
 }
 
 impl Surfaces {
+    /// Whether there is something that may have colours of its own.
+    pub fn has_local_colors(&self) -> bool {
+        self.meshes.is_some() || self.forest.is_some()
+    }
+
     /// What stands on the land, if anything does.
     pub fn meshes(&self) -> Option<&Arc<Placed>> {
         self.meshes.as_ref()

@@ -14,6 +14,11 @@
 @group(0) @binding(2) var depth: texture_depth_2d;
 @group(0) @binding(3) var position: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(4) var normal: texture_storage_2d<rgba32float, write>;
+#ifdef LOCAL_COLOR
+// Of each triangle of the meshes themselves: see hachure::local_color.
+@group(0) @binding(5) var<storage, read> mesh_colors: array<u32>;
+@group(0) @binding(6) var local_color: texture_storage_2d<r32uint, write>;
+#endif
 
 // The plane's answer may differ from the rasteriser's by this part.
 const LIKE: f32 = 1e-3;
@@ -30,7 +35,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let number = found ^ FIRST_MESH;
     let standing = mesh_instances[instance_of(number, BY_NUMBER)];
-    let triangle = mesh_triangles[standing.first_triangle + number - standing.first_number];
+    let own = standing.first_triangle + number - standing.first_number;
+    let triangle = mesh_triangles[own];
     let corners = corners_of(standing.first_place, triangle);
     let u = corners.b_m - corners.a_m;
     let v = corners.c_m - corners.a_m;
@@ -50,9 +56,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let by_b = dot(cross(from_a, v), face) * scale;
     let by_c = dot(cross(u, from_a), face) * scale;
     let parts = clamp(vec3<f32>(1.0 - by_b - by_c, by_b, by_c), vec3<f32>(0.0), vec3<f32>(1.0));
-    let own = normal_from(triangle.normal_a) * parts.x + normal_from(triangle.normal_b) * parts.y
+    let mixed = normal_from(triangle.normal_a) * parts.x + normal_from(triangle.normal_b) * parts.y
         + normal_from(triangle.normal_c) * parts.z;
-    let turned = vec3<f32>(dot(standing.east.xyz, own), dot(standing.north.xyz, own), dot(standing.up.xyz, own));
+    let turned = vec3<f32>(dot(standing.east.xyz, mixed), dot(standing.north.xyz, mixed), dot(standing.up.xyz, mixed));
     // Of the side that is seen. At the rim of something round the mixed normal may look away from the eye; it may not
     // look away from its own triangle's front.
     let front = select(face, -face, closing > 0.0);
@@ -63,4 +69,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     n = select(n, -n, dot(n, front) < 0.0);
     textureStore(position, pixel, vec4<f32>(at_m, along_m));
     textureStore(normal, pixel, vec4<f32>(n, triangle.lightness));
+#ifdef LOCAL_COLOR
+    textureStore(local_color, pixel, vec4<u32>(mesh_colors[own], 0u, 0u, 0u));
+#endif
 }

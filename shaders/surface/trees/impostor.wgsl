@@ -28,6 +28,11 @@
 #ifdef WIND
 @group(0) @binding(5) var<storage, read> tree_sways: array<Sway>;
 #endif
+#ifdef LOCAL_COLOR
+// Where in the palette is what the pictures show, and the palette: see hachure::local_color.
+@group(0) @binding(6) var tree_paints: texture_2d<u32>;
+@group(0) @binding(7) var<storage, read> tree_palette: array<u32>;
+#endif
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -45,6 +50,13 @@ struct Drawn {
     @location(2) form: vec4<f32>,
 #ifdef WIND
     @location(3) step_m: vec4<f32>,
+#endif
+#ifdef LOCAL_COLOR
+#ifdef WIND
+    @location(4) color: u32,
+#else
+    @location(3) color: u32,
+#endif
 #endif
     @builtin(frag_depth) depth: f32,
 }
@@ -204,6 +216,13 @@ fn fragment(in: Vertex) -> Drawn {
         discard;
     }
     var own = axes * (origin + ray * hit) * sphere.w + sphere.xyz;
+#ifdef LOCAL_COLOR
+    var at_hit = origin + ray * hit;
+#ifdef WIND
+    at_hit -= aside * curve(lean, in.eye.z + own_ray.z * hit * sphere.w);
+#endif
+    let color = tree_palette[textureLoad(tree_paints, texel_at(first, frame_px, at_hit.xy), 0).r];
+#endif
 #ifdef WIND
     own += vec3<f32>(lean.straight * own.z, 0.0);
 #endif
@@ -217,15 +236,27 @@ fn fragment(in: Vertex) -> Drawn {
     let sway = tree_sways[in.number];
     let up_m = own.z * tree.height_m;
     let step_m = lean_at(sway.before, up_m) - lean_at(sway.now, up_m);
+#ifdef LOCAL_COLOR
+    return Drawn(tree.id, seen, form, vec4<f32>(step_m, 0.0, 0.0), color, depth);
+#else
     return Drawn(tree.id, seen, form, vec4<f32>(step_m, 0.0, 0.0), depth);
+#endif
+#else
+#ifdef LOCAL_COLOR
+    return Drawn(tree.id, seen, form, color, depth);
 #else
     return Drawn(tree.id, seen, form, depth);
 #endif
+#endif
 }
 
-// The texel of a picture at a place of its space.
-fn look(middle_px: vec2<f32>, frame_px: f32, p: vec2<f32>) -> vec4<f32> {
+// Where a place of a picture's space is in it.
+fn texel_at(middle_px: vec2<f32>, frame_px: f32, p: vec2<f32>) -> vec2<i32> {
     let half_px = 0.5 * frame_px;
     let within = clamp(vec2<f32>(p.x, -p.y) * half_px, vec2<f32>(-half_px), vec2<f32>(half_px - 0.01));
-    return textureLoad(tree_pictures, vec2<i32>(floor(middle_px + within)), 0);
+    return vec2<i32>(floor(middle_px + within));
+}
+
+fn look(middle_px: vec2<f32>, frame_px: f32, p: vec2<f32>) -> vec4<f32> {
+    return textureLoad(tree_pictures, texel_at(middle_px, frame_px, p), 0);
 }

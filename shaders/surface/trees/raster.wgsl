@@ -26,6 +26,10 @@ struct TreeVertex {
 @group(0) @binding(5) var<uniform> wind: Wind;
 @group(0) @binding(6) var<storage, read> tree_sways: array<Sway>;
 #endif
+#ifdef LOCAL_COLOR
+// Of each vertex: see hachure::local_color. Those of a triangle are the same.
+@group(0) @binding(7) var<storage, read> tree_colors: array<u32>;
+#endif
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -35,6 +39,9 @@ struct Vertex {
     @location(2) own: vec3<f32>,
 #ifdef WIND
     @location(3) step_m: vec3<f32>,
+#endif
+#ifdef LOCAL_COLOR
+    @location(4) @interpolate(flat) color: u32,
 #endif
 }
 
@@ -61,15 +68,29 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let from_foot_m = place_on_tree(tree, own.at.xyz);
     let moved = moved_by_wind(wind, view.focal_px, tree, tree_sways[number], own.at, from_foot_m);
     let at_m = bend(tree.flat_m + from_foot_m + moved[0]);
-    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal, own.at.xyz, moved[1] - moved[0]);
 #else
     let at_m = bend(tree.flat_m + place_on_tree(tree, own.at.xyz));
-    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, normal, own.at.xyz);
 #endif
+    var out: Vertex;
+    out.clip = view.clip_from_camera * vec4<f32>(at_m, 1.0);
+    out.number = number;
+    out.normal = normal;
+    out.own = own.at.xyz;
+#ifdef WIND
+    out.step_m = moved[1] - moved[0];
+#endif
+#ifdef LOCAL_COLOR
+    out.color = tree_colors[index];
+#endif
+    return out;
 }
 
+#ifdef LOCAL_COLOR
+fn drawn(in: Vertex, is_front: bool) -> Drawn {
+#else
 @fragment
 fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
+#endif
     let tree = tree_instances[in.number];
     // An eye within a crown looks out of it.
     let along_m = view.near_m / in.clip.z;
@@ -85,3 +106,28 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
     return Drawn(tree.id, seen, form);
 #endif
 }
+
+#ifdef LOCAL_COLOR
+// The same, and the colour.
+struct Colored {
+    @location(0) id: u32,
+    @location(1) normal: vec4<f32>,
+    @location(2) form: vec4<f32>,
+#ifdef WIND
+    @location(3) step_m: vec4<f32>,
+    @location(4) color: u32,
+#else
+    @location(3) color: u32,
+#endif
+}
+
+@fragment
+fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Colored {
+    let all = drawn(in, is_front);
+#ifdef WIND
+    return Colored(all.id, all.normal, all.form, all.step_m, in.color);
+#else
+    return Colored(all.id, all.normal, all.form, in.color);
+#endif
+}
+#endif

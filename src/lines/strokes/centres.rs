@@ -13,7 +13,7 @@ const DRAW: Draw = Draw {
     name: "lines/strokes/centres",
     definitions: &[],
     fragment: "fragment",
-    colors: [replaced(wgpu::TextureFormat::R32Uint), None, None, None],
+    colors: [replaced(wgpu::TextureFormat::R32Uint), None, None, None, None],
     depth: None,
     writes_depth: false,
     topology: wgpu::PrimitiveTopology::TriangleList,

@@ -20,7 +20,7 @@ const DRAW: Draw = Draw {
     name: "lines/strokes/id_image",
     definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None, None, None],
+    colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::LineList,

@@ -34,6 +34,7 @@ const SOLID: Draw = Draw {
         replaced(wgpu::TextureFormat::R32Uint),
         None,
         None,
+        None,
     ],
     depth: None,
     writes_depth: false,

@@ -15,7 +15,7 @@ const SOLID: Draw = Draw {
     name: "surface/land/raster",
     definitions: &[],
     fragment: "solid",
-    colors: [replaced(ID_FORMAT), None, None, None],
+    colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,

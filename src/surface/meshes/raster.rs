@@ -11,7 +11,7 @@ const DRAW: Draw = Draw {
     name: "surface/meshes/raster",
     definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), None, None, None],
+    colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,

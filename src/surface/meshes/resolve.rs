@@ -1,9 +1,21 @@
 //! Position and normal of the meshes, over those of the land. See `shaders/surface/meshes/resolve.wgsl`.
 
+use std::convert::Infallible;
+use std::sync::Arc;
+
 use super::DrawnMeshes;
+use super::instances::levels_of;
 use crate::gpu::bind::Resource;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
+use crate::mesh::placed::Placed;
+use crate::mesh::{Material, Mesh};
+use crate::surface::local_color;
+
+/// Of each triangle of the meshes themselves.
+const COLORS: BufferKind = BufferKind::storage("mesh colors");
 
 /// What the pass reads and where it writes.
 pub struct Inputs<'a> {
@@ -19,9 +31,31 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Of the surface.
     pub normal: &'a Target,
+    /// [`LOCAL_COLOR`](local_color::LOCAL_COLOR), in a style that asks for it.
+    pub local_color: Option<&'a Target>,
 }
 
-/// Writes `position` and `normal` where a mesh is seen.
+/// The hues of all triangles of a world's meshes.
+struct MeshColors {
+    placed: Arc<Placed>,
+    colors: Buffer,
+}
+
+/// In the order of the triangles.
+fn colors_of(placed: &Placed) -> Vec<u32> {
+    let of_mesh = |mesh: &Mesh| {
+        let colors: Vec<u32> = mesh.materials.iter().map(color_of).collect();
+        mesh.triangles.iter().map(move |triangle| colors[usize::from(triangle.material)]).collect::<Vec<_>>()
+    };
+    let levels = (0..placed.meshes.len()).flat_map(|mesh| levels_of(placed, mesh));
+    levels.flat_map(|level| of_mesh(level.mesh)).collect()
+}
+
+fn color_of(material: &Material) -> u32 {
+    if material.color == Material::PLAIN_COLOR { local_color::NONE } else { local_color::packed(material.color) }
+}
+
+/// Writes `position` and `normal` where a mesh is seen, and `local_color` if it is there.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
@@ -31,5 +65,20 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
     ];
     resources.extend(inputs.meshes.resources());
-    cx.pixels("surface/meshes/resolve", inputs.position.size_px(), &resources);
+    let mut definitions: &[&str] = &[];
+    if let Some(local_color) = inputs.local_color {
+        let placed = &inputs.meshes.meshes.placed;
+        let made = cx.kept(
+            |known: &MeshColors| Arc::ptr_eq(&known.placed, placed),
+            |gpu| {
+                let colors = Buffer::with(gpu, &COLORS, &colors_of(placed));
+                Ok::<_, Infallible>(MeshColors { placed: Arc::clone(placed), colors })
+            },
+        );
+        let Ok(made) = made;
+        resources.extend([("mesh_colors", made.colors.binding()), ("local_color", local_color.into())]);
+        definitions = &["LOCAL_COLOR"];
+    }
+    let pass = Compute { name: "surface/meshes/resolve", definitions };
+    cx.pixels(pass, inputs.position.size_px(), &resources);
 }

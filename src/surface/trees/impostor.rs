@@ -1,6 +1,6 @@
 //! Draws the trees in view that are drawn from pictures, and the pieces of canopy. See `shaders/surface/trees/impostor.wgsl`.
 
-use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT, SWAYING_COLORS, SWAYING_DEFINITIONS};
+use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT};
 use super::sway::Swaying;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
@@ -15,17 +15,16 @@ const STANDING: Draw = Draw {
     name: "surface/trees/impostor",
     definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None],
+    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
-const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, colors: SWAYING_COLORS, ..STANDING };
 
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, species, swaying, .. } = inputs;
-    let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
+    let draw = &inputs.variant(STANDING);
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in trees.shared.species.iter().enumerate() {
         for (level, pictures) in [(IMPOSTOR, &model.alone), (CANOPY, &model.canopy)] {
@@ -39,6 +38,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
                 ("tree_pictures", Resource::Texture("tree pictures", pictures.view.clone())),
             ];
             resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+            let colors = inputs.colored.map(|colored| colored.colors.species[number].of_pictures(level == CANOPY));
+            resources.extend(colors.into_iter().flatten());
             drawings.push((bucket, cx.drawing(draw, &resources)));
         }
     }

@@ -7,6 +7,7 @@
 //! is read back: draws are indirect. Where wind blows, [`sway`] tells how each bends, and those who draw them also how far
 //! what they draw has moved.
 
+pub mod colors;
 pub mod edges;
 pub mod impostor;
 pub mod marks;

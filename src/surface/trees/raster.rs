@@ -1,6 +1,7 @@
 //! Draws the trees in view that are meshes: depth, surface id and normal. See `shaders/surface/trees/raster.wgsl`.
 
 use super::DrawnTrees;
+use super::colors::Colored;
 use super::sway::{STEP_FORMAT, Swaying};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Draw, replaced};
@@ -8,6 +9,7 @@ use crate::gpu::recorder::{Attachments, Clears, Cx, Drawing};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::shared::trees::{MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
+use crate::surface::local_color::LOCAL_COLOR_FORMAT;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -25,17 +27,13 @@ const STANDING: Draw = Draw {
     name: "surface/trees/raster",
     definitions: &[],
     fragment: "fragment",
-    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None],
+    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
-const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, colors: SWAYING_COLORS, ..STANDING };
-
 /// Of trees in wind.
 pub(super) const SWAYING_DEFINITIONS: &[&str] = &["WIND"];
-pub(super) const SWAYING_COLORS: [Option<wgpu::ColorTargetState>; 4] =
-    [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), replaced(STEP_FORMAT)];
 
 /// What the passes that draw trees read and where they write.
 pub struct Inputs<'a> {
@@ -47,6 +45,8 @@ pub struct Inputs<'a> {
     pub trees: &'a DrawnTrees,
     /// How they sway, if wind blows.
     pub swaying: Option<&'a Swaying>,
+    /// Their own colours, if the style asks for them.
+    pub colored: Option<&'a Colored>,
     /// As [`super::place`] reads them.
     pub species: &'a Resource,
     /// [`DEPTH`](crate::surface::DEPTH).
@@ -60,11 +60,30 @@ pub struct Inputs<'a> {
 }
 
 impl Inputs<'_> {
+    /// The variant of a pass that draws them, from that of trees which stand still and have no colours.
+    pub(super) fn variant(&self, standing: Draw) -> Draw {
+        let [id, normal, form, ..] = standing.colors.clone();
+        let (step, color) = (replaced(STEP_FORMAT), replaced(LOCAL_COLOR_FORMAT));
+        match (self.swaying.is_some(), self.colored.is_some()) {
+            (false, false) => standing,
+            (true, false) => {
+                Draw { definitions: SWAYING_DEFINITIONS, colors: [id, normal, form, step, None], ..standing }
+            }
+            (false, true) => {
+                Draw { definitions: &["LOCAL_COLOR"], colors: [id, normal, form, color, None], ..standing }
+            }
+            (true, true) => {
+                Draw { definitions: &["LOCAL_COLOR", "WIND"], colors: [id, normal, form, step, color], ..standing }
+            }
+        }
+    }
+
     /// Draws lists of trees, each by its species and level, over what is there.
     pub(super) fn draw(&self, cx: &mut Cx<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
         let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
         let mut colors = vec![self.surface_id, self.tree_normal, self.tree_form];
         colors.extend(self.swaying.map(|swaying| &swaying.step));
+        colors.extend(self.colored.map(|colored| &colored.local_color));
         let on = Attachments { colors: &colors, depth: Some(self.depth), clears: Clears::Nothing };
         cx.render(name, &all, on, |pass| {
             for (bucket, drawing) in drawings {
@@ -78,7 +97,7 @@ impl Inputs<'_> {
 /// Draws them.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, swaying, species, .. } = inputs;
-    let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
+    let draw = &inputs.variant(STANDING);
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in trees.shared.species.iter().enumerate() {
         for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle)] {
@@ -92,6 +111,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
                 ("tree_vertices", mesh.vertices.binding()),
             ];
             resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+            resources.extend(inputs.colored.map(|colored| {
+                let colors = &colored.colors.species[number];
+                ("tree_colors", if level == NEAR { colors.near.binding() } else { colors.middle.binding() })
+            }));
             drawings.push((bucket, cx.drawing(draw, &resources)));
         }
     }

@@ -36,6 +36,7 @@ const STANDING: Draw = Draw {
         None,
         None,
         None,
+        None,
     ],
     depth: Some(DEPTH_FORMAT),
     writes_depth: false,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::edges::EdgesOfSpecies;
 use super::place::TreePoint;
 use super::raster::TreeVertex;
+use crate::forest::colors::paint_of;
 use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner};
 use crate::forest::model::{TreeCorner, TreeModel};
 use crate::forest::points::Points;
@@ -25,6 +26,8 @@ const CANOPY_PX: u32 = 40;
 pub(super) struct TreeMesh {
     pub vertices: Buffer,
     pub count: u32,
+    /// Of each vertex, the number of its colour.
+    pub paints: Vec<u8>,
 }
 
 /// A species as it is drawn.
@@ -45,6 +48,9 @@ pub(super) struct TreePictures {
     pub radius: f32,
     /// Radius, bottom and top of the upright cylinder that holds the tree.
     pub cylinder: [f32; 4],
+    /// As [`Impostor::paints`], and the side of a picture.
+    pub paints: Vec<u8>,
+    pub frame_px: u32,
 }
 
 /// What the trees of a species look like.
@@ -124,7 +130,8 @@ impl TreeMesh {
             normal: corner.normal.as_vec3().extend(corner.lightness as f32).to_array(),
         };
         let vertices: Vec<TreeVertex> = corners.iter().map(vertex).collect();
-        Self { vertices: Buffer::with(gpu, &VERTICES, &vertices), count: vertices.len() as u32 }
+        let paints = corners.iter().map(|corner| corner.paint).collect();
+        Self { vertices: Buffer::with(gpu, &VERTICES, &vertices), count: vertices.len() as u32, paints }
     }
 }
 
@@ -139,14 +146,14 @@ fn toned(grown: Grown, corner: &Corner) -> TreeCorner {
         (Grown::Snag, _) => 0.75,
         (Grown::Conifer | Grown::Broadleaf, Part::Bark) => 0.45,
     };
-    TreeCorner { at, normal, lightness, sway }
+    TreeCorner { at, normal, lightness, paint: paint_of(part), sway }
 }
 
 impl TreePictures {
     fn new(gpu: &Gpu, corners: &[TreeCorner], frame_px: u32) -> Self {
         let pictured = |corner: &TreeCorner| {
-            let TreeCorner { at, normal, lightness, .. } = *corner;
-            ImpostorCorner { at, normal, lightness }
+            let TreeCorner { at, normal, lightness, paint, .. } = *corner;
+            ImpostorCorner { at, normal, lightness, paint }
         };
         let impostor = Impostor::take(&corners.iter().map(pictured).collect::<Vec<_>>(), frame_px);
         let middle = impostor.middle.as_vec3().to_array();
@@ -157,7 +164,8 @@ impl TreePictures {
         // As wide as a texel more, for what it shows is as wide.
         let more = 2.0 * impostor.radius / f64::from(frame_px);
         let cylinder = [reach + more, low - more, high + more, 0.0].map(|along| along as f32);
-        Self { view: texture(gpu, &impostor), middle, radius: impostor.radius as f32, cylinder }
+        let (view, radius) = (texture(gpu, &impostor), impostor.radius as f32);
+        Self { view, middle, radius, cylinder, frame_px, paints: impostor.paints }
     }
 }
 

@@ -1,0 +1,120 @@
+//! The own colours of trees on the GPU, for frames whose style asks for them.
+//!
+//! Trees are what they are in any style: corners and pictures number a palette ([`crate::forest::colors`]). What is here
+//! is made when a style asks for colours, and goes with it.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use super::DrawnTrees;
+use super::shared::{Look, Shared, SpeciesModel, TreeMesh, TreePictures};
+use crate::forest::colors::{of_grown, of_model};
+use crate::forest::impostor::FRAMES;
+use crate::gpu::Gpu;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::scene::Forest;
+use crate::surface::local_color::packed;
+
+/// Of each vertex of a mesh.
+const VERTEX_COLORS: BufferKind = BufferKind::storage("tree colors");
+/// Of a species.
+const PALETTE: BufferKind = BufferKind::storage("tree palette");
+const PAINTS: &str = "tree paints";
+
+/// The colours of the species of a forest.
+pub struct TreeColors {
+    shared: Arc<Shared>,
+    palettes: Vec<Vec<u32>>,
+    pub(super) species: Vec<SpeciesColors>,
+}
+
+/// Those of a species.
+pub(super) struct SpeciesColors {
+    pub near: Buffer,
+    pub middle: Buffer,
+    /// Of its pictures: numbers of the palette.
+    alone: wgpu::TextureView,
+    canopy: wgpu::TextureView,
+    palette: Buffer,
+}
+
+/// Trees with their own colours, for the passes that draw them.
+pub struct Colored {
+    pub(super) colors: Arc<TreeColors>,
+    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR).
+    pub local_color: Target,
+}
+
+impl Colored {
+    /// Of the trees of a forest.
+    pub fn of(cx: &mut Cx<'_>, forest: &Forest, trees: &DrawnTrees, local_color: Target) -> Self {
+        let shared = &trees.shared;
+        let palettes: Vec<Vec<u32>> = shared
+            .looks
+            .iter()
+            .zip(&forest.species)
+            .map(|(look, species)| {
+                let palette = match look {
+                    Look::Grown(grown) => of_grown(*grown, species),
+                    Look::Model(model) => of_model(model, species),
+                };
+                palette.into_iter().map(packed).collect()
+            })
+            .collect();
+        let made = cx.kept(
+            |known: &TreeColors| Arc::ptr_eq(&known.shared, shared) && known.palettes == palettes,
+            |gpu| {
+                let species = shared.species.iter().zip(&palettes);
+                let species = species.map(|(model, palette)| SpeciesColors::new(gpu, model, palette)).collect();
+                let (shared, palettes) = (Arc::clone(shared), palettes.clone());
+                Ok::<_, Infallible>(TreeColors { shared, palettes, species })
+            },
+        );
+        let Ok(colors) = made;
+        Self { colors, local_color }
+    }
+}
+
+impl SpeciesColors {
+    fn new(gpu: &Gpu, model: &SpeciesModel, palette: &[u32]) -> Self {
+        let of_mesh = |mesh: &TreeMesh| {
+            let colors: Vec<u32> = mesh.paints.iter().map(|paint| palette[usize::from(*paint)]).collect();
+            Buffer::with(gpu, &VERTEX_COLORS, &colors)
+        };
+        Self {
+            near: of_mesh(&model.near),
+            middle: of_mesh(&model.middle),
+            alone: paints(gpu, &model.alone),
+            canopy: paints(gpu, &model.canopy),
+            palette: Buffer::with(gpu, &PALETTE, palette),
+        }
+    }
+
+    /// As the shader of impostors reads them, of trees or of pieces of canopy.
+    pub fn of_pictures(&self, is_canopy: bool) -> [Named; 2] {
+        let paints = if is_canopy { &self.canopy } else { &self.alone };
+        [("tree_paints", Resource::Texture(PAINTS, paints.clone())), ("tree_palette", self.palette.binding())]
+    }
+}
+
+fn paints(gpu: &Gpu, pictures: &TreePictures) -> wgpu::TextureView {
+    gpu.count_object();
+    let side = FRAMES * pictures.frame_px;
+    let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(PAINTS),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R8Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side), rows_per_image: None };
+    gpu.queue.write_texture(texture.as_image_copy(), &pictures.paints, layout, size);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
