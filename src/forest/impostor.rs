@@ -146,7 +146,8 @@ impl Level {
 
 /// By what coverage is scaled so that half of it bounds as many texels as are covered in all.
 fn scale_of(pictures: &[Vec<Texel>]) -> f64 {
-    let mut covered: Vec<f64> = pictures.iter().flatten().map(|texel| texel.covered).filter(|part| *part > 0.0).collect();
+    let mut covered: Vec<f64> =
+        pictures.iter().flatten().map(|texel| texel.covered).filter(|part| *part > 0.0).collect();
     let area = covered.iter().sum::<f64>().round() as usize;
     if area == 0 {
         return 1.0;
@@ -178,12 +179,7 @@ fn halved(picture: &[Texel], px: usize) -> Vec<Texel> {
 }
 
 /// A side's picture: what is nearest at the middle of each texel.
-fn picture(
-    corners: &[ImpostorCorner],
-    (middle, radius): (DVec3, f64),
-    frame_px: u32,
-    direction: DVec3,
-) -> Vec<Texel> {
+fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px: u32, direction: DVec3) -> Vec<Texel> {
     let [right, up] = axes(direction);
     let half = 0.5 * f64::from(frame_px);
     let px = frame_px as usize;
