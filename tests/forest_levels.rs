@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
 use hachure::gpu::readback::read;
 use hachure::scene::forest::Form;
-use hachure::scene::view::Pose;
+use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::surface::trees::place::{FULL_PX, IMPOSTOR_PX};
 use hachure::surface::trees::raster::TREE_NORMAL;
@@ -177,11 +177,13 @@ fn pictured(
     pose: Pose,
     detail: f64,
     size_px: [u32; 2],
+    jitter_px: DVec2,
 ) -> (Vec<u32>, Vec<DVec3>, Vec<DrawnTree>) {
     world.surfaces.set_tree_detail(detail);
     let style = Style::load("plain").unwrap();
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, size_px), &style, &NOON);
+        let view = View { jitter_px, ..still(pose, size_px) };
+        draw(&world.gpu, &mut world.surfaces, frame, &view, &style, &NOON);
     }
     let target = frame.target(&SURFACE_ID).unwrap();
     let ids = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
@@ -223,6 +225,37 @@ fn agreement(id: u32, a: (&[u32], &[DVec3]), b: (&[u32], &[DVec3]), turn_rad: f6
     }
 }
 
+/// Of the pixels of a tree in two pictures, the share that has one of the other picture's beside it or at its place, when
+/// the second picture is moved aside. Half a pixel beside is elsewhere for a branch that is a pixel wide: intersection over
+/// union then falls by a third though no eye sees a difference, and this does not.
+fn within_a_pixel(id: u32, a: &[u32], b: &[u32], size_px: [u32; 2], aside_px: i64) -> f64 {
+    let [width, height] = size_px.map(i64::from);
+    let is_in = |ids: &[u32], x: i64, y: i64| {
+        (0..width).contains(&x) && (0..height).contains(&y) && ids[(y * width + x) as usize] == id
+    };
+    let (mut held, mut all) = (0_u32, 0_u32);
+    for (from, to, aside_px) in [(a, b, -aside_px), (b, a, aside_px)] {
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).filter(|(x, y)| is_in(from, *x, *y)) {
+            all += 1;
+            let mut around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + aside_px + dx, y + dy)));
+            held += u32::from(around.any(|(x, y)| is_in(to, x, y)));
+        }
+    }
+    f64::from(held) / f64::from(all.max(1))
+}
+
+/// How well an impostor stands for its mesh.
+struct Likeness {
+    impostor: Agreement,
+    /// With the impostor turned by 10°.
+    turned_deg: f64,
+    /// [`within_a_pixel`], and the same with the impostor four pixels aside.
+    near: f64,
+    aside: f64,
+    /// Of the mesh with itself, half a pixel beside: what no picture of it can be better than.
+    beside: f64,
+}
+
 /// Whether a tree touches neither another one nor the picture's border.
 fn stands_clear(own: u32, ids: &[u32], size_px: [u32; 2]) -> bool {
     let [width, height] = size_px.map(|side| side as usize);
@@ -244,10 +277,12 @@ fn impostors_look_like_their_meshes() {
     let Some(mut world) = plain() else { return };
     let height_m = 20.0;
     let mut frame = Frame::new(&world.gpu).unwrap();
-    // The thin branches of dead trees are a pixel wide: by half a pixel beside, half of them is elsewhere.
-    for (form, least) in [(Form::Conifer, 0.9), (Form::Broadleaf, 0.95), (Form::Birch, 0.9), (Form::Snag, 0.7)] {
+    // Where the branches of a dead tree are a pixel wide even its mesh agrees with itself half a pixel beside as little.
+    let forms =
+        [(Form::Conifer, 0.92, 7.0), (Form::Broadleaf, 0.96, 7.0), (Form::Birch, 0.92, 7.0), (Form::Snag, 0.68, 10.0)];
+    for (form, least, most_deg) in forms {
         world.surfaces.set_forest(Some(of(form, 12.0, height_m)));
-        let mut all: Vec<(Agreement, f64)> = Vec::new();
+        let mut all: Vec<Likeness> = Vec::new();
         for i in 0..60 {
             if all.len() >= VIEWS {
                 break;
@@ -259,8 +294,11 @@ fn impostors_look_like_their_meshes() {
             let up_m = away_m * -pitch_deg.to_radians().sin();
             let camera = format!("{},{},{up_m},{yaw_deg},{pitch_deg},40", 900.0 * random(i, 3), 900.0 * random(i, 4));
             let pose = world.pose(&camera);
-            let (mesh_ids, mesh_normals, _) = pictured(&mut world, &mut frame, pose, 4.0, PICTURE_PX);
-            let (ids, normals, trees) = pictured(&mut world, &mut frame, pose, 0.8, PICTURE_PX);
+            let mut seen =
+                |detail: f64, jitter_px| pictured(&mut world, &mut frame, pose, detail, PICTURE_PX, jitter_px);
+            let (beside_ids, beside_normals, _) = seen(4.0, DVec2::splat(0.5));
+            let (mesh_ids, mesh_normals, _) = seen(4.0, DVec2::ZERO);
+            let (ids, normals, trees) = seen(0.8, DVec2::ZERO);
             for tree in trees.iter().filter(|tree| tree.level == IMPOSTOR && tree.shown == [0.0, 1.0]) {
                 let own = tree.instance.id;
                 let size_px = f64::from(tree.instance.height_m) * still(pose, PICTURE_PX).focal_px()
@@ -273,25 +311,33 @@ fn impostors_look_like_their_meshes() {
                 if !ids.contains(&own) {
                     continue;
                 }
-                let planted = agreement(own, mesh, (&ids, &normals), 10.0_f64.to_radians()).of_means_deg;
-                all.push((agreement(own, mesh, (&ids, &normals), 0.0), planted));
+                all.push(Likeness {
+                    impostor: agreement(own, mesh, (&ids, &normals), 0.0),
+                    turned_deg: agreement(own, mesh, (&ids, &normals), 10.0_f64.to_radians()).of_means_deg,
+                    near: within_a_pixel(own, &mesh_ids, &ids, PICTURE_PX, 0),
+                    aside: within_a_pixel(own, &mesh_ids, &ids, PICTURE_PX, 4),
+                    beside: agreement(own, mesh, (&beside_ids, &beside_normals), 0.0).overlap,
+                });
             }
         }
-        let mean = |of: &dyn Fn(&(Agreement, f64)) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
-        let overlap = mean(&|each| each.0.overlap);
-        let of_means_deg = mean(&|each| each.0.of_means_deg);
-        let planted_deg = mean(&|each| each.1);
-        let mut overlaps: Vec<f64> = all.iter().map(|each| each.0.overlap).collect();
+        let mean = |of: &dyn Fn(&Likeness) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+        let overlap = mean(&|each| each.impostor.overlap);
+        let of_means_deg = mean(&|each| each.impostor.of_means_deg);
+        let turned_deg = mean(&|each| each.turned_deg);
+        let [near, aside] = [mean(&|each| each.near), mean(&|each| each.aside)];
+        let mut overlaps: Vec<f64> = all.iter().map(|each| each.impostor.overlap).collect();
         println!(
-            "{form:?}, {} views: overlap {overlap:.3}, of one in twenty under {:.3}; mean normals {of_means_deg:.1}° apart, \
-             turned by 10° {planted_deg:.1}°; normals of pixels {:.1}° apart",
+            "{form:?}, {} views: overlap {overlap:.3}, of one in twenty under {:.3}, of the mesh half a pixel beside {:.3}; \
+             within a pixel {near:.3}, four pixels aside {aside:.3}; mean normals {of_means_deg:.1}° apart, turned by 10° \
+             {turned_deg:.1}°; normals of pixels {:.1}° apart",
             all.len(),
             quantile(&mut overlaps, 0.05),
-            mean(&|each| each.0.of_pixels_deg),
+            mean(&|each| each.beside),
+            mean(&|each| each.impostor.of_pixels_deg),
         );
-        assert!(all.len() >= VIEWS && overlap > least && of_means_deg < 7.0);
-        // Planted: an impostor that is turned.
-        assert!(planted_deg > of_means_deg + 1.0);
+        assert!(all.len() >= VIEWS && overlap > least && of_means_deg < most_deg && near > 0.93);
+        // Planted: an impostor that is turned, and one that stands aside.
+        assert!(turned_deg > of_means_deg + 1.0 && aside < near - 0.03);
     }
 }
 

@@ -4,7 +4,7 @@
 #import hachure::trees::TreeInstance
 
 // Along each side of the map of pictures.
-const FRAMES: f32 = 12.0;
+const FRAMES: f32 = 24.0;
 
 // From the tree's turn and width into its own.
 fn back_of(tree: TreeInstance) -> mat2x2<f32> {

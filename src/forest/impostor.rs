@@ -8,6 +8,13 @@
 //! from nearest to it (`shaders/surface/trees/impostor.wgsl`), so it has the depth of the mesh there, and lines, marks
 //! and both eyes see it as they see a mesh. Pictures are taken when a forest is first drawn, in f64, and are the same on
 //! every machine.
+//!
+//! A tree of ten pixels that looked up single texels of a picture of a hundred would show other leaves whenever it moves
+//! by a part of a pixel, and its outline and lines would flicker. So there are coarser [levels](Level), each the mean of
+//! the texels of the one before, of which one that fits the pixels is read, smoothly. What of a texel is covered is
+//! counted with it: a place is in the tree where half of it is. Thin branches cover half of no texel; so coverage is
+//! scaled until as many texels of a level are covered by half as the tree covers in truth (Castaño 2010, "Computing Alpha
+//! Mipmaps").
 
 use glam::{DVec2, DVec3};
 use half::f16;
@@ -38,11 +45,38 @@ pub struct Impostor {
     pub middle: DVec3,
     /// Of its sphere.
     pub radius: f64,
-    /// Row by row, [`FRAMES`] × [`Impostor::frame_px`] in each: the normal in octahedral coordinates, how far toward the eye (by
-    /// the radius, −1 to 1), and the lightness; 0 is where nothing is seen.
+    /// From the finest on, each with half as many texels along a side as the one before.
+    pub levels: Vec<Level>,
+}
+
+/// The pictures at one size. Row by row, [`FRAMES`] × [`Level::frame_px`] in each.
+pub struct Level {
+    /// The side of a picture.
+    pub frame_px: u32,
+    /// The normal in octahedral coordinates, how far toward the eye (by the radius, −1 to 1), and the lightness, which is
+    /// negative where less than half is covered; 0 is where nothing is seen.
     pub texels: Vec<[f16; 4]>,
-    /// For each texel, which colour of its palette it has; where nothing is seen it means nothing.
+    /// How far toward the eye, times what is covered; and what is covered, scaled so that half of it is the outline.
+    pub outlines: Vec<[f16; 2]>,
+    /// Which colour of its palette a texel has; where nothing is seen, what a coarser level shows there.
     pub paints: Vec<u8>,
+}
+
+/// Pictures are not halved below this.
+const SMALLEST_PX: u32 = 5;
+/// Scaled by more than this the few texels that a thin tree covers would be spots.
+const MOST_SCALE: f64 = 4.0;
+
+/// What a texel shows, in the mean of what is covered.
+#[derive(Clone, Copy, Default)]
+struct Texel {
+    normal: DVec3,
+    toward: f64,
+    lightness: f64,
+    /// The part of it, 0 to 1.
+    covered: f64,
+    /// Of what covers most of it.
+    paint: u8,
 }
 
 /// Toward the eye that a side was taken from.
@@ -78,29 +112,104 @@ impl Impostor {
         // A texel is free all around.
         let radius = farthest * f64::from(frame_px) / f64::from(frame_px - 2);
         let frames = (0..FRAMES * FRAMES).into_par_iter();
-        let pictures: Vec<Vec<Texel>> = frames
-            .map(|frame| picture(corners, (middle, radius), frame_px, direction([frame % FRAMES, frame / FRAMES])))
+        let mut pictures: Vec<Vec<Texel>> = frames
+            .map(|frame| picture(corners, (middle, radius), 2 * frame_px, direction([frame % FRAMES, frame / FRAMES])))
             .collect();
-        let side = (FRAMES * frame_px) as usize;
-        let (frames, px) = (FRAMES as usize, frame_px as usize);
-        let texel = |at: usize| {
-            let (x, y) = (at % side, at / side);
-            pictures[y / px * frames + x / px][y % px * px + x % px]
-        };
-        let (texels, paints) = (0..side * side).map(texel).unzip();
-        Self { frame_px, middle, radius, texels, paints }
+        let (mut levels, mut level_px) = (Vec::new(), 2 * frame_px);
+        while level_px.is_multiple_of(2) && level_px / 2 >= SMALLEST_PX.min(frame_px) {
+            pictures = pictures.par_iter().map(|picture| halved(picture, level_px as usize)).collect();
+            level_px /= 2;
+            levels.push(Level::of(&pictures, level_px));
+        }
+        fill_paints(&mut levels);
+        Self { frame_px, middle, radius, levels }
     }
 }
 
-/// As [`Impostor::texels`] and [`Impostor::paints`].
-type Texel = ([f16; 4], u8);
+impl Level {
+    fn of(pictures: &[Vec<Texel>], frame_px: u32) -> Self {
+        let scale = scale_of(pictures);
+        let side = (FRAMES * frame_px) as usize;
+        let (frames, px) = (FRAMES as usize, frame_px as usize);
+        let at = |number: usize| {
+            let (x, y) = (number % side, number / side);
+            &pictures[y / px * frames + x / px][y % px * px + x % px]
+        };
+        let covered = |texel: &Texel| (scale * texel.covered).min(1.0);
+        let packed = |texel: &Texel| {
+            if texel.covered <= 0.0 {
+                return [f16::ZERO; 4];
+            }
+            let normal = octahedral(texel.normal.normalize_or(DVec3::Z));
+            let lightness = texel.lightness.max(1e-3) * if covered(texel) >= 0.5 { 1.0 } else { -1.0 };
+            [normal.x, normal.y, texel.toward, lightness].map(f16::from_f64)
+        };
+        let outline = |texel: &Texel| [texel.toward * covered(texel), covered(texel)].map(f16::from_f64);
+        let texels = (0..side * side).into_par_iter().map(|number| packed(at(number))).collect();
+        let paints = (0..side * side).into_par_iter().map(|number| at(number).paint).collect();
+        let outlines = (0..side * side).into_par_iter().map(|number| outline(at(number))).collect();
+        Self { frame_px, texels, outlines, paints }
+    }
+}
+
+/// Where nothing is seen, paints are those of the next coarser level: outlines are read between texels.
+fn fill_paints(levels: &mut [Level]) {
+    for finer in (0..levels.len().saturating_sub(1)).rev() {
+        let (own, coarser) = levels.split_at_mut(finer + 1);
+        let (Some(level), Some(coarser)) = (own.last_mut(), coarser.first()) else { return };
+        let side = (FRAMES * level.frame_px) as usize;
+        for (number, (paint, texel)) in level.paints.iter_mut().zip(&level.texels).enumerate() {
+            if texel[3] == f16::ZERO {
+                *paint = coarser.paints[number / side / 2 * (side / 2) + number % side / 2];
+            }
+        }
+    }
+}
+
+/// By what coverage is scaled so that half of it bounds as many texels as are covered in all.
+fn scale_of(pictures: &[Vec<Texel>]) -> f64 {
+    let mut covered: Vec<f64> =
+        pictures.iter().flatten().map(|texel| texel.covered).filter(|part| *part > 0.0).collect();
+    let area = covered.iter().sum::<f64>().round() as usize;
+    if area == 0 {
+        return 1.0;
+    }
+    covered.sort_by(|a, b| b.total_cmp(a));
+    let least = covered[(area - 1).min(covered.len() - 1)];
+    (0.5 / least).clamp(1.0, MOST_SCALE)
+}
+
+/// A picture with half as many texels along a side.
+fn halved(picture: &[Texel], px: usize) -> Vec<Texel> {
+    let half = px / 2;
+    let mean = |number: usize| {
+        let first = number / half * 2 * px + number % half * 2;
+        let four = [0, 1, px, px + 1].map(|beside| &picture[first + beside]);
+        let covered: f64 = four.iter().map(|texel| texel.covered).sum();
+        if covered <= 0.0 {
+            return Texel::default();
+        }
+        let share = |texel: &Texel| texel.covered / covered;
+        Texel {
+            normal: four.iter().map(|texel| texel.normal * share(texel)).sum(),
+            toward: four.iter().map(|texel| texel.toward * share(texel)).sum(),
+            lightness: four.iter().map(|texel| texel.lightness * share(texel)).sum(),
+            covered: 0.25 * covered,
+            paint: four
+                .iter()
+                .fold(four[0], |most, texel| if texel.covered > most.covered { texel } else { most })
+                .paint,
+        }
+    };
+    (0..half * half).map(mean).collect()
+}
 
 /// A side's picture: what is nearest at the middle of each texel.
 fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px: u32, direction: DVec3) -> Vec<Texel> {
     let [right, up] = axes(direction);
     let half = 0.5 * f64::from(frame_px);
     let px = frame_px as usize;
-    let mut texels = vec![([f16::ZERO; 4], 0); px * px];
+    let mut texels = vec![Texel::default(); px * px];
     let mut nearest = vec![f64::NEG_INFINITY; px * px];
     for triangle in corners.chunks_exact(3) {
         let [a, b, c] = [0, 1, 2].map(|i| {
@@ -129,11 +238,15 @@ fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px:
                 let normal = triangle[0].normal * of_a + triangle[1].normal * of_b + triangle[2].normal * of_c;
                 // A sheet that is seen from behind.
                 let normal = if normal.dot(direction) < 0.0 && area > 0.0 { -normal } else { normal };
-                let packed = octahedral(normal.normalize_or(DVec3::Z));
                 let lightness =
                     triangle[0].lightness * of_a + triangle[1].lightness * of_b + triangle[2].lightness * of_c;
-                let texel = [packed.x, packed.y, toward, lightness.max(1e-3)].map(f16::from_f64);
-                texels[y * px + x] = (texel, triangle[0].paint);
+                texels[y * px + x] = Texel {
+                    normal: normal.normalize_or(DVec3::Z),
+                    toward,
+                    lightness,
+                    covered: 1.0,
+                    paint: triangle[0].paint,
+                };
             }
         }
     }
@@ -188,7 +301,7 @@ mod tests {
         let impostor = Impostor::take(&corners, FRAME_PX);
         let side = (FRAMES * FRAME_PX) as usize;
         let mut worst = [0.0_f64; 2];
-        for (number, texel) in impostor.texels.iter().enumerate() {
+        for (number, texel) in impostor.levels[0].texels.iter().enumerate() {
             let [x, y] = [number % side, number / side].map(|at| at as u32);
             let d = direction([x / FRAME_PX, y / FRAME_PX]);
             let [right, up] = axes(d);

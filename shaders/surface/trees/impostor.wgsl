@@ -3,7 +3,9 @@
 // The ray of a pixel is followed, in the space of the tree and as far as it runs within the tree's upright cylinder,
 // through the depths of the picture that was taken from nearest to the eye (src/forest/impostor.rs). Depths are told by a
 // single surface, so what the ray passes behind by more than a step and THICKNESS is not hit. The step that hits is
-// halved. A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and lies on land that is
+// halved. Of a picture the level is read whose texels are as large as pixels, between texels and between levels, and the
+// tree is where half is covered: read by single texels, its outline would jump whenever it moves by a part of a pixel.
+// A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and lies on land that is
 // not as flat, it stands as if it were somewhat nearer to the eye.
 //
 // In wind (WIND) a tree leans as its mesh does, so in the space where it stands upright a ray is a curve. What it leans in
@@ -23,8 +25,12 @@
 @group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
 @group(0) @binding(2) var<storage, read> tree_order: array<u32>;
 @group(0) @binding(3) var<storage, read> tree_species: array<Species>;
-// The normal on the octahedral map, how far toward the eye, lightness; 0 is where nothing is seen.
+// The normal on the octahedral map, how far toward the eye, lightness; negative where less than half is covered, and 0 is
+// where nothing is seen.
 @group(0) @binding(4) var tree_pictures: texture_2d<f32>;
+// How far toward the eye, times what is covered; and what is covered.
+@group(0) @binding(6) var tree_outlines: texture_2d<f32>;
+@group(0) @binding(7) var tree_outline_sampler: sampler;
 #ifdef WIND
 @group(0) @binding(5) var<storage, read> tree_sways: array<Sway>;
 #endif
@@ -42,6 +48,8 @@ struct Vertex {
     @location(2) at: vec3<f32>,
     // The picture.
     @location(3) @interpolate(flat) frame: vec2<f32>,
+    // How many pixels its sphere is wide.
+    @location(4) @interpolate(flat) wide_px: f32,
 }
 
 struct Drawn {
@@ -66,6 +74,14 @@ const CANOPY_STEPS: u32 = 8u;
 const HALVINGS: u32 = 4u;
 // By the sphere's radius.
 const THICKNESS: f32 = 0.04;
+const NOWHERE: f32 = 1e6;
+// The level is coarser by so much than that whose texels are as large as pixels, where a tree's sphere is as small as the
+// first of these, and not at all where it is as large as the second: the smaller a tree, the more its outline jumps.
+const COARSER: f32 = 1.2;
+const COARSER_PX: vec2<f32> = vec2<f32>(10.0, 44.0);
+// No tree is searched in steps that are shorter than this.
+const STEP_PX: f32 = 2.0;
+const LEAST_STEPS: u32 = 5u;
 
 // How much nearer a piece of canopy stands: by what it is wider than tall, and of its distance at most.
 const NEARER: f32 = 0.5;
@@ -142,7 +158,11 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
 #else
     let at_m = foot_m + place_on_tree(tree, own);
 #endif
-    return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number, eye, own, frame_near(toward));
+    let clip = view.clip_from_camera * vec4<f32>(at_m, 1.0);
+    // In the mean of both ways, for a piece of canopy is wider than tall. The corners are as far away as its middle.
+    let wide_m = 2.0 * sphere.w * sqrt(tree.width_m * tree.height_m);
+    let wide_px = wide_m * view.focal_px / max(clip.w, view.near_m);
+    return Vertex(clip, number, eye, own, frame_near(toward), wide_px);
 }
 
 @fragment
@@ -155,9 +175,8 @@ fn fragment(in: Vertex) -> Drawn {
     let origin = (in.eye - sphere.xyz) * axes / sphere.w;
     let ray = normalize((in.at - in.eye) * axes);
     let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
-    let first = (in.frame + 0.5) * frame_px;
     let is_canopy = (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY;
-    let steps = select(STEPS, CANOPY_STEPS, is_canopy);
+    let steps = clamp(u32(in.wide_px / STEP_PX), LEAST_STEPS, select(STEPS, CANOPY_STEPS, is_canopy));
     let species = tree_species[species_of(tree)];
     let cylinder = select(species.cylinder, species.canopy_cylinder, is_canopy);
     var around = cylinder;
@@ -175,8 +194,8 @@ fn fragment(in: Vertex) -> Drawn {
     let span = within / sphere.w;
     let step = (span.y - span.x) / f32(steps);
     let thickness = THICKNESS + step * abs(ray.z);
+    let picture = picture_of(in.frame, frame_px, in.wide_px);
     var before = span.x;
-    var texel = vec4<f32>(0.0);
     var hit = 0.0;
     var is_hit = false;
     for (var i = 0u; i < steps; i++) {
@@ -185,12 +204,10 @@ fn fragment(in: Vertex) -> Drawn {
 #ifdef WIND
         p -= aside * curve(lean, in.eye.z + own_ray.z * along * sphere.w);
 #endif
-        let seen = look(first, frame_px, p.xy);
-        let behind = seen.z - p.z;
-        if seen.w > 0.0 && behind >= 0.0 && behind < thickness {
+        let behind = look(picture, p.xy) - p.z;
+        if behind >= 0.0 && behind < thickness {
             is_hit = true;
             hit = along;
-            texel = seen;
             break;
         }
         before = along;
@@ -202,11 +219,9 @@ fn fragment(in: Vertex) -> Drawn {
 #ifdef WIND
             p -= aside * curve(lean, in.eye.z + own_ray.z * along * sphere.w);
 #endif
-            let seen = look(first, frame_px, p.xy);
-            let behind = seen.z - p.z;
-            if seen.w > 0.0 && behind >= 0.0 && behind < thickness {
+            let behind = look(picture, p.xy) - p.z;
+            if behind >= 0.0 && behind < thickness {
                 hit = along;
-                texel = seen;
             } else {
                 before = along;
             }
@@ -215,22 +230,21 @@ fn fragment(in: Vertex) -> Drawn {
     if !is_hit {
         discard;
     }
-    var own = axes * (origin + ray * hit) * sphere.w + sphere.xyz;
-#ifdef LOCAL_COLOR
-    var at_hit = origin + ray * hit;
+    var on_picture = origin + ray * hit;
+    var own = axes * on_picture * sphere.w + sphere.xyz;
 #ifdef WIND
-    at_hit -= aside * curve(lean, in.eye.z + own_ray.z * hit * sphere.w);
-#endif
-    let color = tree_palette[textureLoad(tree_paints, texel_at(first, frame_px, at_hit.xy), 0).r];
-#endif
-#ifdef WIND
+    on_picture -= aside * curve(lean, in.eye.z + own_ray.z * hit * sphere.w);
     own += vec3<f32>(lean.straight * own.z, 0.0);
 #endif
     let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
     let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), NEARER_AT_MOST * clip.w);
-    let normal = normal_on_tree(tree, from_octahedral(texel.xy));
+    let shown = look_closely(picture, on_picture.xy);
+#ifdef LOCAL_COLOR
+    let color = tree_palette[paint_at(picture, on_picture.xy)];
+#endif
+    let normal = normal_on_tree(tree, normalize(shown.xyz));
     let form = form_of(view, tree, cylinder, own);
-    let seen = vec4<f32>(rounded(normal, form), texel.w * light_of(tree));
+    let seen = vec4<f32>(rounded(normal, form), shown.w * light_of(tree));
     let depth = clip.z / (clip.w - nearer_m);
 #ifdef WIND
     let sway = tree_sways[in.number];
@@ -250,13 +264,65 @@ fn fragment(in: Vertex) -> Drawn {
 #endif
 }
 
-// Where a place of a picture's space is in it.
-fn texel_at(middle_px: vec2<f32>, frame_px: f32, p: vec2<f32>) -> vec2<i32> {
-    let half_px = 0.5 * frame_px;
-    let within = clamp(vec2<f32>(p.x, -p.y) * half_px, vec2<f32>(-half_px), vec2<f32>(half_px - 0.01));
-    return vec2<i32>(floor(middle_px + within));
+// A picture at the size that pixels have.
+struct Picture {
+    // Its corner, in texels of the finest level, and its side.
+    corner_px: vec2<f32>,
+    side_px: f32,
+    level: f32,
 }
 
-fn look(middle_px: vec2<f32>, frame_px: f32, p: vec2<f32>) -> vec4<f32> {
-    return textureLoad(tree_pictures, texel_at(middle_px, frame_px, p), 0);
+fn picture_of(frame: vec2<f32>, side_px: f32, wide_px: f32) -> Picture {
+    let last = f32(textureNumLevels(tree_outlines) - 1u);
+    let coarser = COARSER * (1.0 - smoothstep(COARSER_PX.x, COARSER_PX.y, wide_px));
+    return Picture(frame * side_px, side_px, clamp(round(log2(side_px / wide_px) + coarser), 0.0, last));
+}
+
+// How far toward the eye a picture's surface is at a place of its space; where there is none, very far from it.
+fn look(picture: Picture, p: vec2<f32>) -> f32 {
+    if any(abs(p) >= vec2<f32>(1.0)) {
+        return -NOWHERE;
+    }
+    // Within its outermost texels: beyond them is another picture.
+    let most = 1.0 - exp2(picture.level) / picture.side_px;
+    let within = clamp(vec2<f32>(p.x, -p.y), vec2<f32>(-most), vec2<f32>(most)) * 0.5 + 0.5;
+    let uv = (picture.corner_px + within * picture.side_px) / vec2<f32>(textureDimensions(tree_outlines));
+    let outline = textureSampleLevel(tree_outlines, tree_outline_sampler, uv, picture.level).xy;
+    return select(-NOWHERE, outline.x / max(outline.y, 1e-3), outline.y >= 0.5);
+}
+
+#ifdef LOCAL_COLOR
+// The place in the palette of what is there.
+fn paint_at(picture: Picture, p: vec2<f32>) -> u32 {
+    let level = u32(picture.level);
+    let scale = 1.0 / f32(1u << level);
+    let side_px = picture.side_px * scale;
+    let at = clamp((vec2<f32>(p.x, -p.y) * 0.5 + 0.5) * side_px, vec2<f32>(0.0), vec2<f32>(side_px - 0.01));
+    return textureLoad(tree_paints, vec2<i32>(floor(picture.corner_px * scale + 0.5) + floor(at)), level).r;
+}
+#endif
+
+// Normal (its length is not 1) and lightness there, of the four texels around.
+fn look_closely(picture: Picture, p: vec2<f32>) -> vec4<f32> {
+    let level = u32(picture.level);
+    let side_px = picture.side_px / f32(1u << level);
+    let corner_px = picture.corner_px / f32(1u << level);
+    let at = clamp((vec2<f32>(p.x, -p.y) * 0.5 + 0.5) * side_px - 0.5, vec2<f32>(0.0), vec2<f32>(side_px - 1.001));
+    let f = fract(at);
+    var sum = vec4<f32>(0.0);
+    var weights = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let beside = vec2<i32>(i & 1, i >> 1u);
+        let texel = textureLoad(tree_pictures, vec2<i32>(floor(corner_px + 0.5) + floor(at)) + beside, level);
+        let near = select(1.0 - f, f, beside == vec2<i32>(1));
+        // What is hardly covered counts little.
+        let covered = select(select(0.1, 1.0, texel.w > 0.0), 0.0, texel.w == 0.0);
+        let weight = covered * (near.x * near.y + 1e-3);
+        sum += weight * vec4<f32>(from_octahedral(texel.xy), abs(texel.w));
+        weights += weight;
+    }
+    if weights == 0.0 {
+        return vec4<f32>(0.0, 0.0, 1.0, 0.6);
+    }
+    return vec4<f32>(sum.xyz + vec3<f32>(0.0, 0.0, 1e-6), sum.w / weights);
 }

@@ -102,19 +102,25 @@ impl SpeciesColors {
 
 fn paints(gpu: &Gpu, pictures: &TreePictures) -> wgpu::TextureView {
     gpu.count_object();
-    let side = FRAMES * pictures.frame_px;
-    let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+    let extent = |frame_px: u32| {
+        let side = FRAMES * frame_px;
+        wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 }
+    };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(PAINTS),
-        size,
-        mip_level_count: 1,
+        size: extent(pictures.paints.first().map_or(1, |(frame_px, _)| *frame_px)),
+        mip_level_count: pictures.paints.len().max(1) as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::R8Uint,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side), rows_per_image: None };
-    gpu.queue.write_texture(texture.as_image_copy(), &pictures.paints, layout, size);
+    for (number, (frame_px, paints)) in pictures.paints.iter().enumerate() {
+        let size = extent(*frame_px);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(size.width), rows_per_image: None };
+        let to = wgpu::TexelCopyTextureInfo { mip_level: number as u32, ..texture.as_image_copy() };
+        gpu.queue.write_texture(to, paints, layout, size);
+    }
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

@@ -36,6 +36,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
                 ("tree_order", trees.order_of(bucket).binding()),
                 ("tree_species", species.clone()),
                 ("tree_pictures", Resource::Texture("tree pictures", pictures.view.clone())),
+                ("tree_outlines", Resource::Texture("tree outlines", pictures.outlines.clone())),
+                ("tree_outline_sampler", Resource::Sampler(pictures.sampler.clone())),
             ];
             resources.extend(swaying.into_iter().flat_map(Swaying::resources));
             let colors = inputs.colored.map(|colored| colored.colors.species[number].of_pictures(level == CANOPY));

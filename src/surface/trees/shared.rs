@@ -6,7 +6,7 @@ use super::edges::EdgesOfSpecies;
 use super::place::TreePoint;
 use super::raster::TreeVertex;
 use crate::forest::colors::paint_of;
-use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner};
+use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner, Level};
 use crate::forest::model::{TreeCorner, TreeModel};
 use crate::forest::points::Points;
 use crate::forest::species::{Corner, Detail, Grown, Part, canopy};
@@ -18,9 +18,10 @@ const POINTS: BufferKind = BufferKind::storage("tree points");
 /// [`TreeVertex`]s of a mesh.
 const VERTICES: BufferKind = BufferKind::storage("tree vertices");
 const PICTURES: &str = "tree pictures";
+const OUTLINES: &str = "tree outlines";
 /// Sides of pictures of a tree, and of a piece of canopy.
-const TREE_PX: u32 = 128;
-const CANOPY_PX: u32 = 40;
+const TREE_PX: u32 = 64;
+const CANOPY_PX: u32 = 32;
 
 /// Triangles on the GPU.
 pub(super) struct TreeMesh {
@@ -42,15 +43,19 @@ pub(super) struct SpeciesModel {
 
 /// Pictures on the GPU.
 pub(super) struct TreePictures {
+    /// [`Level::texels`].
     pub view: wgpu::TextureView,
+    /// [`Level::outlines`].
+    pub outlines: wgpu::TextureView,
+    /// Between texels and between levels.
+    pub sampler: wgpu::Sampler,
     /// Of their sphere, in tree units.
     pub middle: [f32; 3],
     pub radius: f32,
     /// Radius, bottom and top of the upright cylinder that holds the tree.
     pub cylinder: [f32; 4],
-    /// As [`Impostor::paints`], and the side of a picture.
-    pub paints: Vec<u8>,
-    pub frame_px: u32,
+    /// Level by level, the side of a picture, and paints as [`Level::paints`](crate::forest::impostor::Level::paints).
+    pub paints: Vec<(u32, Vec<u8>)>,
 }
 
 /// What the trees of a species look like.
@@ -164,27 +169,50 @@ impl TreePictures {
         // As wide as a texel more, for what it shows is as wide.
         let more = 2.0 * impostor.radius / f64::from(frame_px);
         let cylinder = [reach + more, low - more, high + more, 0.0].map(|along| along as f32);
-        let (view, radius) = (texture(gpu, &impostor), impostor.radius as f32);
-        Self { view, middle, radius, cylinder, frame_px, paints: impostor.paints }
+        let texels = texture(gpu, (PICTURES, wgpu::TextureFormat::Rgba16Float), &impostor, |level| &level.texels);
+        let outlines = texture(gpu, (OUTLINES, wgpu::TextureFormat::Rg16Float), &impostor, |level| &level.outlines);
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some(OUTLINES),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            mipmap_filter: wgpu::MipmapFilterMode::Linear,
+            ..Default::default()
+        });
+        let radius = impostor.radius as f32;
+        let paints = impostor.levels.into_iter().map(|level| (level.frame_px, level.paints)).collect();
+        Self { view: texels, outlines, sampler, middle, radius, cylinder, paints }
     }
 }
 
-fn texture(gpu: &Gpu, impostor: &Impostor) -> wgpu::TextureView {
+fn texture<const CHANNELS: usize>(
+    gpu: &Gpu,
+    (name, format): (&'static str, wgpu::TextureFormat),
+    impostor: &Impostor,
+    texels_of: impl Fn(&Level) -> &[[half::f16; CHANNELS]],
+) -> wgpu::TextureView {
     gpu.count_object();
-    let side = FRAMES * impostor.frame_px;
-    let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+    let extent = |level_px: u32| wgpu::Extent3d {
+        width: FRAMES * level_px,
+        height: FRAMES * level_px,
+        depth_or_array_layers: 1,
+    };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(PICTURES),
-        size,
-        mip_level_count: 1,
+        label: Some(name),
+        size: extent(impostor.frame_px),
+        mip_level_count: impostor.levels.len() as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
+        format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let texels: Vec<[u16; 4]> = impostor.texels.iter().map(|texel| texel.map(half::f16::to_bits)).collect();
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * side), rows_per_image: None };
-    gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
+    for (number, level) in impostor.levels.iter().enumerate() {
+        let bits: Vec<u16> = texels_of(level).iter().flatten().map(|value| value.to_bits()).collect();
+        let size = extent(level.frame_px);
+        let bytes_per_row = Some((2 * CHANNELS) as u32 * size.width);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        let to = wgpu::TexelCopyTextureInfo { mip_level: number as u32, ..texture.as_image_copy() };
+        gpu.queue.write_texture(to, bytemuck::cast_slice(&bits), layout, size);
+    }
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
