@@ -5,8 +5,8 @@
 // smaller trees are on the picture, the fewer of them are drawn: those that a number of their own chooses, so each comes
 // and goes by itself, the same for both eyes. What stands before the sky or before land far behind is drawn always.
 // Trees that have strokes have no lines beside them.
-// The line of a small tree is fine: it lies on the tree and not on what is behind, does not fill the corners of stairs, and
-// does not go around a chink of one pixel.
+// The line of a small tree is fine: it is full on the tree and faint on what is behind, in the corners of stairs, and around
+// a chink of one pixel. Without its faint side it would be as fine, but flicker twice as much.
 //
 // Errors of the detector are kept or taken away before the density filter, which then sees a line for what it is.
 #import hachure::view::View
@@ -18,7 +18,8 @@ struct TreeLines {
     height_m: f32,
     // Only lines of trees are wanted.
     only_trees: u32,
-    padding: vec2<f32>,
+    // Of errors: where a line begins, and where it is full.
+    ramp: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -40,6 +41,8 @@ const FEWEST_APART: f32 = 0.1;
 const WITHIN_PX: vec2<f32> = vec2<f32>(70.0, 140.0);
 // Heights on the picture at which lines are fine, and as broad as those of the land.
 const BROAD_PX: vec2<f32> = vec2<f32>(100.0, 220.0);
+// Of a fine line on its faint side.
+const OUTER_INK: f32 = 0.28;
 // How far behind, by the tree's height, what a line stands before has to be: within a tree,
 // among trees, and before land.
 const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.05, 0.12);
@@ -120,8 +123,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0; i < 9; i++) {
         pixels_behind += i32(nears[i] < 0.5 * (front + back));
     }
+    // More than any error.
+    var most = 4.0;
     if nears[4] < 0.5 * (front + back) || pixels_behind < 2 {
-        drawn *= smoothstep(BROAD_PX.x, BROAD_PX.y, size_px);
+        let soft = mix(tree_lines.ramp.x, tree_lines.ramp.y, OUTER_INK);
+        most = mix(soft, most, smoothstep(BROAD_PX.x, BROAD_PX.y, size_px));
     }
-    textureStore(tree_errors, p, found * drawn);
+    textureStore(tree_errors, p, min(found * drawn, vec4<f32>(most)));
 }

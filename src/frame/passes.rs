@@ -190,6 +190,7 @@ fn see(
                 view: &view,
                 height_m,
                 only_trees,
+                ramp: style_lines.ramp,
                 surface_id,
                 depth,
                 tree_normal: &targets.whole(gpu, &trees::raster::TREE_NORMAL),

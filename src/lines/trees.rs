@@ -16,6 +16,8 @@ pub struct Inputs<'a> {
     pub height_m: f64,
     /// Whether all other lines go.
     pub only_trees: bool,
+    /// Of errors: where a line begins, and where it is full.
+    pub ramp: [f32; 2],
     /// What is seen.
     pub surface_id: &'a Target,
     /// How near it is.
@@ -30,11 +32,8 @@ pub struct Inputs<'a> {
 
 /// Chooses.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let uniform = TreeLinesUniform {
-        height_m: inputs.height_m as f32,
-        only_trees: inputs.only_trees.into(),
-        ..TreeLinesUniform::default()
-    };
+    let uniform =
+        TreeLinesUniform { height_m: inputs.height_m as f32, only_trees: inputs.only_trees.into(), ramp: inputs.ramp };
     let resources = [
         ("view", inputs.view.clone()),
         ("tree_lines", cx.uniform("tree lines", &uniform)),
