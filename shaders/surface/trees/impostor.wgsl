@@ -159,9 +159,10 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let at_m = foot_m + place_on_tree(tree, own);
 #endif
     let clip = view.clip_from_camera * vec4<f32>(at_m, 1.0);
-    // In the mean of both ways, for a piece of canopy is wider than tall. The corners are as far away as its middle.
+    // In the mean of both ways, for a piece of canopy is wider than tall.
     let wide_m = 2.0 * sphere.w * sqrt(tree.width_m * tree.height_m);
-    let wide_px = wide_m * view.focal_px / max(clip.w, view.near_m);
+    let away_m = length(foot_m + place_on_tree(tree, sphere.xyz) - view.eye_m);
+    let wide_px = wide_m * view.focal_px / max(away_m, view.near_m);
     return Vertex(clip, number, eye, own, frame_near(toward), wide_px);
 }
 
