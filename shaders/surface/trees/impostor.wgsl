@@ -36,8 +36,8 @@
 #endif
 #ifdef LOCAL_COLOR
 // Where in the palette is what the pictures show, and the palette: see hachure::local_color.
-@group(0) @binding(6) var tree_paints: texture_2d<u32>;
-@group(0) @binding(7) var<storage, read> tree_palette: array<u32>;
+@group(0) @binding(8) var tree_paints: texture_2d<u32>;
+@group(0) @binding(9) var<storage, read> tree_palette: array<u32>;
 #endif
 
 struct Vertex {
