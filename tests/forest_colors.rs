@@ -296,8 +296,11 @@ fn colours_change_no_tone_and_nothing_else() {
     let Some(mut world) = plain() else { return };
     let forest = of(Form::Conifer, 200.0, 20.0);
     world.surfaces.set_forest(Some(Forest { species: Species::mixed(20.0)[1..3].to_vec(), ..forest }));
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let mut drawn = |world: &mut World, style: &Style| frame_of(world, &mut frame, style);
+    // Strokes last from frame to frame, so each picture has a frame of its own.
+    let drawn = |world: &mut World, style: &Style| {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame_of(world, &mut frame, style)
+    };
     let (bare, ids, bare_picture, is_colored) = drawn(&mut world, &style("wash", 0.0));
     assert!(!is_colored, "what nobody asks for is not made");
     let text = style::preset_text("wash").unwrap();
@@ -330,10 +333,10 @@ fn colours_change_no_tone_and_nothing_else() {
         assert!(!Style::load(name).unwrap().asks_for_local_colors(), "{name}");
     }
     let ink = Style::load("ink").unwrap();
-    assert!(drawn(&mut world, &Style::load("wash").unwrap()).3);
-    let after = drawn(&mut world, &ink);
-    let mut another = Frame::new(&world.gpu).unwrap();
-    let alone = frame_of(&mut world, &mut another, &ink);
+    let mut one = Frame::new(&world.gpu).unwrap();
+    assert!(frame_of(&mut world, &mut one, &Style::load("wash").unwrap()).3);
+    let after = frame_of(&mut world, &mut one, &ink);
+    let alone = drawn(&mut world, &ink);
     assert!(!alone.3 && !after.3 && alone.2 == after.2);
 }
 
