@@ -72,7 +72,8 @@ fn fragment(in: Vertex) -> @location(0) u32 {
     }
     // The sky is far.
     let behind_m = view.near_m / max(clearest, 1e-12) - view.near_m / in.clip.z;
-    if behind_m < clearance_m(edge) {
+    let clear_m = clearance_m(edge);
+    if clear_m > 0.0 && behind_m < clear_m {
         discard;
     }
     return in.id;
