@@ -301,6 +301,8 @@ fn colours_change_no_tone_and_nothing_else() {
         let mut frame = Frame::new(&world.gpu).unwrap();
         frame_of(world, &mut frame, style)
     };
+    // Tiles come with the first.
+    drawn(&mut world, &style("wash", 0.0));
     let (bare, ids, bare_picture, is_colored) = drawn(&mut world, &style("wash", 0.0));
     assert!(!is_colored, "what nobody asks for is not made");
     let text = style::preset_text("wash").unwrap();
