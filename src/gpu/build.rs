@@ -8,6 +8,10 @@ use super::texts::Texts;
 
 /// What a pipeline is made of.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there are some two hundred, and a box would be one more object for each"
+)]
 pub enum Key {
     /// A compute shader.
     Compute(Compute),
