@@ -127,13 +127,7 @@ fn shadows_are_those_of_the_meshes() {
         let trees: Vec<DrawnTree> = by_id.into_values().collect();
         let pose = world.pose("40,30,90,0,-89,40");
         draw_twice(&mut world, &mut frame, pose, "crosshatch", &light);
-        let shadow = frame.target(&TREE_SHADOW).unwrap();
-        let shadow = read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap();
-        let (ids, seen_m) = (ids(&world, &frame), places_m(&world.gpu, &frame, pose.position_m));
-        let places: Vec<(DVec3, f64)> = (0..ids.len())
-            .filter(|i| ids[*i] < id::FIRST_MESH)
-            .filter_map(|i| Some((seen_m[i]?, f64::from(shadow[i]) / 255.0)))
-            .collect();
+        let places = shaded(&world, &frame, pose.position_m);
         let all = meshes(&trees, grown, None);
         let found = overlap(&places, light.to_sun, &all);
         // Planted: a sun that has moved on, and trees that are forgotten where they stand beside the picture.
@@ -155,6 +149,17 @@ fn shadows_are_those_of_the_meshes() {
     }
 }
 
+/// The places of the land that a frame shows, and how much of the sun trees take there.
+fn shaded(world: &World, frame: &Frame, origin_m: DVec3) -> Vec<(DVec3, f64)> {
+    let shadow = frame.target(&TREE_SHADOW).unwrap();
+    let shadow = read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap();
+    let (ids, seen_m) = (ids(world, frame), places_m(&world.gpu, frame, origin_m));
+    (0..ids.len())
+        .filter(|i| ids[*i] < id::FIRST_MESH)
+        .filter_map(|i| Some((seen_m[i]?, f64::from(shadow[i]) / 255.0)))
+        .collect()
+}
+
 /// A tree that leans throws a shadow that does.
 #[test]
 fn shadows_lean_with_their_trees() {
@@ -170,13 +175,7 @@ fn shadows_lean_with_their_trees() {
     let trees = listed(&world, &frame, pose.position_m);
     let trees: Vec<DrawnTree> =
         trees.into_iter().filter(|tree| tree.level != CANOPY && tree.shown == [0.0, 1.0]).collect();
-    let shadow = frame.target(&TREE_SHADOW).unwrap();
-    let shadow = read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap();
-    let (ids, seen_m) = (ids(&world, &frame), places_m(&world.gpu, &frame, pose.position_m));
-    let places: Vec<(DVec3, f64)> = (0..ids.len())
-        .filter(|i| ids[*i] < id::FIRST_MESH)
-        .filter_map(|i| Some((seen_m[i]?, f64::from(shadow[i]) / 255.0)))
-        .collect();
+    let places = shaded(&world, &frame, pose.position_m);
     let leaning = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, Some(wind)));
     // Planted: trees that stand upright.
     let upright = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, None));

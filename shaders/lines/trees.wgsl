@@ -5,6 +5,7 @@
 // smaller trees are on the picture, the fewer of them are drawn: those that a number of their own chooses, so each comes
 // and goes by itself, the same for both eyes. What stands before the sky or before land far behind is drawn always.
 // Trees that have strokes have no lines beside them.
+//
 // The line of a small tree is fine: it is full on the tree and faint on what is behind, in the corners of stairs, and around
 // a chink of one pixel. Without its faint side it would be as fine, but flicker twice as much.
 //

@@ -8,6 +8,10 @@ const MIDDLE: u32 = 1u;
 const IMPOSTOR: u32 = 2u;
 const CANOPY: u32 = 3u;
 const TREE_LEVELS: u32 = 4u;
+// Words of the arguments of a list's draw: vertices of a tree, trees, and the first of each.
+const DRAW_WORDS: u32 = 4u;
+// Parts of trees that are nearer to the eye along the view axis are not drawn: an eye within a crown looks out of it.
+const CLEAR_M: f32 = 5.0;
 // Smaller ones on the picture throw no shadow.
 const SHADOW_PX: f32 = 8.0;
 

@@ -14,7 +14,7 @@
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 #import hachure::pcg::pcg
-#import hachure::trees::{TreeInstance, place_on_tree, species_of}
+#import hachure::trees::{TreeInstance, place_on_tree, species_of, CLEAR_M}
 #ifdef WIND
 #import hachure::wind::{Wind, Sway, moved_by_wind}
 #endif
@@ -41,9 +41,6 @@ struct EdgeGroups {
     // How far behind an edge there is something else, by the tree's height.
     clearance: f32,
 }
-
-// What is nearer is not drawn.
-const CLEAR_M: f32 = 5.0;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> edge_rules: EdgeRules;
@@ -114,7 +111,7 @@ fn edge_of(group: u32, thread: u32) -> Found {
             return found;
         }
     }
-    // As raster.wgsl, which leaves out what is that near.
+    // An edge ends where raster.wgsl cuts the mesh off.
     let along_m = vec2<f32>(along_of(a_m), along_of(b_m));
     if max(along_m.x, along_m.y) <= CLEAR_M {
         return found;

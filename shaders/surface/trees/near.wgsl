@@ -4,7 +4,7 @@
 // (ordered.wgsl). Near trees are a few hundred, so each counts how many stand before it: nearer to the eye or, at the same
 // distance, with a lesser id. That is its place.
 #import hachure::view::View
-#import hachure::trees::{TreeInstance, NEAR, TREE_LEVELS, has_strokes}
+#import hachure::trees::{TreeInstance, NEAR, TREE_LEVELS, DRAW_WORDS, has_strokes}
 #import hachure::dispatch::GROUPS_IN_ROW
 
 struct NearTrees {
@@ -27,8 +27,6 @@ struct NearTrees {
 // An indirect dispatch, and how many workgroups it has.
 @group(0) @binding(6) var<storage, read_write> near_dispatch: vec4<u32>;
 
-// Of the arguments of a draw; the second one says how many trees.
-const DRAW_WORDS: u32 = 4u;
 const NEAR_GROUPS: u32 = 16u;
 const NEAR_THREADS: u32 = 64u;
 

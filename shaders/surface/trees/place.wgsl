@@ -18,7 +18,7 @@
 #import hachure::tree_ranks::{chosen_tile, rank_of}
 #import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits}
 #import hachure::surface_id::FIRST_TREE
-#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, SHADOW_PX, HAS_STROKES}
+#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, DRAW_WORDS, SHADOW_PX, HAS_STROKES}
 
 // A block that may be in view. See src/forest/blocks.rs.
 struct TreeBlock {
@@ -77,7 +77,6 @@ fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
 #endif
 
 const TREES: u32 = 1u;
-const DRAW_WORDS: u32 = 4u;
 // Of a species: those of its levels, and after those of all species one of its shadows.
 const LISTS: u32 = TREE_LEVELS + 1u;
 const NOT_DRAWN: u32 = 0xffffffffu;

@@ -5,7 +5,7 @@
 #import hachure::earth::bend
 #import hachure::forest::Species
 #import hachure::tree_form::{form_of, rounded}
-#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of, with_strokes}
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of, with_strokes, CLEAR_M}
 #ifdef WIND
 #import hachure::wind::{Wind, Sway, moved_by_wind}
 #endif
@@ -54,8 +54,7 @@ struct Drawn {
 #endif
 }
 
-// What is nearer to the eye is not drawn, and from within nothing that is nearer than this.
-const CLEAR_M: f32 = 5.0;
+// Seen from behind, what is nearer than this is not drawn.
 const WITHIN_M: f32 = 14.0;
 
 @vertex

@@ -28,7 +28,7 @@ use crate::forest::model::TreeModel;
 use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
-pub use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
+pub use crate::gpu::wgsl::shared::trees::{CANOPY, DRAW_WORDS, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 use crate::scene::Forest;
 use crate::scene::forest::Form;
 
@@ -38,8 +38,6 @@ pub const INSTANCES: BufferKind = BufferKind::storage("tree instances");
 pub const ORDER: BufferKind = BufferKind::storage("tree order");
 /// For each list the arguments of its draw ([`DRAW_WORDS`]), then the number of instances.
 pub const DRAWS: BufferKind = BufferKind::indirect("tree draws");
-/// Vertices of a tree, trees, and the first of each.
-pub const DRAW_WORDS: u32 = 4;
 
 /// Lists of a species: one for each level, and one of shadows.
 pub const TREE_LISTS: u32 = TREE_LEVELS + 1;
