@@ -46,17 +46,22 @@ fn ink_of_a_forest_does_not_depend_on_its_distance() {
     let mut forest = of(Form::Conifer, 300.0, 20.0);
     forest.species = Species::mixed(20.0);
     let distances_m = [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0, 20_000.0];
-    let mut worst = 0.0_f64;
-    for name in ["ink", "strokes", "crosshatch", "pencil", "stipple", "hachures"] {
+    let styles = ["ink", "strokes", "crosshatch", "pencil", "stipple", "hachures"].map(|name| {
         let mut style = Style::load(name).unwrap();
         // What haze does is not asked here.
         style.haze.faintest_tone = 1.0;
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let mut of_each = |forest: Option<_>| {
-            world.surfaces.set_forest(forest);
-            distances_m.map(|away_m| darkness(&mut world, &mut frame, &style, away_m))
-        };
-        let (bare, wooded) = (of_each(None), of_each(Some(forest.clone())));
+        (name, style)
+    });
+    let mut of_each = |forest: Option<_>| {
+        world.surfaces.set_forest(forest);
+        styles.each_ref().map(|(_, style)| {
+            let mut frame = Frame::new(&world.gpu).unwrap();
+            distances_m.map(|away_m| darkness(&mut world, &mut frame, style, away_m))
+        })
+    };
+    let (bare, wooded) = (of_each(None), of_each(Some(forest)));
+    let mut worst = 0.0_f64;
+    for ((name, _), (bare, wooded)) in styles.iter().zip(bare.into_iter().zip(wooded)) {
         let most = from_middle(&wooded);
         // Planted: a forest that ends before it is far away.
         let mut ends = wooded;

@@ -273,7 +273,7 @@ fn stands_clear(own: u32, ids: &[u32], size_px: [u32; 2]) -> bool {
 #[test]
 fn impostors_look_like_their_meshes() {
     const PICTURE_PX: [u32; 2] = [320, 180];
-    const VIEWS: usize = 40;
+    const VIEWS: usize = 25;
     let Some(mut world) = plain() else { return };
     let height_m = 20.0;
     let mut frame = Frame::new(&world.gpu).unwrap();

@@ -16,7 +16,7 @@
 //! scaled until as many texels of a level are covered by half as the tree covers in truth (Castaño 2010, "Computing Alpha
 //! Mipmaps").
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3};
 use half::f16;
 use rayon::prelude::*;
 
@@ -65,16 +65,16 @@ pub struct Level {
 /// Pictures are not halved below this.
 const SMALLEST_PX: u32 = 5;
 /// Scaled by more than this the few texels that a thin tree covers would be spots.
-const MOST_SCALE: f64 = 4.0;
+const MOST_SCALE: f32 = 4.0;
 
 /// What a texel shows, in the mean of what is covered.
 #[derive(Clone, Copy, Default)]
 struct Texel {
-    normal: DVec3,
-    toward: f64,
-    lightness: f64,
+    normal: Vec3,
+    toward: f32,
+    lightness: f32,
     /// The part of it, 0 to 1.
-    covered: f64,
+    covered: f32,
     /// Of what covers most of it.
     paint: u8,
 }
@@ -111,23 +111,27 @@ impl Impostor {
         let farthest = corners.iter().map(|corner| corner.at.distance(middle)).fold(1e-6, f64::max);
         // A texel is free all around.
         let radius = farthest * f64::from(frame_px) / f64::from(frame_px - 2);
-        let frames = (0..FRAMES * FRAMES).into_par_iter();
-        let mut pictures: Vec<Vec<Texel>> = frames
-            .map(|frame| picture(corners, (middle, radius), 2 * frame_px, direction([frame % FRAMES, frame / FRAMES])))
+        let sphere = (middle, radius);
+        // Finer than the finest level, so that its outlines have parts of texels too. Few at a time are that large.
+        let of_side = |side: u32| {
+            let direction = direction([side % FRAMES, side / FRAMES]);
+            halvings(&picture(corners, sphere, 2 * frame_px, direction), 2 * frame_px)
+        };
+        let sides: Vec<Vec<Vec<Texel>>> = (0..FRAMES * FRAMES).into_par_iter().map(of_side).collect();
+        let mut levels: Vec<Level> = (0..sides[0].len())
+            .into_par_iter()
+            .map(|number| {
+                let pictures: Vec<&[Texel]> = sides.iter().map(|levels| levels[number].as_slice()).collect();
+                Level::of(&pictures, frame_px >> number)
+            })
             .collect();
-        let (mut levels, mut level_px) = (Vec::new(), 2 * frame_px);
-        while level_px.is_multiple_of(2) && level_px / 2 >= SMALLEST_PX.min(frame_px) {
-            pictures = pictures.par_iter().map(|picture| halved(picture, level_px as usize)).collect();
-            level_px /= 2;
-            levels.push(Level::of(&pictures, level_px));
-        }
         fill_paints(&mut levels);
         Self { frame_px, middle, radius, levels }
     }
 }
 
 impl Level {
-    fn of(pictures: &[Vec<Texel>], frame_px: u32) -> Self {
+    fn of(pictures: &[&[Texel]], frame_px: u32) -> Self {
         let scale = scale_of(pictures);
         let side = (FRAMES * frame_px) as usize;
         let (frames, px) = (FRAMES as usize, frame_px as usize);
@@ -140,11 +144,11 @@ impl Level {
             if texel.covered <= 0.0 {
                 return [f16::ZERO; 4];
             }
-            let normal = octahedral(texel.normal.normalize_or(DVec3::Z));
+            let normal = octahedral(texel.normal.normalize_or(Vec3::Z).as_dvec3()).as_vec2();
             let lightness = texel.lightness.max(1e-3) * if covered(texel) >= 0.5 { 1.0 } else { -1.0 };
-            [normal.x, normal.y, texel.toward, lightness].map(f16::from_f64)
+            [normal.x, normal.y, texel.toward, lightness].map(f16::from_f32)
         };
-        let outline = |texel: &Texel| [texel.toward * covered(texel), covered(texel)].map(f16::from_f64);
+        let outline = |texel: &Texel| [texel.toward * covered(texel), covered(texel)].map(f16::from_f32);
         let texels = (0..side * side).into_par_iter().map(|number| packed(at(number))).collect();
         let paints = (0..side * side).into_par_iter().map(|number| at(number).paint).collect();
         let outlines = (0..side * side).into_par_iter().map(|number| outline(at(number))).collect();
@@ -167,41 +171,58 @@ fn fill_paints(levels: &mut [Level]) {
 }
 
 /// By what coverage is scaled so that half of it bounds as many texels as are covered in all.
-fn scale_of(pictures: &[Vec<Texel>]) -> f64 {
-    let mut covered: Vec<f64> =
-        pictures.iter().flatten().map(|texel| texel.covered).filter(|part| *part > 0.0).collect();
-    let area = covered.iter().sum::<f64>().round() as usize;
+fn scale_of(pictures: &[&[Texel]]) -> f32 {
+    let texels = pictures.iter().copied().flatten();
+    let mut covered: Vec<f32> = texels.map(|texel| texel.covered).filter(|part| *part > 0.0).collect();
+    let area = covered.iter().map(|part| f64::from(*part)).sum::<f64>().round() as usize;
     if area == 0 {
         return 1.0;
     }
-    covered.sort_by(|a, b| b.total_cmp(a));
-    let least = covered[(area - 1).min(covered.len() - 1)];
-    (0.5 / least).clamp(1.0, MOST_SCALE)
+    let last = (area - 1).min(covered.len() - 1);
+    let (_, least, _) = covered.select_nth_unstable_by(last, |a, b| b.total_cmp(a));
+    (0.5 / *least).clamp(1.0, MOST_SCALE)
+}
+
+/// A picture of `px` by as many at half its size, at a quarter, and so on.
+fn halvings(picture: &[Texel], mut px: u32) -> Vec<Vec<Texel>> {
+    let mut levels = vec![halved(picture, px as usize)];
+    px /= 2;
+    while px.is_multiple_of(2) && px / 2 >= SMALLEST_PX {
+        levels.push(halved(&levels[levels.len() - 1], px as usize));
+        px /= 2;
+    }
+    levels
 }
 
 /// A picture with half as many texels along a side.
 fn halved(picture: &[Texel], px: usize) -> Vec<Texel> {
     let half = px / 2;
-    let mean = |number: usize| {
-        let first = number / half * 2 * px + number % half * 2;
-        let four = [0, 1, px, px + 1].map(|beside| &picture[first + beside]);
-        let covered: f64 = four.iter().map(|texel| texel.covered).sum();
-        if covered <= 0.0 {
-            return Texel::default();
+    let mut coarser = vec![Texel::default(); half * half];
+    for (rows, means) in picture.chunks_exact(2 * px).zip(coarser.chunks_exact_mut(half)) {
+        let (upper, lower) = rows.split_at(px);
+        for ((upper, lower), mean) in upper.chunks_exact(2).zip(lower.chunks_exact(2)).zip(means) {
+            *mean = mean_of([&upper[0], &upper[1], &lower[0], &lower[1]]);
         }
-        let share = |texel: &Texel| texel.covered / covered;
-        Texel {
-            normal: four.iter().map(|texel| texel.normal * share(texel)).sum(),
-            toward: four.iter().map(|texel| texel.toward * share(texel)).sum(),
-            lightness: four.iter().map(|texel| texel.lightness * share(texel)).sum(),
-            covered: 0.25 * covered,
-            paint: four
-                .iter()
-                .fold(four[0], |most, texel| if texel.covered > most.covered { texel } else { most })
-                .paint,
+    }
+    coarser
+}
+
+fn mean_of(four: [&Texel; 4]) -> Texel {
+    let covered = four[0].covered + four[1].covered + four[2].covered + four[3].covered;
+    if covered <= 0.0 {
+        return Texel::default();
+    }
+    let (mut mean, mut most) = (Texel { covered: 0.25 * covered, ..Texel::default() }, 0.0);
+    for texel in four {
+        let share = texel.covered / covered;
+        mean.normal += texel.normal * share;
+        mean.toward += texel.toward * share;
+        mean.lightness += texel.lightness * share;
+        if texel.covered > most {
+            (most, mean.paint) = (texel.covered, texel.paint);
         }
-    };
-    (0..half * half).map(mean).collect()
+    }
+    mean
 }
 
 /// A side's picture: what is nearest at the middle of each texel.
@@ -209,48 +230,79 @@ fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px:
     let [right, up] = axes(direction);
     let half = 0.5 * f64::from(frame_px);
     let px = frame_px as usize;
-    let mut texels = vec![Texel::default(); px * px];
+    let projected = |corner: &ImpostorCorner| {
+        let at = (corner.at - middle) / radius;
+        DVec3::new(half + half * at.dot(right), half - half * at.dot(up), at.dot(direction))
+    };
+    // Most of what is drawn is hidden by what comes later; so attributes wait until it is known what is seen.
     let mut nearest = vec![f64::NEG_INFINITY; px * px];
-    for triangle in corners.chunks_exact(3) {
-        let [a, b, c] = [0, 1, 2].map(|i| {
-            let at = (triangle[i].at - middle) / radius;
-            DVec3::new(half + half * at.dot(right), half - half * at.dot(up), at.dot(direction))
-        });
-        let area = (b - a).truncate().perp_dot((c - a).truncate());
-        if area == 0.0 {
-            continue;
-        }
+    let mut seen = vec![u32::MAX; px * px];
+    for (number, triangle) in corners.chunks_exact(3).enumerate() {
+        let [a, b, c] = [projected(&triangle[0]), projected(&triangle[1]), projected(&triangle[2])];
+        let Some(shares) = Shares::of([a, b, c]) else { continue };
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let range = |low: f64, high: f64| {
             (low - 0.5).ceil().max(0.0) as usize..((high + 0.5).floor().max(0.0) as usize).min(px)
         };
         for y in range(low.y, high.y) {
             for x in range(low.x, high.x) {
-                let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let share =
-                    |from: DVec3, to: DVec3| (to.truncate() - from.truncate()).perp_dot(p - from.truncate()) / area;
-                let [of_a, of_b, of_c] = [share(b, c), share(c, a), share(a, b)];
-                let toward = of_a * a.z + of_b * b.z + of_c * c.z;
-                if of_a.min(of_b).min(of_c) < 0.0 || toward <= nearest[y * px + x] {
-                    continue;
+                let share = shares.at(x, y);
+                let toward = share.x * a.z + share.y * b.z + share.z * c.z;
+                if share.min_element() >= 0.0 && toward > nearest[y * px + x] {
+                    nearest[y * px + x] = toward;
+                    seen[y * px + x] = number as u32;
                 }
-                nearest[y * px + x] = toward;
-                let normal = triangle[0].normal * of_a + triangle[1].normal * of_b + triangle[2].normal * of_c;
-                // A sheet that is seen from behind.
-                let normal = if normal.dot(direction) < 0.0 && area > 0.0 { -normal } else { normal };
-                let lightness =
-                    triangle[0].lightness * of_a + triangle[1].lightness * of_b + triangle[2].lightness * of_c;
-                texels[y * px + x] = Texel {
-                    normal: normal.normalize_or(DVec3::Z),
-                    toward,
-                    lightness,
-                    covered: 1.0,
-                    paint: triangle[0].paint,
-                };
             }
         }
     }
+    let mut texels = vec![Texel::default(); px * px];
+    for (at, number) in seen.into_iter().enumerate().filter(|(_, number)| *number != u32::MAX) {
+        let triangle = &corners[3 * number as usize..][..3];
+        let [a, b, c] = [projected(&triangle[0]), projected(&triangle[1]), projected(&triangle[2])];
+        let Some(shares) = Shares::of([a, b, c]) else { continue };
+        let share = shares.at(at % px, at / px);
+        let normal = triangle[0].normal * share.x + triangle[1].normal * share.y + triangle[2].normal * share.z;
+        // A sheet that is seen from behind.
+        let normal = if normal.dot(direction) < 0.0 && shares.area > 0.0 { -normal } else { normal };
+        let lightness = DVec3::new(triangle[0].lightness, triangle[1].lightness, triangle[2].lightness).dot(share);
+        texels[at] = Texel {
+            normal: normal.normalize_or(DVec3::Z).as_vec3(),
+            toward: nearest[at] as f32,
+            lightness: lightness as f32,
+            covered: 1.0,
+            paint: triangle[0].paint,
+        };
+    }
     texels
+}
+
+/// What part of a triangle's corners a place on the picture has: linear in it.
+struct Shares {
+    /// At the middle of the first texel.
+    first: DVec3,
+    /// More with every texel to the right, and down.
+    steps: [DVec3; 2],
+    /// Twice that of the triangle, with a sign.
+    area: f64,
+}
+
+impl Shares {
+    /// `None` for a triangle that is seen from its edge.
+    fn of([a, b, c]: [DVec3; 3]) -> Option<Self> {
+        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        if area == 0.0 {
+            return None;
+        }
+        let right = DVec3::new(b.y - c.y, c.y - a.y, a.y - b.y) / area;
+        let down = DVec3::new(c.x - b.x, a.x - c.x, b.x - a.x) / area;
+        let at_origin =
+            DVec3::new(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x) / area;
+        Some(Self { first: at_origin + 0.5 * (right + down), steps: [right, down], area })
+    }
+
+    fn at(&self, x: usize, y: usize) -> DVec3 {
+        self.first + self.steps[0] * x as f64 + self.steps[1] * y as f64
+    }
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
 use std::borrow::Cow;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
 use wgpu::naga;
@@ -126,6 +127,35 @@ pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderErro
 fn compose_defined(texts: &Texts, name: &str, source: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     let shader_defs =
         definitions.iter().map(|definition| ((*definition).to_owned(), ShaderDefValue::Bool(true))).collect();
+    let mut composer = composer(texts)?;
+    let module =
+        composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, shader_defs, ..Default::default() });
+    match module {
+        Ok(module) => {
+            if !texts.are_files() {
+                composers().push(composer);
+            }
+            Ok(module)
+        }
+        Err(error) => Err(ShaderError::of_lines(name, &error.emit_to_string(&composer))),
+    }
+}
+
+/// Composers that know all modules, as embedded. To read the modules takes longer than most shaders take, so each is used
+/// again; there are as many as threads that compose at once.
+static COMPOSERS: Mutex<Vec<Composer>> = Mutex::new(Vec::new());
+
+fn composers() -> MutexGuard<'static, Vec<Composer>> {
+    // A panic elsewhere leaves whole composers.
+    COMPOSERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// One that knows all modules.
+fn composer(texts: &Texts) -> Result<Composer, ShaderError> {
+    let known = if texts.are_files() { None } else { composers().pop() };
+    if let Some(composer) = known {
+        return Ok(composer);
+    }
     let mut composer = Composer::default();
     for (path, embedded) in MODULES {
         let source = texts.text(path, embedded);
@@ -134,11 +164,7 @@ fn compose_defined(texts: &Texts, name: &str, source: &str, definitions: &[&str]
             return Err(ShaderError::of_lines(path, &error.emit_to_string(&composer)));
         }
     }
-    match composer.make_naga_module(NagaModuleDescriptor { source, file_path: name, shader_defs, ..Default::default() })
-    {
-        Ok(module) => Ok(module),
-        Err(error) => Err(ShaderError::of_lines(name, &error.emit_to_string(&composer))),
-    }
+    Ok(composer)
 }
 
 /// A composed shader.
