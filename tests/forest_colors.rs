@@ -347,9 +347,7 @@ fn colours_change_no_tone_and_nothing_else() {
 #[test]
 fn colours_draw_within_the_default_limits() {
     let Some((hill, world)) = shapes::hill() else { return };
-    // Placing trees takes nine storage buffers, whatever the style; everything else is as it is everywhere.
-    let limits = wgpu::Limits { max_storage_buffers_per_shader_stage: 9, ..wgpu::Limits::default() };
-    let gpu = Gpu::open_within(&AdapterWish::Best, limits).unwrap_or_else(|error| panic!("{error}"));
+    let gpu = Gpu::open_within(&AdapterWish::Best, wgpu::Limits::default()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(gpu.device.limits().max_color_attachment_bytes_per_sample, 32);
     let pose = world.pose("900,-900,+20,315,3,60");
     let store = Arc::clone(world.surfaces.terrain.store());

@@ -3,9 +3,16 @@
 
 mod common;
 
+use common::draw::{NOON, draw, still};
 use geotiff_writer::{ColorMap, GeoTiffBuilder, ModelType, PhotometricInterpretation};
+use hachure::frame::Frame;
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+use hachure::gpu::readback::read;
 use hachure::scene::reach::Reach;
 use hachure::source::{Holds, open_values};
+use hachure::style::Style;
+use hachure::surface::{SURFACE_ID, id};
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::{OpenWorld, inputs_of, scene_of};
 use ndarray::Array2;
@@ -55,6 +62,45 @@ fn a_scene_opens_with_its_rasters_or_says_what_is_wrong() {
         let error = open(&keys).map(|_| ()).unwrap_err();
         assert!(error.contains("scene.toml") && error.contains(cause) && !error.contains('\n'), "{error}");
     }
+}
+
+/// Trees by rules, by rasters and in wind, with strokes, shadows and colours: on a device that has what every WebGPU
+/// device has, and no more.
+#[test]
+fn forests_draw_within_the_default_limits() {
+    let gpu = Gpu::open_within(&AdapterWish::Best, wgpu::Limits::default()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(gpu.device.limits().max_storage_buffers_per_shader_stage, 8);
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let heights = Array2::from_shape_fn((SIDE, SIDE), |(row, column)| (100 + row + column) as f32);
+    placed().write_2d(file("land.tif"), heights.view()).unwrap();
+    let west = Array2::from_shape_fn((SIDE, SIDE), |(_, column)| if column < 16 { 41_u8 } else { 11 });
+    placed().write_2d(file("cover.tif"), west.view()).unwrap();
+    let drawn = |keys: &str| {
+        let text = format!("[world]\ndem = \"land.tif\"\n[wind]\nspeed_m_s = 5\n[forest]\n{keys}");
+        std::fs::write(file("scene.toml"), text).unwrap();
+        let scene = file("scene.toml");
+        let mut world = OpenWorld::open(&gpu, scene.to_str(), TerrainOptions::default()).unwrap();
+        let pose = common::pose_of(&"-200,-300,190,20,-12,60".parse().unwrap());
+        let mut frame = Frame::new(&gpu).unwrap();
+        for style in ["crosshatch", "wash"] {
+            let style = Style::load(style).unwrap();
+            for _ in 0..2 {
+                draw(&gpu, &mut world.surfaces, &mut frame, &still(pose, [96, 54]), &style, &NOON);
+            }
+        }
+        let target = frame.target(&SURFACE_ID).unwrap();
+        let ids = read(&gpu, target, [0, 0], target.size_px()).unwrap();
+        ids.chunks_exact(4).filter(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]) >= id::FIRST_TREE).count()
+    };
+    let by_rules = drawn("trees_per_ha = 300\n");
+    let by_rasters = drawn(
+        "trees_per_ha = 300\nland_cover = \"cover.tif\"\n[[forest.classes]]\nclass = 41\ndensity = 0.6\n\
+         [[forest.species]]\nform = \"conifer\"\n",
+    );
+    let nowhere =
+        drawn("trees_per_ha = 300\nland_cover = \"cover.tif\"\n[[forest.classes]]\nclass = 99\ndensity = 1\n");
+    assert!(by_rules > by_rasters && by_rasters > 100 && nowhere == 0, "{by_rules} {by_rasters} {nowhere}");
 }
 
 #[test]

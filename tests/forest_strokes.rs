@@ -25,6 +25,7 @@ const SIZE_PX: [u32; 2] = [480, 270];
 const CAMERA: &str = "40,-300,9,10,3,60";
 /// What is nearer along the view axis is not drawn.
 const CLEAR_M: f64 = 5.0;
+const CLEARING_M: f64 = 2.0;
 /// Two places that far apart are two: they come from f32.
 const EXACT_M: f64 = 0.01;
 
@@ -93,6 +94,16 @@ fn standing(tree: &DrawnTree) -> (Vec<DVec3>, Vec<MeshEdge>) {
     (own.iter().map(at).collect(), edges(&own))
 }
 
+/// What is nearer of a tree is not drawn: all of it where its trunk is as near.
+fn clear_m(tree: &DrawnTree) -> f64 {
+    let foot_m = Vec3::from(tree.instance.flat_m).as_dvec3();
+    let height_m = f64::from(tree.instance.height_m);
+    let to_trunk_m = foot_m.truncate().extend(0.0_f64.clamp(foot_m.z, foot_m.z + height_m)).length();
+    let part = ((to_trunk_m - CLEAR_M) / CLEARING_M).clamp(0.0, 1.0);
+    let all_m = to_trunk_m + height_m;
+    all_m + part * part * (3.0 - 2.0 * part) * (CLEAR_M - all_m)
+}
+
 /// Whether an edge should be in the list.
 #[derive(Clone, Copy, PartialEq)]
 enum Verdict {
@@ -103,10 +114,10 @@ enum Verdict {
 }
 
 /// By brute force: on the picture both corners across lie on one side of the edge.
-fn verdict(view: &View, places: &[DVec3], edge: &MeshEdge) -> Verdict {
+fn verdict(view: &View, clear_m: f64, places: &[DVec3], edge: &MeshEdge) -> Verdict {
     let on_picture = |corner: usize| {
         let at_m = places[corner];
-        let is_ahead = at_m.dot(view.pose.forward) > CLEAR_M + 0.01;
+        let is_ahead = at_m.dot(view.pose.forward) > clear_m + 0.01;
         view.place_px(at_m).filter(|_| is_ahead)
     };
     let [Some(a), Some(b)] = edge.ends.map(on_picture) else { return Verdict::Unsure };
@@ -134,8 +145,9 @@ fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (
     let (mut right, mut wrong, mut next) = (0, 0, 0);
     for tree in trees {
         let (places, edges) = standing(tree);
+        let clear_m = clear_m(tree);
         for told in &edges {
-            let mut verdict = verdict(&bench.view, &places, told);
+            let mut verdict = verdict(&bench.view, clear_m, &places, told);
             if spoil && told.across_other.is_some() {
                 verdict = match verdict {
                     Verdict::Yes => Verdict::No,
@@ -153,7 +165,7 @@ fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (
                         let [p, q] = told.ends.map(|end| places[end]);
                         let off_m = |at: DVec3| (at - p).cross(q - p).length() / p.distance(q).max(1e-9);
                         let cut_m = a.dot(bench.view.pose.forward).min(b.dot(bench.view.pose.forward));
-                        (cut_m - CLEAR_M).abs() < EXACT_M && off_m(a).max(off_m(b)) < EXACT_M
+                        (cut_m - clear_m).abs() < EXACT_M && off_m(a).max(off_m(b)) < EXACT_M
                     };
                     next += usize::from(!is_found && found.get(next).is_some_and(is_cut));
                 }

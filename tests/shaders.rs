@@ -35,6 +35,30 @@ fn validate(name: &str, module: Result<naga::Module, ShaderError>) -> (naga::Mod
     (module, info)
 }
 
+/// A driver writes beyond its memory where branches depend on more than three: docs/decisions/software-drivers.md.
+#[test]
+fn few_uniform_buffers_are_bound() {
+    let mut with_more = std::collections::BTreeSet::new();
+    let plain = SHADERS.iter().map(|(name, _)| (*name, &[][..]));
+    for (name, definitions) in plain.chain(VARIANTS.iter().copied()) {
+        let (module, info) = validate(name, compose_variant(name, definitions));
+        for number in 0..module.entry_points.len() {
+            let used = info.get_entry_point(number);
+            let uniforms: Vec<&str> = module
+                .global_variables
+                .iter()
+                .filter(|(handle, global)| global.space == naga::AddressSpace::Uniform && !used[*handle].is_empty())
+                .filter_map(|(_, global)| global.name.as_deref())
+                .collect();
+            if uniforms.len() > 3 {
+                with_more.insert(name);
+            }
+        }
+    }
+    // It has four, and no branch depends on one of them.
+    assert_eq!(Vec::from_iter(with_more), ["tones/toon"]);
+}
+
 #[test]
 fn a_wrong_shader_does_not() {
     assert!(compose("lines/none").is_err());

@@ -33,15 +33,15 @@ fn clearance_m(edge: Edge) -> f32 {
     return f32(edge.kind >> 8u) / CLEAR_UNITS;
 }
 
+// There is room for.
+const MOST_EDGES: u32 = 1048576u;
+
 // Which edges are wanted.
 struct EdgeRules {
     // Of the angle between two triangles' normals: a sharper edge is a crease.
     crease_cosine: f32,
     // 1: the borders of the land are edges.
     borders: u32,
-    // Edges that there is room for.
-    capacity: u32,
-    padding: u32,
 }
 
 // A point of the picture and its distance along the view axis.

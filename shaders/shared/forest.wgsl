@@ -47,6 +47,9 @@ struct Forest {
     padding_b: u32,
 }
 
+// A forest has no more.
+const MOST_SPECIES: u32 = 8u;
+
 struct Species {
     // Of all trees.
     share: f32,

@@ -12,6 +12,9 @@ const TREE_LEVELS: u32 = 4u;
 const DRAW_WORDS: u32 = 4u;
 // Parts of trees that are nearer to the eye along the view axis are not drawn: an eye within a crown looks out of it.
 const CLEAR_M: f32 = 5.0;
+// From a trunk this much farther away on, more of the tree goes with every step toward it, until all is gone: branches
+// would hang in the air without it.
+const CLEARING_M: f32 = 2.0;
 // Smaller ones on the picture throw no shadow.
 const SHADOW_PX: f32 = 8.0;
 
@@ -67,6 +70,13 @@ fn place_on_tree(tree: TreeInstance, own: vec3<f32>) -> vec3<f32> {
     let turn = mat2x2<f32>(vec2<f32>(tree.turn.y, tree.turn.x), vec2<f32>(-tree.turn.x, tree.turn.y));
     let across_m = turn * own.xy * tree.width_m;
     return vec3<f32>(across_m, own.z * tree.height_m + dot(across_m, tree.slope));
+}
+
+// Along the view axis: what is nearer of this tree is not drawn.
+fn clear_m(tree: TreeInstance, eye_m: vec3<f32>) -> f32 {
+    let foot_m = tree.flat_m - eye_m;
+    let to_trunk_m = length(vec3<f32>(foot_m.xy, clamp(0.0, foot_m.z, foot_m.z + tree.height_m)));
+    return mix(to_trunk_m + tree.height_m, CLEAR_M, smoothstep(CLEAR_M, CLEAR_M + CLEARING_M, to_trunk_m));
 }
 
 // The normal in the world of one in the tree's own units.

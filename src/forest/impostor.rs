@@ -295,8 +295,7 @@ impl Shares {
         }
         let right = DVec3::new(b.y - c.y, c.y - a.y, a.y - b.y) / area;
         let down = DVec3::new(c.x - b.x, a.x - c.x, b.x - a.x) / area;
-        let at_origin =
-            DVec3::new(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x) / area;
+        let at_origin = DVec3::new(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x) / area;
         Some(Self { first: at_origin + 0.5 * (right + down), steps: [right, down], area })
     }
 

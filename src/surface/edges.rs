@@ -9,11 +9,8 @@
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
-pub use crate::gpu::wgsl::shared::edges::Edge;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
-
-/// Edges in a frame, at most.
-pub const MOST_EDGES: u32 = 1 << 20;
+pub use crate::gpu::wgsl::shared::edges::{Edge, MOST_EDGES};
 
 /// Which edges are wanted beside contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,8 +45,6 @@ impl EdgeList {
             // No cosine is below.
             crease_cosine: rules.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
             borders: u32::from(rules.borders),
-            capacity: MOST_EDGES,
-            padding: 0,
         };
         let list = Self {
             rules: cx.uniform("edge rules", &uniform),

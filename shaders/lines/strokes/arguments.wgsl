@@ -1,10 +1,9 @@
 // From numbers of things to numbers of workgroups: what the GPU counted, it dispatches.
 #import hachure::strokes::StrokeCounts
-#import hachure::edges::EdgeRules
+#import hachure::edges::MOST_EDGES
 #import hachure::stroke_style::Strokes
 
 @group(0) @binding(0) var<uniform> strokes: Strokes;
-@group(0) @binding(1) var<uniform> edge_rules: EdgeRules;
 @group(0) @binding(2) var<storage, read> edge_draw: array<u32>;
 @group(0) @binding(3) var<storage, read_write> counts: StrokeCounts;
 // Workgroups for segments and for points: see `src/lines/strokes/points.rs`.
@@ -13,7 +12,7 @@
 @compute @workgroup_size(1)
 fn main() {
     counts.edges = edge_draw[0] / 2u;
-    counts.edges_lost = max(counts.edges, edge_rules.capacity) - edge_rules.capacity;
+    counts.edges_lost = max(counts.edges, MOST_EDGES) - MOST_EDGES;
     counts.segments_lost = max(counts.segments, strokes.segment_capacity) - strokes.segment_capacity;
     counts.segments = min(counts.segments, strokes.segment_capacity);
     counts.points = counts.segments + counts.chains;

@@ -16,7 +16,7 @@
 #import hachure::terrain::{terrain, world_from_grid}
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE, MOST_EDGES}
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
@@ -226,7 +226,7 @@ fn main(
     var index = edge_draw[0] / 2u + order.starts[group.x] + marks_before(thread * QUAD_EDGES);
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {
         let kind = (edges_found >> (2u * slot)) & 3u;
-        if kind != 0u && index < edge_rules.capacity {
+        if kind != 0u && index < MOST_EDGES {
             edges[index] = Edge(begins[slot], key + slot, ends[slot], kind - 1u);
         }
         index += u32(kind != 0u);

@@ -9,7 +9,7 @@
 // Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
-#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE, MOST_EDGES}
 #import hachure::dispatch::thread_number
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
@@ -93,7 +93,7 @@ fn main(
     }
     let first = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread * 3u);
     for (var i = 0u; i < found.count; i++) {
-        if first + i < edge_rules.capacity {
+        if first + i < MOST_EDGES {
             edges[first + i] = found.edges[i];
         }
     }

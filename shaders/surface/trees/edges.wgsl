@@ -10,11 +10,11 @@
 // edge asks that something lies far behind it (id_image.wgsl), and what is left is the outline and open arcs within it.
 #import hachure::view::{View, is_beside}
 #import hachure::earth::bend
-#import hachure::edges::{Edge, EdgeRules, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}
+#import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER, MOST_EDGES}
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 #import hachure::pcg::pcg
-#import hachure::trees::{TreeInstance, place_on_tree, species_of, CLEAR_M}
+#import hachure::trees::{TreeInstance, place_on_tree, species_of, clear_m}
 #ifdef WIND
 #import hachure::wind::{Wind, Sway, moved_by_wind}
 #endif
@@ -35,26 +35,26 @@ struct TreeEdges {
     count: u32,
 }
 
-struct EdgeGroups {
+// Of all species.
+struct EdgesOfSpecies {
     // Workgroups for a tree.
-    of_tree: u32,
+    groups: u32,
     // How far behind an edge there is something else, by the tree's height.
     clearance: f32,
+    each: array<TreeEdges>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> edge_rules: EdgeRules;
 @group(0) @binding(2) var<storage, read_write> edges: array<Edge>;
 // An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
 @group(0) @binding(3) var<storage, read_write> edge_draw: array<u32>;
 @group(0) @binding(4) var<storage, read_write> order: Order;
-@group(0) @binding(5) var<uniform> edge_groups: EdgeGroups;
 @group(0) @binding(6) var<storage, read> tree_instances: array<TreeInstance>;
 // How many there are, then the numbers of their instances.
 @group(0) @binding(7) var<storage, read> near_order: array<u32>;
 // Of all species.
 @group(0) @binding(8) var<storage, read> tree_edges: array<TreeEdge>;
-@group(0) @binding(9) var<storage, read> edges_of_species: array<TreeEdges>;
+@group(0) @binding(9) var<storage, read> edges_of_species: EdgesOfSpecies;
 #ifdef WIND
 @group(0) @binding(30) var<uniform> wind: Wind;
 @group(0) @binding(31) var<storage, read> tree_sways: array<Sway>;
@@ -83,14 +83,14 @@ struct Found {
 fn edge_of(group: u32, thread: u32) -> Found {
     var found: Found;
     found.is_edge = false;
-    let which = group / edge_groups.of_tree;
+    let which = group / edges_of_species.groups;
     if which >= near_order[0] {
         return found;
     }
     let number = near_order[1u + which];
     let tree = tree_instances[number];
-    let all = edges_of_species[species_of(tree)];
-    let own = group % edge_groups.of_tree * 64u + thread;
+    let all = edges_of_species.each[species_of(tree)];
+    let own = group % edges_of_species.groups * 64u + thread;
     // A tree whose shadow alone is in view has no edges in it.
     let reach_m = 0.6 * tree.height_m + tree.width_m;
     if own >= all.count || is_beside(view, bend(tree.flat_m + vec3<f32>(0.0, 0.0, 0.5 * tree.height_m)), reach_m) {
@@ -113,18 +113,19 @@ fn edge_of(group: u32, thread: u32) -> Found {
     }
     // An edge ends where raster.wgsl cuts the mesh off.
     let along_m = vec2<f32>(along_of(a_m), along_of(b_m));
-    if max(along_m.x, along_m.y) <= CLEAR_M {
+    let near_m = clear_m(tree, view.eye_m);
+    if max(along_m.x, along_m.y) <= near_m {
         return found;
     }
-    let cut = clamp((CLEAR_M - along_m) / (along_m.yx - along_m), vec2<f32>(0.0), vec2<f32>(1.0));
+    let cut = clamp((near_m - along_m) / (along_m.yx - along_m), vec2<f32>(0.0), vec2<f32>(1.0));
     let ends_m = array<vec3<f32>, 2>(a_m, b_m);
-    if along_m.x < CLEAR_M {
+    if along_m.x < near_m {
         a_m = mix(ends_m[0], ends_m[1], cut.x);
     }
-    if along_m.y < CLEAR_M {
+    if along_m.y < near_m {
         b_m = mix(ends_m[1], ends_m[0], cut.y);
     }
-    let kind = kind_with_clearance(select(KIND_BORDER, KIND_CONTOUR, has_two), edge_groups.clearance * tree.height_m);
+    let kind = kind_with_clearance(select(KIND_BORDER, KIND_CONTOUR, has_two), edges_of_species.clearance * tree.height_m);
     found.is_edge = true;
     found.edge = Edge(a_m, pcg(vec2<u32>(tree.id, own)).x, b_m, kind);
     return found;
@@ -156,7 +157,7 @@ fn main(
         return;
     }
     let number = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread);
-    if found.is_edge && number < edge_rules.capacity {
+    if found.is_edge && number < MOST_EDGES {
         edges[number] = found.edge;
     }
 }

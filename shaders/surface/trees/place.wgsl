@@ -16,7 +16,7 @@
 #import hachure::earth::bend
 #import hachure::pcg::pcg
 #import hachure::tree_ranks::{chosen_tile, rank_of}
-#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits}
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MOST_SPECIES}
 #import hachure::surface_id::FIRST_TREE
 #import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, DRAW_WORDS, SHADOW_PX, HAS_STROKES}
 
@@ -34,6 +34,18 @@ struct TreeBlock {
     sparseness: u32,
 }
 
+// In one buffer: WebGPU promises eight, and more than three uniforms are too many for a driver
+// (docs/decisions/software-drivers.md).
+struct Question {
+    // Of rasters: the south-western corner, from the origin of the rig.
+    cover_low_m: vec2<f32>,
+    cells_per_m: vec2<f32>,
+    species: array<Species, MOST_SPECIES>,
+    // For each of 255 classes of land and each species, in place of the species' share.
+    shares: array<f32, 2040>,
+    blocks: array<TreeBlock>,
+}
+
 struct TreePoint {
     // In its tile, whose side is 1.
     at: vec2<f32>,
@@ -43,8 +55,7 @@ struct TreePoint {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> forest: Forest;
-@group(0) @binding(2) var<storage, read> tree_species: array<Species>;
-@group(0) @binding(3) var<storage, read> tree_blocks: array<TreeBlock>;
+@group(0) @binding(2) var<storage, read> tree_question: Question;
 @group(0) @binding(4) var<storage, read> tree_points: array<TreePoint>;
 @group(0) @binding(5) var<storage, read_write> tree_instances: array<TreeInstance>;
 // For each species and level the numbers of its instances, then for each species those that throw shadows:
@@ -54,21 +65,12 @@ struct TreePoint {
 // instances there are.
 @group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
 #ifdef COVER
-@group(0) @binding(24) var<uniform> cover: Cover;
 // Density, class, height of the canopy: see src/forest/cover.rs. Rows from the south.
 @group(0) @binding(25) var tree_cover: texture_2d<u32>;
-// For each class of land and each species, in place of the species' share.
-@group(0) @binding(26) var<storage, read> tree_shares: array<f32>;
-
-struct Cover {
-    // The south-western corner, from the origin of the rig.
-    low_m: vec2<f32>,
-    cells_per_m: vec2<f32>,
-}
 
 // What rasters say of a place; nothing grows outside of them.
 fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
-    let at = vec2<i32>(floor((xy_m - cover.low_m) * cover.cells_per_m));
+    let at = vec2<i32>(floor((xy_m - tree_question.cover_low_m) * tree_question.cells_per_m));
     if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(textureDimensions(tree_cover))) {
         return vec4<u32>(0u);
     }
@@ -126,10 +128,10 @@ fn list(number: u32, which: u32) {
 
 // How much of a species there is at a site, of a class of land: 0 is none.
 fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
-    var species = tree_species[number];
+    var species = tree_question.species[number];
 #ifdef COVER
     if class_of_land > 0u {
-        species.share = tree_shares[(class_of_land - 1u) * forest.species + number];
+        species.share = tree_question.shares[(class_of_land - 1u) * MOST_SPECIES + number];
     }
 #endif
     return suits(species, site, hollow);
@@ -218,7 +220,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     if kind >= forest.species {
         return;
     }
-    let species = tree_species[kind];
+    let species = tree_question.species[kind];
     var height_m = species.height_m * mix(0.65, 1.35, chance.x);
     if said.z > 0u {
         height_m = clamp(0.25 * f32(said.z), LOWEST * species.height_m, TALLEST * species.height_m) * mix(0.85, 1.15, chance.x);
@@ -276,7 +278,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if number >= forest.blocks {
         return;
     }
-    let block = tree_blocks[number];
+    let block = tree_question.blocks[number];
     let count = block.count * block.tiles * block.tiles;
     for (var i = thread; i < count; i += 64u) {
         let which = i / block.count;

@@ -5,7 +5,7 @@
 #import hachure::earth::bend
 #import hachure::forest::Species
 #import hachure::tree_form::{form_of, rounded}
-#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of, with_strokes, CLEAR_M}
+#import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree, is_shown, light_of, species_of, with_strokes, clear_m}
 #ifdef WIND
 #import hachure::wind::{Wind, Sway, moved_by_wind}
 #endif
@@ -93,7 +93,7 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
     let tree = tree_instances[in.number];
     // An eye within a crown looks out of it.
     let along_m = view.near_m / in.clip.z;
-    if !is_shown(tree, in.clip.xy) || along_m < CLEAR_M || (!is_front && along_m < WITHIN_M) {
+    if !is_shown(tree, in.clip.xy) || along_m < clear_m(tree, view.eye_m) || (!is_front && along_m < WITHIN_M) {
         discard;
     }
     let normal = normalize(in.normal.xyz);

@@ -48,8 +48,7 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) ->
         along: cx.buffer(&LENGTHS, most * 4),
         arguments: cx.buffer(&ARGUMENTS, 32),
     };
-    let resources =
-        [lists.strokes(), edges.rules(), edges.draw(), lists.counts(), ("arguments", points.arguments.binding())];
+    let resources = [lists.strokes(), edges.draw(), lists.counts(), ("arguments", points.arguments.binding())];
     cx.groups("lines/strokes/arguments", [1, 1], &resources);
     let resources = [
         ("segments", lists.segments.binding()),

@@ -11,7 +11,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan::{Groups, Ordered};
-use crate::gpu::wgsl::surface::trees::edges::{EdgeGroups, TreeEdge, TreeEdges};
+use crate::gpu::wgsl::surface::trees::edges::{TreeEdge, TreeEdges};
 use crate::surface::edges::EdgeList;
 
 /// Threads of a workgroup.
@@ -22,15 +22,15 @@ const CLEARANCE: f32 = 0.1;
 
 /// [`TreeEdge`]s of all species.
 const EDGES: BufferKind = BufferKind::storage("tree edges");
-/// [`TreeEdges`] of each species.
+/// `EdgesOfSpecies`: two words, and [`TreeEdges`] of each species.
 const OF_SPECIES: BufferKind = BufferKind::storage("edges of species");
 
 /// The edges of the near meshes of all species, on the GPU.
 pub(super) struct EdgesOfSpecies {
     edges: Buffer,
     of_species: Buffer,
-    /// Of a species, at most.
-    most: u32,
+    /// Workgroups for a tree: as many as the species with the most edges has.
+    groups: u32,
 }
 
 impl EdgesOfSpecies {
@@ -44,11 +44,14 @@ impl EdgesOfSpecies {
             of_species.push(TreeEdges { first, count: all.len() as u32 - first });
         }
         let most = of_species.iter().map(|edges| edges.count).max().unwrap_or(0);
+        let groups = most.div_ceil(WORKGROUP).max(1);
+        let mut told = vec![groups, CLEARANCE.to_bits()];
+        told.extend_from_slice(bytemuck::cast_slice(&of_species));
         if all.is_empty() {
             // No buffer is empty.
             all.push(TreeEdge::default());
         }
-        Self { edges: Buffer::with(gpu, &EDGES, &all), of_species: Buffer::with(gpu, &OF_SPECIES, &of_species), most }
+        Self { edges: Buffer::with(gpu, &EDGES, &all), of_species: Buffer::with(gpu, &OF_SPECIES, &told), groups }
     }
 }
 
@@ -83,12 +86,10 @@ pub struct Inputs<'a> {
 pub fn run(cx: &mut Cx<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, swaying } = inputs;
     let of_species = &trees.shared.edges;
-    let of_tree = of_species.most.div_ceil(WORKGROUP).max(1);
-    let near = near::run(cx, view, trees, of_tree);
+    let near = near::run(cx, view, trees, of_species.groups);
     let mut resources = vec![
         ("view", view.clone()),
         terrain.clone(),
-        ("edge_groups", cx.uniform("edge groups", &EdgeGroups { of_tree, clearance: CLEARANCE })),
         ("tree_instances", trees.instances.binding()),
         ("near_order", near.order.binding()),
         ("tree_edges", of_species.edges.binding()),
@@ -98,6 +99,6 @@ pub fn run(cx: &mut Cx<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
     resources.extend(swaying.into_iter().flat_map(Swaying::resources));
     let definitions: &[&str] = if swaying.is_some() { &["WIND"] } else { &[] };
     let shader = Compute { name: "surface/trees/edges", definitions };
-    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MOST_NEAR * of_tree };
+    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MOST_NEAR * of_species.groups };
     Ordered { shader, stages: 3, groups, kept: 0 }.run(cx, &resources);
 }

@@ -14,14 +14,14 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
-use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, Species as SpeciesRecord};
+use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MOST_SPECIES, Species as SpeciesRecord};
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
-use crate::gpu::wgsl::surface::trees::place::{Cover as CoverUniform, OWN_SIZE, SHRUNK, TreeBlock};
+use crate::gpu::wgsl::surface::trees::place::{OWN_SIZE, SHRUNK, TreeBlock};
 use crate::scene::forest::Species;
 use crate::scene::view::View;
-use crate::scene::{Forest, Wind};
+use crate::scene::{CoverFiles, Forest, Wind};
 use crate::tiles::Terrain;
 
 /// Trees and pieces of canopy that are drawn for an eye, at most; where there were more, they are thinned out nearer to
@@ -46,15 +46,16 @@ const LOWEST_SUN: f64 = 0.02;
 const LONGEST_SHADOW: f64 = 4.0;
 /// Where all trees are drawn, times this: beyond it none is drawn but as canopy.
 const LAST_ALONE: f64 = (SHRUNK * (1.0 + OWN_SIZE)) as f64;
+/// For each class of land and each species.
+const SHARES: usize = CoverFiles::MOST_CLASSES * Forest::MOST_SPECIES;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
-/// The blocks of an eye.
-const TREE_BLOCKS: BufferKind = BufferKind::storage("tree blocks");
-/// For each class of land and each species.
-const TREE_SHARES: BufferKind = BufferKind::storage("tree shares");
+/// What an eye asks of which blocks.
+const TREE_QUESTION: BufferKind = BufferKind::storage("tree question");
 /// Of a forest.
 const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
+const _: () = assert!(MOST_SPECIES as usize == Forest::MOST_SPECIES);
 
 /// What an eye asks of a forest.
 pub struct Inputs<'a> {
@@ -170,16 +171,23 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
         level_is_water: forest.level_is_water.into(),
         ..ForestUniform::default()
     };
-    let species = species_records(cx, forest, trees);
+    let records = species_records(forest, trees);
+    let species = cx.upload(&TREE_SPECIES, &records).binding();
     let placed = Placed { species, forest: cx.uniform("forest", &uniform), may_sway };
     if packed.is_empty() && !cx.rehearses() {
         return placed;
     }
+    let question: Vec<u8> = [
+        bytemuck::bytes_of(&grid_of(cover, origin_m)),
+        bytemuck::bytes_of(&records),
+        bytemuck::bytes_of(&shares(forest)),
+        bytemuck::cast_slice(&packed),
+    ]
+    .concat();
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
         ("forest", placed.forest.clone()),
-        ("tree_species", placed.species.clone()),
-        ("tree_blocks", cx.upload(&TREE_BLOCKS, &packed).binding()),
+        ("tree_question", cx.upload(&TREE_QUESTION, &question).binding()),
         ("tree_points", shared.point_buffer.binding()),
         ("tree_instances", trees.instances.binding()),
         ("tree_order", trees.order.binding()),
@@ -188,7 +196,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     resources.extend(terrain.resources());
     let definitions: &[&str] = if cover.is_some() { &["COVER"] } else { &[] };
     if let Some(cover) = cover {
-        resources.extend(cover_resources(cx, cover, forest, origin_m));
+        resources.push(cover_texture(cx, cover));
     }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
     cx.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
@@ -202,25 +210,21 @@ struct CoverTexture {
 }
 
 /// What rasters say, as the shader reads it.
-fn cover_resources(cx: &mut Cx<'_>, cover: &Arc<Cover>, forest: &Forest, origin_m: DVec3) -> [Named; 3] {
+fn cover_texture(cx: &mut Cx<'_>, cover: &Arc<Cover>) -> Named {
     let made = cx.kept(
         |known: &CoverTexture| Arc::ptr_eq(&known.cover, cover),
         |gpu| Ok::<_, Infallible>(CoverTexture { cover: Arc::clone(cover), view: cover_view(gpu, cover) }),
     );
     let Ok(texture) = made;
+    ("tree_cover", Resource::Texture("tree cover", texture.view.clone()))
+}
+
+/// Where rasters lie, from the origin of a rig: their south-western corner, and cells to the metre.
+fn grid_of(cover: Option<&Arc<Cover>>, origin_m: DVec3) -> [[f32; 2]; 2] {
+    let Some(cover) = cover else { return [[0.0; 2]; 2] };
     let [low_m, high_m] = [cover.low_m, cover.high_m].map(DVec2::from_array);
-    let uniform = CoverUniform {
-        low_m: (low_m - origin_m.truncate()).as_vec2().to_array(),
-        cells_per_m: (UVec2::from_array(cover.size).as_dvec2() / (high_m - low_m)).as_vec2().to_array(),
-    };
-    let shares = forest.cover.classes.iter().flat_map(|class| class.shares.iter().map(|share| *share as f32));
-    // No buffer is empty.
-    let shares: Vec<f32> = shares.chain([0.0]).collect();
-    [
-        ("cover", cx.uniform("cover", &uniform)),
-        ("tree_cover", Resource::Texture("tree cover", texture.view.clone())),
-        ("tree_shares", cx.upload(&TREE_SHARES, &shares).binding()),
-    ]
+    let cells_per_m = UVec2::from_array(cover.size).as_dvec2() / (high_m - low_m);
+    [low_m - origin_m.truncate(), cells_per_m].map(|pair| pair.as_vec2().to_array())
 }
 
 fn cover_view(gpu: &Gpu, cover: &Cover) -> wgpu::TextureView {
@@ -261,31 +265,36 @@ fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
     words
 }
 
+/// The shares of species on each class of land.
+fn shares(forest: &Forest) -> [f32; SHARES] {
+    let mut shares = [0.0; SHARES];
+    for (own, class) in shares.chunks_exact_mut(Forest::MOST_SPECIES).zip(&forest.cover.classes) {
+        own.iter_mut().zip(&class.shares).for_each(|(own, share)| *own = *share as f32);
+    }
+    shares
+}
+
 /// The species as shaders read them.
-fn species_records(cx: &mut Cx<'_>, forest: &Forest, trees: &DrawnTrees) -> Resource {
-    let records: Vec<SpeciesRecord> = forest
-        .species
-        .iter()
-        .zip(&trees.shared.species)
-        .map(|(species, model)| {
-            let Species { share, height_m, heights_m: [low_m, high_m], aspect_deg, by_aspect, by_hollow, .. } = species;
-            let (east, north) = aspect_deg.to_radians().sin_cos();
-            SpeciesRecord {
-                share: *share as f32,
-                height_m: *height_m as f32,
-                low_m: *low_m as f32,
-                high_m: *high_m as f32,
-                aspect: (DVec2::new(east, north) * *by_aspect).as_vec2().to_array(),
-                by_hollow: *by_hollow as f32,
-                crown: model.crown,
-                middle: model.alone.middle,
-                radius: model.alone.radius,
-                canopy_middle: model.canopy.middle,
-                canopy_radius: model.canopy.radius,
-                cylinder: model.alone.cylinder,
-                canopy_cylinder: model.canopy.cylinder,
-            }
-        })
-        .collect();
-    cx.upload(&TREE_SPECIES, &records).binding()
+fn species_records(forest: &Forest, trees: &DrawnTrees) -> [SpeciesRecord; Forest::MOST_SPECIES] {
+    let mut records = [SpeciesRecord::default(); Forest::MOST_SPECIES];
+    for ((record, species), model) in records.iter_mut().zip(&forest.species).zip(&trees.shared.species) {
+        let Species { share, height_m, heights_m: [low_m, high_m], aspect_deg, by_aspect, by_hollow, .. } = species;
+        let (east, north) = aspect_deg.to_radians().sin_cos();
+        *record = SpeciesRecord {
+            share: *share as f32,
+            height_m: *height_m as f32,
+            low_m: *low_m as f32,
+            high_m: *high_m as f32,
+            aspect: (DVec2::new(east, north) * *by_aspect).as_vec2().to_array(),
+            by_hollow: *by_hollow as f32,
+            crown: model.crown,
+            middle: model.alone.middle,
+            radius: model.alone.radius,
+            canopy_middle: model.canopy.middle,
+            canopy_radius: model.canopy.radius,
+            cylinder: model.alone.cylinder,
+            canopy_cylinder: model.canopy.cylinder,
+        };
+    }
+    records
 }
