@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use common::forest::{DrawnTree, drawn_trees, listed, of, points};
+use common::forest::{DrawnTree, drawn_once, drawn_trees, listed, of, points};
 use common::{grid_of, quantile, random};
 use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
@@ -106,7 +106,7 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
 #[test]
 fn trees_change_their_level_one_by_one_and_slowly() {
     let Some(mut world) = plain() else { return };
-    world.surfaces.set_forest(Some(of(Form::Conifer, 400.0, 20.0)));
+    world.surfaces.set_forest(Some(of(Form::Conifer, 240.0, 20.0)));
     let mut frame = Frame::new(&world.gpu).unwrap();
     let pose = world.pose("0,0,30,0,-10,40");
     let trees = drawn_trees(&mut world, &mut frame, pose, [400, 225]);
@@ -133,7 +133,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
     let mut frames: BTreeMap<([i64; 2], u32), u32> = BTreeMap::new();
     for step in 0..20 {
         let pose = Pose { position_m: pose.position_m - DVec3::Y * f64::from(step), ..pose };
-        let trees = drawn_trees(&mut world, &mut frame, pose, [400, 225]);
+        let trees = drawn_once(&mut world, &mut frame, pose, [400, 225]);
         for (at, levels) in by_place(&trees) {
             for pair in levels.windows(2) {
                 *frames.entry((at, pair[0].level)).or_default() += 1;
@@ -160,7 +160,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
     );
     for step in 0..24 {
         let pose = Pose { position_m: pose.position_m - DVec3::Y * f64::from(step), ..pose };
-        let trees = drawn_trees(&mut world, &mut frame, pose, [400, 225]);
+        let trees = drawn_once(&mut world, &mut frame, pose, [400, 225]);
         for (at, levels) in by_place(&trees) {
             for pair in levels.windows(2) {
                 *frames.entry((at, pair[0].level)).or_default() += 1;

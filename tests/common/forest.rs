@@ -45,10 +45,14 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
 
 /// The trees that a camera's second frame draws, list by list; tiles come with its first.
 pub fn drawn_trees(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
+    drawn_once(world, frame, pose, size_px);
+    drawn_once(world, frame, pose, size_px)
+}
+
+/// The same where the tiles are there.
+pub fn drawn_once(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
     let style = Style::load("plain").unwrap();
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, size_px), &style, &NOON);
-    }
+    draw(&world.gpu, &mut world.surfaces, frame, &still(pose, size_px), &style, &NOON);
     listed(world, frame, pose.position_m)
 }
 
