@@ -12,6 +12,9 @@ fn in_wgsl(shader: &str, definitions: &[&str]) -> Vec<SharedStruct> {
     let module = compose_variant(shader, definitions).unwrap();
     let mut layouter = Layouter::default();
     layouter.update(module.to_ctx()).unwrap();
+    let is_endless = |ty: naga::Handle<naga::Type>| {
+        matches!(module.types[ty].inner, naga::TypeInner::Array { size: naga::ArraySize::Dynamic, .. })
+    };
     let variables = module.global_variables.iter().filter(|(_, variable)| variable.binding.is_some());
     let mut found = Vec::new();
     for (_, variable) in variables {
@@ -30,6 +33,21 @@ fn in_wgsl(shader: &str, definitions: &[&str]) -> Vec<SharedStruct> {
             assert_eq!(offsets, [0, 4, 8, 256]);
             continue;
         }
+        // A list behind its rules, which are a struct by themselves.
+        let (ty, name, members, span) = match members.as_slice() {
+            [rules, list] if is_endless(list.ty) => {
+                let naga::Type { name: Some(name), inner: naga::TypeInner::Struct { members, span } } =
+                    &module.types[rules.ty]
+                else {
+                    panic!("{bare} has no rules before its list");
+                };
+                assert_eq!(list.offset, *span, "{bare}");
+                (rules.ty, name, members, span)
+            }
+            _ => (ty, name, members, span),
+        };
+        let bare = name.split("X_naga_oil_mod_").next().unwrap();
+        let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();
         assert_eq!(layouter[ty].size, *span, "{bare}");
         let names = members.iter().map(|member| &*member.name.clone().unwrap().leak());
         let fields = names.zip(offsets.iter().map(|offset| *offset as usize)).collect();

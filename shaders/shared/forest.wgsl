@@ -73,6 +73,17 @@ struct Species {
     canopy_cylinder: vec4<f32>,
 }
 
+// What may stand where.
+struct TreeRules {
+    // Of rasters: the south-western corner, from the origin of the rig.
+    cover_low_m: vec2<f32>,
+    cells_per_m: vec2<f32>,
+    // MOST_SPECIES.
+    species: array<Species, 8>,
+    // For each of 255 classes of land and each species, in place of the species' share.
+    shares: array<f32, 2040>,
+}
+
 // The land where a tree stands, or would.
 struct Site {
     // In the grid.

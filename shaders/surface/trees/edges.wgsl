@@ -37,11 +37,15 @@ struct TreeEdges {
 
 // Of all species.
 struct EdgesOfSpecies {
+    rules: TreeEdgeRules,
+    each: array<TreeEdges>,
+}
+
+struct TreeEdgeRules {
     // Workgroups for a tree.
     groups: u32,
     // How far behind an edge there is something else, by the tree's height.
     clearance: f32,
-    each: array<TreeEdges>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -83,14 +87,14 @@ struct Found {
 fn edge_of(group: u32, thread: u32) -> Found {
     var found: Found;
     found.is_edge = false;
-    let which = group / edges_of_species.groups;
+    let which = group / edges_of_species.rules.groups;
     if which >= near_order[0] {
         return found;
     }
     let number = near_order[1u + which];
     let tree = tree_instances[number];
     let all = edges_of_species.each[species_of(tree)];
-    let own = group % edges_of_species.groups * 64u + thread;
+    let own = group % edges_of_species.rules.groups * 64u + thread;
     // A tree whose shadow alone is in view has no edges in it.
     let reach_m = 0.6 * tree.height_m + tree.width_m;
     if own >= all.count || is_beside(view, bend(tree.flat_m + vec3<f32>(0.0, 0.0, 0.5 * tree.height_m)), reach_m) {
@@ -125,7 +129,7 @@ fn edge_of(group: u32, thread: u32) -> Found {
     if along_m.y < near_m {
         b_m = mix(ends_m[1], ends_m[0], cut.y);
     }
-    let kind = kind_with_clearance(select(KIND_BORDER, KIND_CONTOUR, has_two), edges_of_species.clearance * tree.height_m);
+    let kind = kind_with_clearance(select(KIND_BORDER, KIND_CONTOUR, has_two), edges_of_species.rules.clearance * tree.height_m);
     found.is_edge = true;
     found.edge = Edge(a_m, pcg(vec2<u32>(tree.id, own)).x, b_m, kind);
     return found;

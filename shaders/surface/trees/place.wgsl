@@ -16,7 +16,7 @@
 #import hachure::earth::bend
 #import hachure::pcg::pcg
 #import hachure::tree_ranks::{chosen_tile, rank_of}
-#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MOST_SPECIES}
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MOST_SPECIES, TreeRules}
 #import hachure::surface_id::FIRST_TREE
 #import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, DRAW_WORDS, SHADOW_PX, HAS_STROKES}
 
@@ -37,12 +37,7 @@ struct TreeBlock {
 // In one buffer: WebGPU promises eight, and more than three uniforms are too many for a driver
 // (docs/decisions/software-drivers.md).
 struct Question {
-    // Of rasters: the south-western corner, from the origin of the rig.
-    cover_low_m: vec2<f32>,
-    cells_per_m: vec2<f32>,
-    species: array<Species, MOST_SPECIES>,
-    // For each of 255 classes of land and each species, in place of the species' share.
-    shares: array<f32, 2040>,
+    rules: TreeRules,
     blocks: array<TreeBlock>,
 }
 
@@ -70,7 +65,7 @@ struct TreePoint {
 
 // What rasters say of a place; nothing grows outside of them.
 fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
-    let at = vec2<i32>(floor((xy_m - tree_question.cover_low_m) * tree_question.cells_per_m));
+    let at = vec2<i32>(floor((xy_m - tree_question.rules.cover_low_m) * tree_question.rules.cells_per_m));
     if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(textureDimensions(tree_cover))) {
         return vec4<u32>(0u);
     }
@@ -128,10 +123,10 @@ fn list(number: u32, which: u32) {
 
 // How much of a species there is at a site, of a class of land: 0 is none.
 fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
-    var species = tree_question.species[number];
+    var species = tree_question.rules.species[number];
 #ifdef COVER
     if class_of_land > 0u {
-        species.share = tree_question.shares[(class_of_land - 1u) * MOST_SPECIES + number];
+        species.share = tree_question.rules.shares[(class_of_land - 1u) * MOST_SPECIES + number];
     }
 #endif
     return suits(species, site, hollow);
@@ -220,7 +215,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     if kind >= forest.species {
         return;
     }
-    let species = tree_question.species[kind];
+    let species = tree_question.rules.species[kind];
     var height_m = species.height_m * mix(0.65, 1.35, chance.x);
     if said.z > 0u {
         height_m = clamp(0.25 * f32(said.z), LOWEST * species.height_m, TALLEST * species.height_m) * mix(0.85, 1.15, chance.x);

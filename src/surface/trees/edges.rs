@@ -11,7 +11,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan::{Groups, Ordered};
-use crate::gpu::wgsl::surface::trees::edges::{TreeEdge, TreeEdges};
+use crate::gpu::wgsl::surface::trees::edges::{TreeEdge, TreeEdgeRules, TreeEdges};
 use crate::surface::edges::EdgeList;
 
 /// Threads of a workgroup.
@@ -22,7 +22,7 @@ const CLEARANCE: f32 = 0.1;
 
 /// [`TreeEdge`]s of all species.
 const EDGES: BufferKind = BufferKind::storage("tree edges");
-/// `EdgesOfSpecies`: two words, and [`TreeEdges`] of each species.
+/// [`TreeEdgeRules`], and [`TreeEdges`] of each species.
 const OF_SPECIES: BufferKind = BufferKind::storage("edges of species");
 
 /// The edges of the near meshes of all species, on the GPU.
@@ -45,8 +45,8 @@ impl EdgesOfSpecies {
         }
         let most = of_species.iter().map(|edges| edges.count).max().unwrap_or(0);
         let groups = most.div_ceil(WORKGROUP).max(1);
-        let mut told = vec![groups, CLEARANCE.to_bits()];
-        told.extend_from_slice(bytemuck::cast_slice(&of_species));
+        let rules = TreeEdgeRules { groups, clearance: CLEARANCE };
+        let told = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&of_species)].concat();
         if all.is_empty() {
             // No buffer is empty.
             all.push(TreeEdge::default());

@@ -14,7 +14,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
-use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MOST_SPECIES, Species as SpeciesRecord};
+use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MOST_SPECIES, Species as SpeciesRecord, TreeRules};
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
@@ -51,7 +51,7 @@ const SHARES: usize = CoverFiles::MOST_CLASSES * Forest::MOST_SPECIES;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
-/// What an eye asks of which blocks.
+/// [`TreeRules`] and [`TreeBlock`]s.
 const TREE_QUESTION: BufferKind = BufferKind::storage("tree question");
 /// Of a forest.
 const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
@@ -177,13 +177,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     if packed.is_empty() && !cx.rehearses() {
         return placed;
     }
-    let question: Vec<u8> = [
-        bytemuck::bytes_of(&grid_of(cover, origin_m)),
-        bytemuck::bytes_of(&records),
-        bytemuck::bytes_of(&shares(forest)),
-        bytemuck::cast_slice(&packed),
-    ]
-    .concat();
+    let [cover_low_m, cells_per_m] = grid_of(cover, origin_m);
+    let rules = TreeRules { cover_low_m, cells_per_m, species: records, shares: shares(forest) };
+    let question = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&packed)].concat();
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
         ("forest", placed.forest.clone()),
