@@ -20,6 +20,12 @@ struct Light {
     // Distance at which haze has taken 63 %, and what it leaves of a tone at last.
     haze_m: f32,
     faintest: f32,
+    // How much of the land's own normals light falls on, beside the form's.
+    detail: f32,
+    // Rise over run up to which land is paper, and from which on it has all of its tone.
+    level: f32,
+    level_end: f32,
+    padding: f32,
 }
 
 // 0 black to 1 white. `surface` is a normal, and the lightness of what is there: 1 is bare land. `seen` is which parts of
@@ -36,7 +42,11 @@ fn light_tone(light: Light, surface: vec4<f32>, seen: vec2<f32>) -> f32 {
     let by_slope = 1.0 - clamp(steep * (1.0 + 0.3476 * (1.0 - steep)), 0.0, 1.0);
     // The sides of a tree or of a model are no slopes.
     let lightness = mix(lit, by_slope, select(0.0, light.slope, surface.w == 1.0));
-    return pow(surface.w * clamp(lightness * light.exposure, 0.0, 1.0), light.contrast);
+    let tone = pow(surface.w * clamp(lightness * light.exposure, 0.0, 1.0), light.contrast);
+    if surface.w != 1.0 || light.level_end <= 0.0 {
+        return tone;
+    }
+    return mix(1.0, tone, smoothstep(light.level, light.level_end, steep));
 }
 
 // What haze leaves of contrast at a distance.

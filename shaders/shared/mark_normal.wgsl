@@ -5,6 +5,9 @@
 // Side of the block of pixels that shares a texel.
 const BLOCK_PX: i32 = 4;
 
+// Blocks are about as far away within this, by the distance.
+const NEAR: f32 = 0.1;
+
 // In place of the lightness of what is seen: it is a tree, flat to marks.
 const FLAT: f32 = -1.0;
 
@@ -31,22 +34,29 @@ fn mark_normal_at(view: View, mark_normal: texture_2d<f32>, pixel: vec2<i32>, at
     if surface.w == FLAT {
         return normal;
     }
+    return between_blocks(view, mark_normal, pixel, at, normal, 0.0);
+}
+
+// Between the four blocks around a pixel; `own` where none sees its face. One that is about as far away counts for
+// `beside` at least, whichever face it sees.
+fn between_blocks(view: View, blocks: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, own: vec3<f32>, beside: f32) -> vec3<f32> {
     let place = vec2<f32>(pixel + view.origin_px - BLOCK_PX / 2) / f32(BLOCK_PX);
     let whole = floor(place);
     let f = place - whole;
     let first = vec2<i32>(whole) - first_block(view);
-    let last = vec2<i32>(textureDimensions(mark_normal)) - 1;
+    let last = vec2<i32>(textureDimensions(blocks)) - 1;
     // What the plane through a block may miss the pixel's place by: a block's width on the ground.
     let allowed_m = f32(BLOCK_PX) * at.w / view.focal_px;
-    var sum = normal * 1e-4;
+    var sum = own * 1e-4;
     for (var i = 0; i < 4; i++) {
         let offset = vec2<i32>(i & 1, i >> 1u);
         let block = clamp(first + offset, vec2<i32>(0), last);
-        let seen = textureLoad(mark_normal, block, 0);
+        let seen = textureLoad(blocks, block, 0);
         let away = at.xyz - place_of_pixel(view, pixel_of_block(view, block), seen.w);
         let miss = dot(away, seen.xyz) / allowed_m;
         let weight = mix(1.0 - f, f, vec2<f32>(offset));
-        let same = f32(seen.w > 0.0) / (1.0 + miss * miss * miss * miss);
+        let near = select(0.0, beside, abs(seen.w - at.w) < NEAR * at.w);
+        let same = f32(seen.w > 0.0) * (1.0 / (1.0 + miss * miss * miss * miss) + near);
         sum += seen.xyz * (weight.x * weight.y * same);
     }
     return normalize(sum);

@@ -176,6 +176,53 @@ fn surface_at(near: Near) -> Surface {
         mix(a.curvature, b.curvature, near.blend));
 }
 
+// The form of the surface: first and second derivatives under uniform cubic B-splines, by g.
+struct Form {
+    gradient: vec2<f32>,
+    // xx, xy, yy.
+    curvature: vec3<f32>,
+}
+
+fn spline_weights(f: f32) -> vec4<f32> {
+    let e = 1.0 - f;
+    return vec4<f32>(e * e * e, 4.0 + f * f * (3.0 * f - 6.0), 4.0 + e * e * (3.0 * e - 6.0), f * f * f) / 6.0;
+}
+
+fn spline_slopes(f: f32) -> vec4<f32> {
+    let e = 1.0 - f;
+    return vec4<f32>(-0.5 * e * e, f * (1.5 * f - 2.0), e * (2.0 - 1.5 * e), 0.5 * f * f);
+}
+
+fn spline_curvatures(f: f32) -> vec4<f32> {
+    return vec4<f32>(1.0 - f, 3.0 * f - 2.0, 1.0 - 3.0 * f, f);
+}
+
+fn form_in_cell(samples: Samples) -> Form {
+    let f = samples.f;
+    let wx = spline_weights(f.x);
+    let sx = spline_slopes(f.x);
+    let cx = spline_curvatures(f.x);
+    let wy = spline_weights(f.y);
+    let sy = spline_slopes(f.y);
+    let scale = samples.scale;
+    let height = vec4<f32>(
+        dot(wx, samples.row_a), dot(wx, samples.row_b), dot(wx, samples.row_c), dot(wx, samples.row_d));
+    let slope = vec4<f32>(
+        dot(sx, samples.row_a), dot(sx, samples.row_b), dot(sx, samples.row_c), dot(sx, samples.row_d));
+    let bend = vec4<f32>(
+        dot(cx, samples.row_a), dot(cx, samples.row_b), dot(cx, samples.row_c), dot(cx, samples.row_d));
+    return Form(
+        vec2<f32>(dot(wy, slope), dot(sy, height)) * scale,
+        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(spline_curvatures(f.y), height))
+            * vec3<f32>(scale.x * scale.x, scale.x * scale.y, scale.y * scale.y));
+}
+
+fn form_at(near: Near) -> Form {
+    let a = form_in_cell(near.fine);
+    let b = form_in_cell(near.coarse);
+    return Form(mix(a.gradient, b.gradient, near.blend), mix(a.curvature, b.curvature, near.blend));
+}
+
 // The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser
 // levels have a sample in every pixel or two, and bilinear is within the error that chose them.
 fn vertex_height_m(g: vec2<f32>, distance_m: f32) -> f32 {

@@ -8,15 +8,16 @@
 #ifdef HORIZON_MAPS
 #import hachure::horizon_maps::visibility_at
 #endif
-#ifdef MARKED_TREES
-#import hachure::mark_normal::FLAT
-#endif
+#import hachure::mark_normal::{FLAT, between_blocks}
 
 #ifdef LOCAL_COLOR
 #import hachure::color::luminance
 #import hachure::local_color::{hue_of, glaze}
 #import hachure::surface_id::{kind_of, MESH, TREE}
 #endif
+
+// A block of the form that sees another face still knows more of it than a sample of the land.
+const BESIDE: f32 = 0.05;
 
 const HEIGHT: u32 = 0u;
 const SLOPE: u32 = 1u;
@@ -52,6 +53,8 @@ struct Toon {
 @group(0) @binding(5) var ramp: texture_2d<f32>;
 // rgb: colour before lines and haze; a: the tone asked for, haze included.
 @group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
+// What light falls on: see surface/form.wgsl. One empty texel where that is the land as it is.
+@group(0) @binding(18) var form_normal: texture_2d<f32>;
 #ifdef MARKED_TREES
 @group(0) @binding(7) var mark_surface: texture_2d<f32>;
 #endif
@@ -107,7 +110,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
     }
-    let n = textureLoad(normal, pixel, 0);
+    var n = textureLoad(normal, pixel, 0);
+    // The land, where light falls on its form.
+    if n.w == 1.0 && light.detail < 1.0 {
+        n = vec4<f32>(normalize(mix(between_blocks(view, form_normal, pixel, at, n.xyz, BESIDE), n.xyz, light.detail)), 1.0);
+    }
 #ifdef HORIZON_MAPS
     var seen = visibility_at(at.xyz, light.to_sun);
 #else

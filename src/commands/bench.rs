@@ -21,6 +21,7 @@ use self::pairs::{Checks, PairPlan};
 use self::style_run::StyleRun;
 use super::arguments;
 use super::height_args::HeightArgs;
+use super::light_args::LightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
@@ -56,6 +57,9 @@ pub struct BenchArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// How light falls.
+    #[command(flatten)]
+    pub light: LightArgs,
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
@@ -109,7 +113,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let path_text = CameraPath::read_text(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.heights.over(scene);
+    let scene = args.light.over(args.heights.over(scene));
     let inputs = inputs::of(args.world.as_deref(), &scene, &styles, Some(&args.path));
     FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;

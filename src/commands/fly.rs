@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::arguments;
 use super::height_args::HeightArgs;
+use super::light_args::LightArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use crate::frame::Antialias;
@@ -23,6 +24,9 @@ pub struct FlyArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// How light falls.
+    #[command(flatten)]
+    pub light: LightArgs,
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,

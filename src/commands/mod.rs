@@ -8,6 +8,7 @@ pub mod height_args;
 pub mod info;
 pub mod fly;
 mod inputs;
+pub mod light_args;
 pub mod misuse;
 pub mod progress;
 pub mod render;

@@ -13,6 +13,7 @@ use self::job::Job;
 use self::vector::SvgOptions;
 use super::arguments;
 use super::height_args::HeightArgs;
+use super::light_args::LightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
@@ -43,6 +44,9 @@ pub struct RenderArgs {
     /// What height files leave open.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// How light falls.
+    #[command(flatten)]
+    pub light: LightArgs,
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
@@ -146,7 +150,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
-    let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
+    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
+    let scene = args.light.over(args.heights.over(scene));
     // Read once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
     check_outputs(args, &kind, &scene, &style, flight.as_deref())?;

@@ -19,7 +19,7 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, land, mark_normal, meshes, motion, trees};
+use crate::surface::{self, form, land, mark_normal, meshes, motion, trees};
 use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -286,6 +286,15 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         mark_normal::run(cx, &ground);
         mark_normal.clone()
     });
+    let form_normal = style.asks_for_form().then(|| {
+        let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
+        let heights = &terrain.resources();
+        let shading =
+            form::Inputs { view, terrain: heights, style, light, surface_id, position, form_normal: &form_normal };
+        form::run(cx, &shading);
+        form_normal
+    });
+    let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
     let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     let asked = tones::Inputs {
@@ -298,6 +307,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         range_m: terrain.range_m(),
         position,
         normal,
+        form_normal: form_normal.as_ref().unwrap_or(nothing),
         mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),

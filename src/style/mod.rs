@@ -125,6 +125,11 @@ impl Style {
         matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0
     }
 
+    /// Whether light falls on the form of the land.
+    pub fn asks_for_form(&self) -> bool {
+        matches!(self.tone, Tone::Toon(_)) && self.light.form_px > 0.0 && self.light.detail < 1.0
+    }
+
     /// Whether tones ask what the land sees of the sun and of the sky.
     pub fn asks_for_horizons(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)

@@ -116,6 +116,14 @@ parameters! {
         occlusion: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much of the darkness comes from the slope itself, of which 45° are black.
         slope: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// Light falls on the land's form at this scale, and not on each of its samples; 0 is the land as it is.
+        form_px: f32 = 0.0 => Range::Within(0.0, 256.0);
+        /// How much of the land's own slopes light falls on beside its form.
+        detail: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How far light turns where a ridge of that form runs along it.
+        turn_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
+        /// Land that slopes less is paper; from four times that on it has all of its tone.
+        level_deg: f32 = 0.0 => Range::Within(0.0, 20.0);
         /// What light is multiplied by; above 1 more of the land is white.
         exposure: f32 = 1.0 => Range::Within(0.25, 4.0);
         /// Exponent of the tone; above 1 it is darker.

@@ -11,6 +11,7 @@ pub mod land;
 pub mod meshes;
 pub mod trees;
 pub mod mark_normal;
+pub mod form;
 pub mod motion;
 
 use crate::gpu::target::TargetKind;

@@ -59,6 +59,9 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Of the surface.
     pub normal: &'a Target,
+    /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL) for a style whose light falls on the form of the land, or
+    /// nothing.
+    pub form_normal: &'a Target,
     /// What marks shade, which says how dark they are on trees; none where there are no marks or trees.
     pub mark_surface: Option<&'a Target>,
     /// What the shadows of trees take of the sun, if there are any and the style asks.

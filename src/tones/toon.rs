@@ -64,6 +64,7 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         inputs.terrain.clone(),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
+        ("form_normal", inputs.form_normal.into()),
         ("tone", inputs.tone.into()),
     ];
     let has = [

@@ -32,7 +32,8 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         follows_land: args.stereo.asks_for_nearest(),
     };
     // As early: a DEM that is seen for the first time takes a while to bake.
-    let scene = args.heights.over(world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?);
+    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
+    let scene = args.light.over(args.heights.over(scene));
     let store = world::open_store(&scene, &progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {

@@ -1,0 +1,119 @@
+// The form of the land: the normal that light falls on, at one pixel of sixteen.
+//
+// A cartographer lights the land's form and not each of its samples (Imhof 1965, "Kartographische Geländedarstellung",
+// on generalisation in shaded relief): few large masses of shade, whose borders are as calm as the picture is coarse. The
+// form is the level of the pyramid that has `form_px` pixels to a sample, under a B-spline, which passes beside the
+// samples and is the smoother for it. It is a function of place and distance alone, as the normals of marks are. Near
+// the eye, where the finest samples are larger than that, the form is the land itself.
+//
+// A ridge that runs along the light has two sides of one tone. There the light turns, always to the same hand, by up to
+// `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. It is the normal that is
+// turned, the other way around the plumb line: so slopes, and what falls on other things, stay as they are.
+#import hachure::view::{View, distance_from_eye}
+#import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there}
+#import hachure::surface::{Form, surface_near, form_at}
+#import hachure::earth::{Unbent, unbend, bend_normal}
+#import hachure::mark_normal::pixel_of_block
+#import hachure::surface_id::{kind_of, LAND}
+
+struct FormRules {
+    // Unit, horizontal: toward the sun.
+    to_sun: vec2<f32>,
+    // Size of a sample of the level that is asked, in pixels.
+    form_px: f32,
+    turn_rad: f32,
+}
+
+// Levels above the coarsest that there is; and how wide the square is, in its samples, by how many times larger a sample
+// should be.
+const MOST_BEYOND: f32 = 2.0;
+const WIDER: f32 = 1.5;
+// Land that is seen more nearly along itself than this, by a cosine, is taken for it.
+const LEAST_FACING: f32 = 0.0625;
+// Ridges are those of a form that is so many levels coarser. By how much the slope changes there over a sample, squared,
+// where light turns half of what it may.
+const RIDGE_LEVELS: f32 = 2.0;
+const RIDGE: f32 = 0.01;
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> form_rules: FormRules;
+@group(0) @binding(2) var surface_id: texture_2d<u32>;
+@group(0) @binding(3) var position: texture_2d<f32>;
+// xyz: unit normal in the world; w: distance along the view axis. All 0 is what is no land.
+@group(0) @binding(4) var form_normal: texture_storage_2d<rgba32float, write>;
+
+// How far light turns, of what it may. Bends by x, y of the world: xx, xy, yy, over a sample of the form.
+fn turned(bends: vec3<f32>) -> f32 {
+    // Directions by twice their angle, so that both ends of a ridge are one. The greatest bend lies along `most`; along a
+    // ridge, where the land bends down on the whole, it is the least bend that is across.
+    let most = vec2<f32>(bends.x - bends.z, 2.0 * bends.y);
+    let sum = bends.x + bends.z;
+    let along = -most * sign(sum);
+    let sun = vec2<f32>(form_rules.to_sun.x * form_rules.to_sun.x - form_rules.to_sun.y * form_rules.to_sun.y,
+        2.0 * form_rules.to_sun.x * form_rules.to_sun.y);
+    let strength = min(dot(most, most), sum * sum);
+    let aligned = max(dot(along, sun) * inverseSqrt(max(dot(along, along), 1e-20)), 0.0);
+    return aligned * aligned * strength / (strength + RIDGE);
+}
+
+// The land as a level has it. A small DEM has few levels, and a map of it asks for more: above the coarsest the form is
+// the mean over a square.
+fn form_of_level(g: vec2<f32>, level: f32) -> Form {
+    let coarsest = f32(terrain.level_count - 1);
+    let wanted = clamp(level, 0.0, coarsest);
+    let beyond = exp2(clamp(level - coarsest, 0.0, MOST_BEYOND));
+    let along = i32(ceil(beyond));
+    let step = WIDER * (beyond - 1.0) / beyond * exp2(coarsest);
+    let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
+    let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
+    var sum = Form(vec2<f32>(0.0), vec3<f32>(0.0));
+    for (var i = 0; i < along * along; i++) {
+        let tap = vec2<f32>(vec2<i32>(i % along, i / along)) - 0.5 * f32(along - 1);
+        let at = clamp(g + step * tap, low, high);
+        let form = form_at(surface_near(at, as_far_as_there(wanted, place_on_level(i32(wanted), at), at)));
+        sum.gradient += form.gradient;
+        sum.curvature += form.curvature;
+    }
+    let share = 1.0 / f32(along * along);
+    return Form(share * sum.gradient, share * sum.curvature);
+}
+
+fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32> {
+    let gradient = form_of_level(point.g, level).gradient;
+    return bend_normal(flat_place, vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy)));
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let block = vec2<i32>(id.xy);
+    if any(id.xy >= textureDimensions(form_normal)) {
+        return;
+    }
+    let pixel = pixel_of_block(view, block);
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+        textureStore(form_normal, block, vec4<f32>(0.0));
+        return;
+    }
+    let flat_place = unbend(at.xyz);
+    let point = grid_from_world(flat_place.flat_m.xy);
+    let sample_m = form_rules.form_px * distance_from_eye(view, at.xyz) / view.focal_px;
+    var wanted = log2(sample_m / terrain.spacing_m);
+    // Seen along the land a sample is narrower: it is as large by its area.
+    let facing = abs(dot(normal_of_level(flat_place, point, wanted), normalize(view.eye_m - at.xyz)));
+    wanted -= 0.5 * log2(max(facing, LEAST_FACING));
+    var n = normal_of_level(flat_place, point, wanted);
+    if form_rules.turn_rad != 0.0 {
+        // Whole ridges turn it.
+        let level = wanted + RIDGE_LEVELS;
+        let ridge = form_of_level(point.g, level);
+        let xx = vec3<f32>(point.dg_dx.x * point.dg_dx.x, 2.0 * point.dg_dx.x * point.dg_dx.y, point.dg_dx.y * point.dg_dx.y);
+        let yy = vec3<f32>(point.dg_dy.x * point.dg_dy.x, 2.0 * point.dg_dy.x * point.dg_dy.y, point.dg_dy.y * point.dg_dy.y);
+        let xy = vec3<f32>(point.dg_dx.x * point.dg_dy.x, point.dg_dx.x * point.dg_dy.y + point.dg_dx.y * point.dg_dy.x,
+            point.dg_dx.y * point.dg_dy.y);
+        let bends = vec3<f32>(dot(ridge.curvature, xx), dot(ridge.curvature, xy), dot(ridge.curvature, yy));
+        let turn = -form_rules.turn_rad * turned(bends * terrain.spacing_m * exp2(clamp(level, 0.0, f32(terrain.level_count - 1) + MOST_BEYOND)));
+        n = vec3<f32>(cos(turn) * n.x - sin(turn) * n.y, sin(turn) * n.x + cos(turn) * n.y, n.z);
+    }
+    textureStore(form_normal, block, vec4<f32>(n, at.w));
+}
