@@ -157,6 +157,11 @@ fn traces() -> Option<Traces> {
     traces.add("scenes with a forest in wind", &trace);
     world.surfaces.set_wind(None);
     world.surfaces.set_forest(None);
+    let mut formed = Style::load("crosshatch").unwrap();
+    formed.light.form_px = 12.0;
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut frame, &formed, [pose; 2]);
+    traces.add("styles with form light", &trace);
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
     shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
