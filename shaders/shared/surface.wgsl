@@ -110,26 +110,40 @@ fn samples_around(place: LevelPlace, g: vec2<f32>) -> Samples {
         row_of_samples(cell, 2) - reference, reference, cell.f, levels[cell.level].scale);
 }
 
-fn surface_in_cell(samples: Samples) -> Surface {
-    let f = samples.f;
-    let wx = cubic_weights(f.x);
-    let sx = cubic_slopes(f.x);
-    let cx = cubic_curvatures(f.x);
-    let wy = cubic_weights(f.y);
-    let sy = cubic_slopes(f.y);
+// What four samples along an axis count for at a place between the middle two, and their first and second derivatives.
+struct Basis {
+    weights: vec4<f32>,
+    slopes: vec4<f32>,
+    curvatures: vec4<f32>,
+}
+
+fn cubic_basis(f: f32) -> Basis {
+    return Basis(cubic_weights(f), cubic_slopes(f), cubic_curvatures(f));
+}
+
+fn surface_by(samples: Samples, x: Basis, y: Basis) -> Surface {
     let scale = samples.scale;
-    let height = vec4<f32>(
-        dot(wx, samples.row_a), dot(wx, samples.row_b), dot(wx, samples.row_c), dot(wx, samples.row_d));
-    let slope = vec4<f32>(
-        dot(sx, samples.row_a), dot(sx, samples.row_b), dot(sx, samples.row_c), dot(sx, samples.row_d));
-    let bend = vec4<f32>(
-        dot(cx, samples.row_a), dot(cx, samples.row_b), dot(cx, samples.row_c), dot(cx, samples.row_d));
+    let height = vec4<f32>(dot(x.weights, samples.row_a), dot(x.weights, samples.row_b),
+        dot(x.weights, samples.row_c), dot(x.weights, samples.row_d));
+    let slope = vec4<f32>(dot(x.slopes, samples.row_a), dot(x.slopes, samples.row_b),
+        dot(x.slopes, samples.row_c), dot(x.slopes, samples.row_d));
+    let bend = vec4<f32>(dot(x.curvatures, samples.row_a), dot(x.curvatures, samples.row_b),
+        dot(x.curvatures, samples.row_c), dot(x.curvatures, samples.row_d));
     return Surface(
-        camera_relative_m(samples.reference_m) + dot(wy, height),
-        vec2<f32>(dot(wy, slope), dot(sy, height)) * scale,
-        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(cubic_curvatures(f.y), height))
+        camera_relative_m(samples.reference_m) + dot(y.weights, height),
+        vec2<f32>(dot(y.weights, slope), dot(y.slopes, height)) * scale,
+        vec3<f32>(dot(y.weights, bend), dot(y.slopes, slope), dot(y.curvatures, height))
             * vec3<f32>(scale.x * scale.x, scale.x * scale.y, scale.y * scale.y),
     );
+}
+
+fn surface_in_cell(samples: Samples) -> Surface {
+    return surface_by(samples, cubic_basis(samples.f.x), cubic_basis(samples.f.y));
+}
+
+fn between(a: Surface, b: Surface, blend: f32) -> Surface {
+    return Surface(mix(a.height_m, b.height_m, blend), mix(a.gradient, b.gradient, blend),
+        mix(a.curvature, b.curvature, blend));
 }
 
 // The surface near a place on a continuous level: the cells of the two levels that it lies between.
@@ -170,17 +184,7 @@ fn surface_near(g: vec2<f32>, at: SurfaceLevel) -> Near {
 }
 
 fn surface_at(near: Near) -> Surface {
-    let a = surface_in_cell(near.fine);
-    let b = surface_in_cell(near.coarse);
-    return Surface(mix(a.height_m, b.height_m, near.blend), mix(a.gradient, b.gradient, near.blend),
-        mix(a.curvature, b.curvature, near.blend));
-}
-
-// The form of the surface: first and second derivatives under uniform cubic B-splines, by g.
-struct Form {
-    gradient: vec2<f32>,
-    // xx, xy, yy.
-    curvature: vec3<f32>,
+    return between(surface_in_cell(near.fine), surface_in_cell(near.coarse), near.blend);
 }
 
 fn spline_weights(f: f32) -> vec4<f32> {
@@ -197,30 +201,14 @@ fn spline_curvatures(f: f32) -> vec4<f32> {
     return vec4<f32>(1.0 - f, 3.0 * f - 2.0, 1.0 - 3.0 * f, f);
 }
 
-fn form_in_cell(samples: Samples) -> Form {
-    let f = samples.f;
-    let wx = spline_weights(f.x);
-    let sx = spline_slopes(f.x);
-    let cx = spline_curvatures(f.x);
-    let wy = spline_weights(f.y);
-    let sy = spline_slopes(f.y);
-    let scale = samples.scale;
-    let height = vec4<f32>(
-        dot(wx, samples.row_a), dot(wx, samples.row_b), dot(wx, samples.row_c), dot(wx, samples.row_d));
-    let slope = vec4<f32>(
-        dot(sx, samples.row_a), dot(sx, samples.row_b), dot(sx, samples.row_c), dot(sx, samples.row_d));
-    let bend = vec4<f32>(
-        dot(cx, samples.row_a), dot(cx, samples.row_b), dot(cx, samples.row_c), dot(cx, samples.row_d));
-    return Form(
-        vec2<f32>(dot(wy, slope), dot(sy, height)) * scale,
-        vec3<f32>(dot(wy, bend), dot(sy, slope), dot(spline_curvatures(f.y), height))
-            * vec3<f32>(scale.x * scale.x, scale.x * scale.y, scale.y * scale.y));
+fn spline_basis(f: f32) -> Basis {
+    return Basis(spline_weights(f), spline_slopes(f), spline_curvatures(f));
 }
 
-fn form_at(near: Near) -> Form {
-    let a = form_in_cell(near.fine);
-    let b = form_in_cell(near.coarse);
-    return Form(mix(a.gradient, b.gradient, near.blend), mix(a.curvature, b.curvature, near.blend));
+// The form of the surface: uniform cubic B-splines, which pass beside the samples.
+fn form_at(near: Near) -> Surface {
+    return between(surface_by(near.fine, spline_basis(near.fine.f.x), spline_basis(near.fine.f.y)),
+        surface_by(near.coarse, spline_basis(near.coarse.f.x), spline_basis(near.coarse.f.y)), near.blend);
 }
 
 // The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser

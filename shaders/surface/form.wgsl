@@ -11,7 +11,7 @@
 // turned, the other way around the plumb line: so slopes, and what falls on other things, stay as they are.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there}
-#import hachure::surface::{Form, surface_near, form_at}
+#import hachure::surface::{Surface, surface_near, form_at}
 #import hachure::earth::{Unbent, unbend, bend_normal}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::surface_id::{kind_of, LAND}
@@ -58,7 +58,7 @@ fn turned(bends: vec3<f32>) -> f32 {
 
 // The land as a level has it. A small DEM has few levels, and a map of it asks for more: above the coarsest the form is
 // the mean over a square.
-fn form_of_level(g: vec2<f32>, level: f32) -> Form {
+fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
     let coarsest = f32(terrain.level_count - 1);
     let wanted = clamp(level, 0.0, coarsest);
     let beyond = exp2(clamp(level - coarsest, 0.0, MOST_BEYOND));
@@ -66,16 +66,17 @@ fn form_of_level(g: vec2<f32>, level: f32) -> Form {
     let step = WIDER * (beyond - 1.0) / beyond * exp2(coarsest);
     let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
     let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
-    var sum = Form(vec2<f32>(0.0), vec3<f32>(0.0));
+    var sum = Surface(0.0, vec2<f32>(0.0), vec3<f32>(0.0));
     for (var i = 0; i < along * along; i++) {
         let tap = vec2<f32>(vec2<i32>(i % along, i / along)) - 0.5 * f32(along - 1);
         let at = clamp(g + step * tap, low, high);
         let form = form_at(surface_near(at, as_far_as_there(wanted, place_on_level(i32(wanted), at), at)));
+        sum.height_m += form.height_m;
         sum.gradient += form.gradient;
         sum.curvature += form.curvature;
     }
     let share = 1.0 / f32(along * along);
-    return Form(share * sum.gradient, share * sum.curvature);
+    return Surface(share * sum.height_m, share * sum.gradient, share * sum.curvature);
 }
 
 fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32> {
