@@ -166,8 +166,9 @@ fn level_land_is_paper() {
             let mut style = Style::load(name).unwrap();
             style.strokes = None;
             style.paper.grain = 0.0;
-            style.light.form_px = 12.0;
-            style.light.level_deg = if level { 2.0 } else { 0.0 };
+            if !level {
+                style.light.level_deg = 0.0;
+            }
             let pose = world.pose("0,0,+2500,0,-90,50");
             let mut frame = Frame::new(&world.gpu).unwrap();
             for _ in 0..3 {

@@ -22,6 +22,8 @@ struct Composite {
     // How much farther than tones lines reach into the haze.
     line_reach: f32,
     mark_ink: vec3<f32>,
+    // How much of a mark's ink is left in full haze.
+    faintest_mark: f32,
     // 1: a sample of a mean: its fourth channel is the ink of lines.
     is_sample: u32,
 }
@@ -69,18 +71,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
     var color: vec3<f32>;
+    var mark_ink = textureLoad(marks, pixel, 0).r;
     if at.w <= 0.0 {
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
     } else {
-        let clear = mix(composite.faintest_tone, 1.0, clearness(distance_from_eye(view, at.xyz), 1.0));
-        color = mix(composite.haze, shaded.rgb, clear);
+        let clear = clearness(distance_from_eye(view, at.xyz), 1.0);
+        color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
+        mark_ink *= mix(composite.faintest_mark, 1.0, clear);
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
         color *= 1.0 + composite.grain * paper_grain(sheet);
     }
-    color = mix(color, composite.mark_ink, textureLoad(marks, pixel, 0).r);
+    color = mix(color, composite.mark_ink, mark_ink);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
         let nearest = nearest_m(pixel);

@@ -9,10 +9,10 @@
 // A ridge that runs along the light has two sides of one tone. There the light turns, always to the same hand, by up to
 // `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. It is the normal that is
 // turned, the other way around the plumb line: so slopes, and what falls on other things, stay as they are.
-#import hachure::view::{View, distance_from_eye}
-#import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there}
-#import hachure::surface::{Surface, surface_near, form_at}
-#import hachure::earth::{Unbent, unbend, bend_normal}
+#import hachure::view::View
+#import hachure::terrain::{terrain, grid_from_world}
+#import hachure::earth::unbend
+#import hachure::form::{form_of_level, form_seen, MOST_BEYOND}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::surface_id::{kind_of, LAND}
 
@@ -24,12 +24,6 @@ struct FormRules {
     turn_rad: f32,
 }
 
-// Levels above the coarsest that there is; and how wide the square is, in its samples, by how many times larger a sample
-// should be.
-const MOST_BEYOND: f32 = 2.0;
-const WIDER: f32 = 1.5;
-// Land that is seen more nearly along itself than this, by a cosine, is taken for it.
-const LEAST_FACING: f32 = 0.0625;
 // Ridges are those of a form that is so many levels coarser. By how much the slope changes there over a sample, squared,
 // where light turns half of what it may.
 const RIDGE_LEVELS: f32 = 2.0;
@@ -56,34 +50,6 @@ fn turned(bends: vec3<f32>) -> f32 {
     return aligned * aligned * strength / (strength + RIDGE);
 }
 
-// The land as a level has it. A small DEM has few levels, and a map of it asks for more: above the coarsest the form is
-// the mean over a square.
-fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
-    let coarsest = f32(terrain.level_count - 1);
-    let wanted = clamp(level, 0.0, coarsest);
-    let beyond = exp2(clamp(level - coarsest, 0.0, MOST_BEYOND));
-    let along = i32(ceil(beyond));
-    let step = WIDER * (beyond - 1.0) / beyond * exp2(coarsest);
-    let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
-    let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
-    var sum = Surface(0.0, vec2<f32>(0.0), vec3<f32>(0.0));
-    for (var i = 0; i < along * along; i++) {
-        let tap = vec2<f32>(vec2<i32>(i % along, i / along)) - 0.5 * f32(along - 1);
-        let at = clamp(g + step * tap, low, high);
-        let form = form_at(surface_near(at, as_far_as_there(wanted, place_on_level(i32(wanted), at), at)));
-        sum.height_m += form.height_m;
-        sum.gradient += form.gradient;
-        sum.curvature += form.curvature;
-    }
-    let share = 1.0 / f32(along * along);
-    return Surface(share * sum.height_m, share * sum.gradient, share * sum.curvature);
-}
-
-fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32> {
-    let gradient = form_of_level(point.g, level).gradient;
-    return bend_normal(flat_place, vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy)));
-}
-
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
@@ -98,15 +64,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let sample_m = form_rules.form_px * distance_from_eye(view, at.xyz) / view.focal_px;
-    var wanted = log2(sample_m / terrain.spacing_m);
-    // Seen along the land a sample is narrower: it is as large by its area.
-    let facing = abs(dot(normal_of_level(flat_place, point, wanted), normalize(view.eye_m - at.xyz)));
-    wanted -= 0.5 * log2(max(facing, LEAST_FACING));
-    var n = normal_of_level(flat_place, point, wanted);
+    let form = form_seen(view, at.xyz, flat_place, point, form_rules.form_px);
+    var n = form.normal;
     if form_rules.turn_rad != 0.0 {
         // Whole ridges turn it.
-        let level = wanted + RIDGE_LEVELS;
+        let level = form.level + RIDGE_LEVELS;
         let ridge = form_of_level(point.g, level);
         let xx = vec3<f32>(point.dg_dx.x * point.dg_dx.x, 2.0 * point.dg_dx.x * point.dg_dx.y, point.dg_dx.y * point.dg_dx.y);
         let yy = vec3<f32>(point.dg_dy.x * point.dg_dy.x, 2.0 * point.dg_dy.x * point.dg_dy.y, point.dg_dy.y * point.dg_dy.y);

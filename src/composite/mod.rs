@@ -60,7 +60,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         line_reach: lines.map_or(1.0, |lines| lines.reach),
         stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
         mark_ink: style.hatching.as_ref().map_or([0.0; 3], |hatching| hatching.ink.linear()),
+        faintest_mark: style.hatching.as_ref().map_or(1.0, |hatching| hatching.faintest),
         is_sample: u32::from(inputs.is_sample),
+        pad_0: Default::default(),
     };
     let resources = [
         ("view", inputs.view.clone()),

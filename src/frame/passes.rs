@@ -277,12 +277,13 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let of_trees = tree_form.as_ref().filter(|_| style.hatching.is_some());
     let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
     let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
-    let mark_normal = style.hatching.is_some().then(|| {
+    let mark_normal = style.hatching.as_ref().map(|hatching| {
         let size = mark_normal::mark_normal_size(targets.size_px());
         let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
         let heights = &terrain.resources();
         let (position, normal) = (mark_place, mark_surface);
-        let ground = mark_normal::Inputs { view, terrain: heights, surface_id, position, normal, mark_normal };
+        let ground =
+            mark_normal::Inputs { view, hatching, terrain: heights, surface_id, position, normal, mark_normal };
         mark_normal::run(cx, &ground);
         mark_normal.clone()
     });

@@ -137,6 +137,8 @@ pub struct Light {
     pub haze_srgb: Option<[f32; 3]>,
 }
 
+/// Haze of clear air: two thirds of the contrast are gone at this distance.
+const CLEAR_AIR_M: f64 = 30_000.0;
 /// Height in which air becomes thinner by a factor of e, in metres.
 const THINNING_M: f64 = 8000.0;
 
@@ -185,8 +187,9 @@ impl Sun {
 
 impl Haze {
     /// The distance in use over a world of `extent_m` (east, north): the one given, else 0.45 of the extent's diagonal,
-    /// so that mountains in the middle stand clear before those at the far edge.
+    /// so that mountains in the middle stand clear before those at the far edge, and 30 km at most, which is clear air:
+    /// a large world has near, middle and far as a small one has.
     pub fn distance_over_m(&self, extent_m: [f64; 2]) -> f64 {
-        self.distance_m.unwrap_or_else(|| (0.45 * extent_m[0].hypot(extent_m[1])).max(1.0))
+        self.distance_m.unwrap_or_else(|| (0.45 * extent_m[0].hypot(extent_m[1])).clamp(1.0, CLEAR_AIR_M))
     }
 }

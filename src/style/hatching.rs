@@ -18,6 +18,12 @@ parameters! {
         scale: Scale = Scale::Blend;
         /// Width of a mark's border in tones; 0 is a pen's, 0.1 a pencil's.
         softness: f32 = 0.0 => Range::Within(0.0, 0.5);
+        /// Marks follow the land's form at this scale; land that is seen at a flat angle has a coarser one.
+        form_px: f32 = 12.0 => Range::Within(1.0, 256.0);
+        /// Marks on land that slopes less than this follow a coarser form, by two levels at most; 0 is nowhere.
+        calm_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
+        /// What is left of the ink of marks in full haze; that there are fewer of them is `haze.faintest_tone`.
+        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Whether marks grow or shrink a little, so that their mean ink is the tone wherever one looks.
         balance: bool = true;
         /// Marks of one kind each; layers are sorted by `from`.

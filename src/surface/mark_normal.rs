@@ -5,6 +5,8 @@
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::surface::mark_normal::MarkRules;
+use crate::style::hatching::Hatching;
 
 /// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`mark_normal_size`].
 pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
@@ -22,6 +24,8 @@ pub fn mark_normal_size(size_px: [u32; 2]) -> [u32; 2] {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
+    /// Whose marks they are.
+    pub hatching: &'a Hatching,
     /// Heights and tables.
     pub terrain: &'a [Named],
     /// Tells the land from what stands on it.
@@ -36,8 +40,11 @@ pub struct Inputs<'a> {
 
 /// Finds the mark normal of what the inputs show.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let hatching = inputs.hatching;
+    let rules = MarkRules { form_px: hatching.form_px, calm: hatching.calm_deg.to_radians().tan() };
     let mut resources = vec![
         ("view", inputs.view.clone()),
+        ("mark_rules", cx.uniform("mark rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),

@@ -1,0 +1,55 @@
+// The land's form: what is left of it at a level of the pyramid, under a B-spline.
+#define_import_path hachure::form
+#import hachure::view::{View, distance_from_eye}
+#import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there}
+#import hachure::surface::{Surface, surface_near, form_at}
+#import hachure::earth::{Unbent, unbend, bend_normal}
+
+// Levels above the coarsest that there is; and how wide the square is, in its samples, by how many times larger a sample
+// should be.
+const MOST_BEYOND: f32 = 2.0;
+const WIDER: f32 = 1.5;
+// Land that is seen more nearly along itself than this, by a cosine, is taken for it.
+const LEAST_FACING: f32 = 0.0625;
+
+// The land as a level has it. A small DEM has few levels, and a map of it asks for more: above the coarsest the form is
+// the mean over a square.
+fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
+    let coarsest = f32(terrain.level_count - 1);
+    let wanted = clamp(level, 0.0, coarsest);
+    let beyond = exp2(clamp(level - coarsest, 0.0, MOST_BEYOND));
+    let along = i32(ceil(beyond));
+    let step = WIDER * (beyond - 1.0) / beyond * exp2(coarsest);
+    let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
+    let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
+    var sum = Surface(0.0, vec2<f32>(0.0), vec3<f32>(0.0));
+    for (var i = 0; i < along * along; i++) {
+        let tap = vec2<f32>(vec2<i32>(i % along, i / along)) - 0.5 * f32(along - 1);
+        let at = clamp(g + step * tap, low, high);
+        let form = form_at(surface_near(at, as_far_as_there(wanted, place_on_level(i32(wanted), at), at)));
+        sum.height_m += form.height_m;
+        sum.gradient += form.gradient;
+        sum.curvature += form.curvature;
+    }
+    let share = 1.0 / f32(along * along);
+    return Surface(share * sum.height_m, share * sum.gradient, share * sum.curvature);
+}
+
+fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32> {
+    let gradient = form_of_level(point.g, level).gradient;
+    return bend_normal(flat_place, vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy)));
+}
+
+// The level whose samples are `sample_px` wide at a place, and the normal there. Seen along the land a sample is narrower:
+// it is as large by its area.
+struct Form {
+    level: f32,
+    normal: vec3<f32>,
+}
+
+fn form_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> Form {
+    let level = log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
+    let facing = abs(dot(normal_of_level(flat_place, point, level), normalize(view.eye_m - at)));
+    let seen = level - 0.5 * log2(max(facing, LEAST_FACING));
+    return Form(seen, normal_of_level(flat_place, point, seen));
+}
