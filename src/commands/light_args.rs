@@ -1,15 +1,16 @@
 //! Options of all commands that draw: how light falls, in place of what the scene says.
 
+use std::str::FromStr;
+
 use clap::Args;
 
-use super::arguments;
 use crate::scene::{Scene, Sun};
 
 /// How light falls.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct LightArgs {
     /// Where the sun stands, in degrees clockwise from north and above the horizon [default: the scene's, or 315,40]
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = sun, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = Sun::from_str, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
 }
 
@@ -22,15 +23,6 @@ impl LightArgs {
     }
 }
 
-/// `315,40`.
-fn sun(text: &str) -> Result<Sun, String> {
-    let within = |text: &str, most: f64| arguments::from_to(-most, most)(text.trim()).ok();
-    let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
-        Some(Sun { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
-    });
-    sun.ok_or_else(|| "it must be an azimuth of -360 to 360 and an elevation of -90 to 90, like 315,40".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by it")]
@@ -41,10 +33,10 @@ mod tests {
     fn the_command_line_comes_before_the_scene() {
         let scene = Scene::default();
         assert_eq!(LightArgs::default().over(scene.clone()).sun, scene.sun);
-        let low = LightArgs { sun: Some(sun("-90, 5.5").unwrap()) };
+        let low = LightArgs { sun: Some("-90, 5.5".parse().unwrap()) };
         assert_eq!(low.over(scene).sun, Sun { azimuth_deg: -90.0, elevation_deg: 5.5 });
         for wrong in ["", "315", "315,", "north,40", "400,40", "315,91", "315,40,1", "nan,40"] {
-            assert!(sun(wrong).is_err(), "{wrong}");
+            assert!(wrong.parse::<Sun>().is_err(), "{wrong}");
         }
     }
 }

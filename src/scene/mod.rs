@@ -17,6 +17,7 @@ pub mod view;
 pub mod wind;
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use camera::Camera;
 pub use forest::Forest;
@@ -171,6 +172,19 @@ impl Scene {
 impl Default for Sun {
     fn default() -> Self {
         Self { azimuth_deg: 315.0, elevation_deg: 40.0 }
+    }
+}
+
+impl FromStr for Sun {
+    type Err = String;
+
+    /// `315,40`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let within = |text: &str, most: f64| text.trim().parse().ok().filter(|number| (-most..=most).contains(number));
+        let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
+            Some(Self { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
+        });
+        sun.ok_or_else(|| "it must be an azimuth of -360 to 360 and an elevation of -90 to 90, like 315,40".to_owned())
     }
 }
 
