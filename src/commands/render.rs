@@ -210,7 +210,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let scene = args.light.over(args.heights.over(scene));
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
-        tracing::warn!("{unscaled} keep their pixels, and are finer at {dpi} dots to an inch than on a screen");
+        tracing::warn!("at {dpi} dots to an inch these stay as many pixels as on a screen: {unscaled}");
     }
     // Read once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;

@@ -13,6 +13,7 @@ pub mod path;
 pub mod reach;
 pub mod scene_file;
 pub mod stereo;
+pub mod sun_time;
 pub mod view;
 pub mod wind;
 
@@ -24,6 +25,7 @@ pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
+pub use sun_time::SunTime;
 pub use wind::Wind;
 
 use crate::source::OpenOptions;
@@ -39,6 +41,8 @@ pub struct Scene {
     pub world: World,
     /// The light.
     pub sun: Sun,
+    /// When the sun is to stand where it stands, in place of `sun`, which follows from it when the heights are open.
+    pub sun_time: Option<SunTime>,
     /// The air.
     pub haze: Haze,
     /// Where a flight starts; none means a view that the world's extent suggests.
@@ -115,6 +119,7 @@ impl Scene {
             embedded: None,
             world,
             sun: Sun::default(),
+            sun_time: None,
             haze: Haze::default(),
             start: None,
             earth: None,

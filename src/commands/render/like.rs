@@ -36,7 +36,9 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.path = more.path.as_ref().map(PathBuf::from);
         all.fps = all.fps.or(more.fps);
     }
-    all.light.sun = all.light.sun.or(Some(*sun));
+    if all.light.date.is_none() {
+        all.light.sun = all.light.sun.or(Some(*sun));
+    }
     if all.size.is_none() {
         // More dots to an inch are more pixels: the print stays as large as it is.
         let finer = all.dpi.map_or(1.0, |asked| asked / dpi.unwrap_or(REFERENCE_DPI));
