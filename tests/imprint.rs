@@ -2,9 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
 
-use std::ffi::OsStr;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use exr::meta::MetaData;
@@ -121,12 +120,8 @@ fn pictures_are_drawn_again() {
         ("0,-1600,+300,4,-9,50", "0,-1600,+300,14,-9,50"),
         ("100,20", "200,20"),
         ("length_px = 21.0", "length_px = 11.0"),
-        ("kind = \"toon\"", "kind = \"plain\"\n[more]\n#"),
     ] {
         assert!(text.contains(word), "{word} is not in {text}");
-        if other.contains("[more]") {
-            continue;
-        }
         place.say("planted.png", &text.replacen(word, other, 1));
         assert!(place.drawn("--like planted.png") != before, "{other}");
     }
@@ -252,19 +247,17 @@ fn paper_and_dots_make_pixels() {
     // 300 dots to an inch are 11811 to a metre; the last byte is the unit.
     assert_eq!(&bytes[at..at + 9], &[0, 0, 0x2e, 0x23, 0, 0, 0x2e, 0x23, 1]);
 
-    // Strokes are as wide on paper at any number of dots; a pixel's share of them would be a third.
-    let widths = |dpi: u32| {
-        place.draw(&format!("{camera} --style strokes --paper 60x40 --margin 5 --dpi {dpi} -o a.svg"));
+    // The widest stroke is as wide on paper at any number of dots; of as many pixels it would be a third.
+    let widest = |dpi: u32| {
+        place.draw(&format!("{camera} --style strokes --paper 120x80 --margin 5 --dpi {dpi} -o a.svg"));
         let text = fs::read_to_string(place.path("a.svg")).unwrap();
-        assert!(text.contains("width=\"60mm\" height=\"40mm\""));
-        let widths = text.split("stroke-width=\"").skip(1).map(|rest| rest.split_once('"').unwrap().0.parse().unwrap());
-        let mut widths: Vec<f64> = widths.collect();
-        widths.sort_by(f64::total_cmp);
-        assert!(widths.len() > 5);
-        widths[widths.len() * 9 / 10]
+        assert!(text.contains("width=\"120mm\" height=\"80mm\""));
+        let widths =
+            text.split("stroke-width=\"").skip(1).map(|rest| rest.split_once('"').unwrap().0.parse::<f64>().unwrap());
+        widths.fold(0.0, f64::max)
     };
-    let (screen, print) = (widths(96), widths(288));
-    assert!((0.8..1.25).contains(&(print / screen)), "{screen} mm, {print} mm");
+    let (screen, print) = (widest(96), widest(288));
+    assert!((0.9..1.1).contains(&(print / screen)), "{screen} mm, {print} mm");
     // Without paper the picture's own size is in millimetres.
     place.draw(&format!("{camera} --style strokes --size 254x127 --dpi 254 -o a.svg"));
     let text = fs::read_to_string(place.path("a.svg")).unwrap();
@@ -310,7 +303,6 @@ fn an_exr_has_its_camera() {
     let [x, y, z, w] = times(at(500.0, side_m), ndc);
     assert!(near([x / w, y / w, z / w, w], [1.0, 0.0, 0.0, 500.0]), "{:?}", [x, y, z, w]);
     assert!(near(times(eye, camera), [0.0, 0.0, 0.0, 1.0]));
-    assert!(Path::new(&place.path("a.exr")).exists());
 }
 
 /// A film's imprint is handed to ffmpeg as a tag, of which ffmpeg is told to keep it.
@@ -334,5 +326,4 @@ fn a_film_says_it_through_ffmpeg() {
     assert!(said.contains("|-metadata|hachure=version = 1\nstyle = \"\"|"), "{said}");
     assert!(said.contains("use_metadata_tags"), "{said}");
     assert!(!arguments(&Notes::default()).contains("metadata"));
-    assert!(OsStr::new("a") != fake.as_os_str());
 }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
 
 use hachure::scene::sun_time::{LatLon, Moment, SunTimeError};
-use hachure::scene::{Sun, SunTime};
+use hachure::scene::{Scene, Sun, SunTime};
 use hachure::source::EarthPlace;
 
 fn at(moment: &str, place: &str) -> Result<Sun, SunTimeError> {
@@ -91,5 +91,25 @@ fn moments_have_a_zone() {
     }
     for wrong in ["", "46.5", "91,0", "0,181", "a,b", "46,7,8", "nan,0"] {
         assert!(wrong.parse::<LatLon>().is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn a_scene_may_have_a_date() {
+    let parse = |sun: &str| {
+        Scene::parse("s.toml".as_ref(), &format!("[world]\nprocedural = {{ seed = 1 }}\n[sun]\n{sun}"))
+            .map_err(|error| error.to_string())
+    };
+    let scene = parse("date = \"2003-10-17T12:30:30-07:00\"\nplace = \"39.742476,-105.1786\"").unwrap();
+    assert!(is_near(scene.sun_time.unwrap().sun(None).unwrap(), 194.34024, 39.88838));
+    assert_eq!(parse("azimuth_deg = 100").unwrap().sun_time, None);
+    for (sun, told) in [
+        ("date = \"2003-10-17\"", "s.toml:4:8: sun.date: it must be a date and an hour with its zone"),
+        ("date = \"2003-10-17T12:30Z\"\nplace = \"Bern\"", "s.toml:5:9: sun.place: it must be a latitude"),
+        ("place = \"46,7\"", "s.toml:4:9: sun.place: it is for a date"),
+        ("date = \"2003-10-17T12:30Z\"\nazimuth_deg = 3", "s.toml:4:8: sun.date: it stands instead of"),
+    ] {
+        let error = parse(sun).unwrap_err();
+        assert!(error.starts_with(told), "{error}");
     }
 }
