@@ -131,11 +131,11 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         adapter: gpu.description(),
         size: args.size,
         world: world_size(&runs[0].world),
-        runs: runs.iter().map(|run| run.run(args.stereo.eyes)).collect(),
+        runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
     };
     let frames: Vec<RunFrames> = runs
         .into_iter()
-        .map(|run| RunFrames { style: run.style.name, eyes: args.stereo.eyes.to_string(), frames: run.records })
+        .map(|run| RunFrames { style: run.style.name, eyes: args.stereo.eyes().to_string(), frames: run.records })
         .collect();
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
     write_frames_csv(&frames_csv, &frames)?;

@@ -1,34 +1,40 @@
 //! Options of all commands that draw: how light falls, in place of what the scene says.
 
+use std::str::FromStr;
+
 use clap::Args;
 
-use super::arguments;
-use crate::scene::{Scene, Sun};
+use crate::scene::sun_time::{LatLon, Moment};
+use crate::scene::{Scene, Sun, SunTime};
 
 /// How light falls.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct LightArgs {
     /// Where the sun stands, in degrees clockwise from north and above the horizon [default: the scene's, or 315,40]
-    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = sun, allow_hyphen_values = true)]
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = Sun::from_str, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
+    /// Where the sun stands at this date and hour with its zone, like 2026-06-21T09:30+02:00, over the place of the
+    /// heights
+    #[arg(long, conflicts_with = "sun", value_parser = Moment::from_str)]
+    pub date: Option<Moment>,
+    /// Of --date: where that is, where the heights do not say it
+    #[arg(long, value_name = "LAT,LON", requires = "date", value_parser = LatLon::from_str, allow_hyphen_values = true)]
+    pub place: Option<LatLon>,
 }
 
 impl LightArgs {
     /// The scene with what the command line says of its light; where that says nothing, what the scene says stays.
     #[must_use]
     pub fn over(&self, mut scene: Scene) -> Scene {
-        scene.sun = self.sun.unwrap_or(scene.sun);
+        if let Some(sun) = self.sun {
+            (scene.sun, scene.sun_time) = (sun, None);
+        }
+        if let Some(moment) = self.date {
+            let place = self.place.or_else(|| scene.sun_time.and_then(|time| time.place));
+            scene.sun_time = Some(SunTime { moment, place });
+        }
         scene
     }
-}
-
-/// `315,40`.
-fn sun(text: &str) -> Result<Sun, String> {
-    let within = |text: &str, most: f64| arguments::from_to(-most, most)(text.trim()).ok();
-    let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
-        Some(Sun { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
-    });
-    sun.ok_or_else(|| "it must be an azimuth of -360 to 360 and an elevation of -90 to 90, like 315,40".to_owned())
 }
 
 #[cfg(test)]
@@ -41,10 +47,14 @@ mod tests {
     fn the_command_line_comes_before_the_scene() {
         let scene = Scene::default();
         assert_eq!(LightArgs::default().over(scene.clone()).sun, scene.sun);
-        let low = LightArgs { sun: Some(sun("-90, 5.5").unwrap()) };
-        assert_eq!(low.over(scene).sun, Sun { azimuth_deg: -90.0, elevation_deg: 5.5 });
+        let low = LightArgs { sun: Some("-90, 5.5".parse().unwrap()), ..LightArgs::default() };
+        assert_eq!(low.over(scene.clone()).sun, Sun { azimuth_deg: -90.0, elevation_deg: 5.5 });
+        let noon = LightArgs { date: Some("2026-06-21T12:00Z".parse().unwrap()), ..LightArgs::default() };
+        let at_noon = noon.over(Scene::default());
+        assert_eq!(at_noon.sun_time.unwrap().moment.to_string(), "2026-06-21T12:00+00:00");
+        assert_eq!(low.over(at_noon).sun_time, None, "--sun comes before the date of a scene");
         for wrong in ["", "315", "315,", "north,40", "400,40", "315,91", "315,40,1", "nan,40"] {
-            assert!(sun(wrong).is_err(), "{wrong}");
+            assert!(wrong.parse::<Sun>().is_err(), "{wrong}");
         }
     }
 }

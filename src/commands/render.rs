@@ -1,6 +1,8 @@
 //! `hachure render`: a DEM becomes a drawing in a file, or a camera path a row of them.
 
 mod job;
+mod like;
+mod paper;
 mod show;
 mod vector;
 
@@ -24,6 +26,7 @@ use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::picture::aov;
+use crate::picture::imprint::DPI_RANGE;
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
@@ -32,12 +35,13 @@ use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
 use crate::style::Style;
+use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
 use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
     /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, forest, hut); without one, the embedded world
     pub world: Option<String>,
@@ -53,21 +57,28 @@ pub struct RenderArgs {
     /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
-    /// A preset or a style file
-    #[arg(long, default_value = "ink")]
-    pub style: String,
-    /// Width and height in pixels, like 1280x720
-    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
-    pub size: [u32; 2],
+    /// Draw a picture that hachure wrote (.png, .exr, .svg or .mp4) again: its world, camera, sun, style, size and dpi,
+    /// but for what other arguments say
+    #[arg(long, value_name = "FILE")]
+    pub like: Option<PathBuf>,
+    /// A preset or a style file [default: ink]
+    #[arg(long)]
+    pub style: Option<String>,
+    /// Width and height in pixels, like 1280x720, which they are without it
+    #[arg(long, value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Dots to an inch of paper: lengths of the style, which are meant for 96, become as many more pixels
+    #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
+    pub dpi: Option<f64>,
     /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
     /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
     #[arg(long)]
     pub path: Option<PathBuf>,
-    /// Frames per second along the path
-    #[arg(long, default_value_t = 30.0, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
-    pub fps: f64,
+    /// Frames per second along the path [default: 30]
+    #[arg(long, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
+    pub fps: Option<f64>,
     /// When one picture of a scene with wind is drawn, in seconds; along a path its own time counts [default: 0]
     #[arg(long, conflicts_with = "path", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1e7))]
     pub time_s: Option<f64>,
@@ -75,15 +86,15 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub stereo: StereoArgs,
     /// Draw each picture so many times, moved by parts of a pixel, and take the mean: smooth edges at so many times the
-    /// cost. Channels of an EXR beside its colour keep one sample
-    #[arg(long, default_value_t = 1, value_parser = arguments::whole::<u32>(1, 1024))]
-    pub samples: u32,
+    /// cost. Channels of an EXR beside its colour keep one sample [default: 1]
+    #[arg(long, value_parser = arguments::whole::<u32>(1, 1024))]
+    pub samples: Option<u32>,
     /// How frames along a path smooth their edges: none, or temporal, by the mean of frames that follow each other
     #[arg(long, default_value = "none")]
     pub antialias: Antialias,
-    /// Height error that may be seen, in pixels
-    #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
-    pub lod_error: f64,
+    /// Height error that may be seen, in pixels [default: 1]
+    #[arg(long, value_parser = arguments::above_0, allow_hyphen_values = true)]
+    pub lod_error: Option<f64>,
     /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone,
     /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
@@ -98,16 +109,54 @@ pub struct RenderArgs {
     /// Of an .svg: how far its curves may be from the strokes, in pixels [default: 0.25]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.01, 100.0))]
     pub tolerance_px: Option<f64>,
-    /// Of an .svg: the sheet, a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres, turned as the picture
-    /// is; without it, a unit of the file is a pixel
+    /// The sheet, a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres: its pixels follow from --dpi, which is
+    /// 300 without it. An .svg without --dpi is as large as fits, and turned as the picture is
     #[arg(long)]
     pub paper: Option<String>,
+    /// --paper lies; it does without this
+    #[arg(long, conflicts_with = "portrait")]
+    pub landscape: bool,
+    /// --paper stands upright
+    #[arg(long)]
+    pub portrait: bool,
     /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
     pub margin: Option<f64>,
     /// Print what it cost, for programs
     #[arg(long)]
     pub json: bool,
+}
+
+/// The size without `--size`.
+const SIZE_PX: [u32; 2] = [1280, 720];
+/// The style without `--style`.
+const STYLE: &str = "ink";
+
+impl RenderArgs {
+    /// Of an eye's picture, in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size.unwrap_or(SIZE_PX)
+    }
+
+    /// Frames in a second.
+    pub fn fps(&self) -> f64 {
+        self.fps.unwrap_or(30.0)
+    }
+
+    /// Frames of which a pixel is the mean.
+    pub fn samples(&self) -> u32 {
+        self.samples.unwrap_or(1)
+    }
+
+    /// Height error that may be seen, in pixels.
+    pub fn lod_error(&self) -> f64 {
+        self.lod_error.unwrap_or(1.0)
+    }
+
+    /// How many pixels one of the style is.
+    pub fn px_per_style_px(&self) -> f64 {
+        self.dpi.map_or(1.0, |dpi| dpi / REFERENCE_DPI)
+    }
 }
 
 /// Frames of a path: a day at 60 frames a second is less than that.
@@ -130,11 +179,18 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// When an input does not hold or the output cannot be written.
 pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
+    let args = paper::measured(args, &kind)?;
+    let (args, style) = like::resolved(&args, &kind)?;
+    let args = &args;
     check_path(args, &kind)?;
     show::check(args, &kind)?;
     check_eyes(args, &kind)?;
     check_antialias(args, &kind)?;
-    let style = arguments::style(&args.style)?;
+    let style = match style {
+        Some(style) => style,
+        None => arguments::style(args.style.as_deref().unwrap_or(STYLE))?,
+    };
+    let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let svg = SvgOptions::new(args, &kind, &style)?;
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
@@ -152,13 +208,17 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.light.over(args.heights.over(scene));
+    if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
+        let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
+        tracing::warn!("at {dpi} dots to an inch these stay as many pixels as on a screen: {unscaled}");
+    }
     // Read once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
     check_outputs(args, &kind, &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {
-        lod_error_px: args.lod_error,
+        lod_error_px: args.lod_error(),
         tile_memory_bytes: args.tile_memory << 20,
         loading: Loading::Wait,
         ..TerrainOptions::default()
@@ -166,7 +226,11 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
-    let mut job = Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None, clock };
+    let camera = world.default_camera();
+    let mut imprint = like::imprint(args, &kind, &as_written, &camera);
+    imprint.sun = world.scene.sun;
+    let mut job =
+        Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None, clock, camera, imprint };
     let cameras = job.cameras()?;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;
@@ -182,7 +246,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         );
     }
     if report.over_budget > 0 {
-        tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error));
+        tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error()));
     }
     if args.json {
         let report = job.report(&cameras, report);
@@ -215,7 +279,7 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
 /// Two eyes are drawn into pictures that have room for what is asked of both.
 fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     args.stereo.check()?;
-    let (eyes, output) = (args.stereo.eyes, named(&args.output));
+    let (eyes, output) = (args.stereo.eyes(), named(&args.output));
     if eyes == Eyes::Mono {
         return Ok(());
     }
@@ -243,9 +307,9 @@ fn check_antialias(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     let why = match kind {
         _ if args.path.is_none() => "it is for frames that follow each other, along a --path; a picture has --samples",
         OutputKind::Frames(_, PictureFormat::Svg) => "the lines of an .svg have no pixels",
-        _ if args.samples > 1 => "a frame is one sample, and --samples asks for more",
+        _ if args.samples() > 1 => "a frame is one sample, and --samples asks for more",
         _ if !args.aov.is_empty() => "--aov is of frames that are not moved",
-        _ if !PartRule::default().is_whole(args.size) => {
+        _ if !PartRule::default().is_whole(args.size()) => {
             "frames as large as --size are drawn in parts; they have --samples"
         }
         _ => return Ok(()),
@@ -271,7 +335,8 @@ fn check_outputs(
     style: &Style,
     flight: Option<&str>,
 ) -> anyhow::Result<()> {
-    let inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
+    let mut inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
+    args.like.iter().for_each(|like| inputs.add(like));
     let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
     // How many frames there are does not depend on the ground.
     let path = match (flight, &args.path) {
@@ -279,6 +344,6 @@ fn check_outputs(
         _ => return Ok(inputs.check(&pattern.path(0))?),
     };
     // A rate that makes no sense is refused before the first frame.
-    let frames = path.frame_count(args.fps.clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
+    let frames = path.frame_count(args.fps().clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
     Ok((0..frames).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
 }

@@ -1,5 +1,6 @@
 //! Arguments of two eyes, which all commands that draw share.
 
+use std::fmt;
 use std::str::FromStr;
 
 use clap::Args;
@@ -12,9 +13,9 @@ use crate::scene::stereo::{Eyes, HYPERSTEREO, IPD_M, Pair};
 #[derive(Clone, Debug, Args)]
 pub struct StereoArgs {
     /// Which eyes: mono, left or right (of a pair), side-by-side (each of --size), anaglyph or grey-anaglyph (for a red
-    /// and a cyan glass)
-    #[arg(long, default_value = "mono")]
-    pub eyes: Eyes,
+    /// and a cyan glass) [default: mono]
+    #[arg(long)]
+    pub eyes: Option<Eyes>,
     /// Of two eyes: how far apart they are, in metres, or auto: a thirtieth of the nearest land [default: 0.065]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub ipd: Option<Ipd>,
@@ -44,14 +45,28 @@ impl FromStr for Ipd {
     }
 }
 
+impl fmt::Display for Ipd {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Metres(metres) => metres.fmt(out),
+            Self::Auto => out.write_str("auto"),
+        }
+    }
+}
+
 impl StereoArgs {
+    /// Which eyes.
+    pub fn eyes(&self) -> Eyes {
+        self.eyes.unwrap_or(Eyes::Mono)
+    }
+
     /// That nothing is said of two eyes where one is drawn.
     ///
     /// # Errors
     /// [`Misuse`].
     pub fn check(&self) -> Result<(), Misuse> {
         let stray = self.ipd.map(|_| "--ipd").or(self.convergence.map(|_| "--convergence"));
-        match stray.filter(|_| self.eyes == Eyes::Mono) {
+        match stray.filter(|_| self.eyes() == Eyes::Mono) {
             Some(name) => Err(Misuse(format!("{name}: it is for two eyes, and --eyes is mono"))),
             None => Ok(()),
         }
@@ -59,7 +74,7 @@ impl StereoArgs {
 
     /// Whether the nearest land is to be found.
     pub fn asks_for_nearest(&self) -> bool {
-        self.eyes != Eyes::Mono && self.ipd == Some(Ipd::Auto)
+        self.eyes() != Eyes::Mono && self.ipd == Some(Ipd::Auto)
     }
 
     /// How two eyes stand to each other, if there are two. `nearest_m` is infinite where no land is seen.
@@ -71,6 +86,6 @@ impl StereoArgs {
             // Over nothing but sky eyes stand as anybody's do.
             Some(Ipd::Auto) => IPD_M,
         };
-        (self.eyes != Eyes::Mono).then_some(Pair { ipd_m, convergence_m: self.convergence })
+        (self.eyes() != Eyes::Mono).then_some(Pair { ipd_m, convergence_m: self.convergence })
     }
 }

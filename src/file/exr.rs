@@ -3,6 +3,8 @@
 //! [`ExrWriter`] takes bands of rows from top to bottom and compresses them on all cores while the caller makes the
 //! next, so that a picture of any size needs the memory of a few bands. [`write_exr`] writes what is whole already.
 
+mod read;
+
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -11,12 +13,12 @@ use exr::block::writer::{ChunksWriter, write_chunks_with};
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
-use exr::prelude::{
-    AttributeValue, ChannelDescription, Compression, FlatSamples, LineOrder, ReadChannels, ReadLayers, SampleType,
-    SmallVec, Text, Vec2,
-};
+use exr::prelude::{AttributeValue, ChannelDescription, Compression, LineOrder, SampleType, SmallVec, Text, Vec2};
+pub(super) use read::imprint;
+pub use read::{ExrPicture, read_exr};
 
 use super::atomic::AtomicFile;
+use super::imprint::{KEY, Notes};
 use super::{FileError, sample_count};
 
 /// Rows that ZIP compresses together; the format fixes them.
@@ -128,11 +130,31 @@ impl ExrWriter {
         channels: &[(&str, SampleKind)],
         attributes: &[(String, String)],
     ) -> Result<Self, FileError> {
+        Self::create_noted(path, width, height, channels, attributes, &Notes::default())
+    }
+
+    /// As [`ExrWriter::create`], with what it says of itself.
+    ///
+    /// # Errors
+    /// As [`ExrWriter::create`].
+    pub fn create_noted(
+        path: &Path,
+        width: u32,
+        height: u32,
+        channels: &[(&str, SampleKind)],
+        attributes: &[(String, String)],
+        notes: &Notes<'_>,
+    ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         // The format wants channels sorted by the bytes of their names.
         let mut file_order: Vec<usize> = (0..channels.len()).collect();
         file_order.sort_by_key(|&channel| channels[channel].0.as_bytes());
-        let header = header(path, width, height, file_order.iter().map(|&channel| channels[channel]), attributes)?;
+        let mut header = header(path, width, height, file_order.iter().map(|&channel| channels[channel]), attributes)?;
+        let own = &mut header.own_attributes;
+        own.horizontal_density = notes.dpi.map(|dpi| dpi as f32);
+        own.world_to_camera = notes.matrices.map(|matrices| matrices.camera_from_world);
+        own.world_to_normalized_device = notes.matrices.map(|matrices| matrices.ndc_from_world);
+        own.other.extend(notes.imprint.map(|imprint| (text(KEY), AttributeValue::Text(text(imprint)))));
         let file = AtomicFile::create(path).map_err(|error| FileError::write(path, error))?;
         let (sender, receiver) = sync_channel(WAITING_BLOCKS);
         let encoder = std::thread::Builder::new()
@@ -298,95 +320,25 @@ pub fn write_exr(
     channels: &[Channel],
     attributes: &[(String, String)],
 ) -> Result<(), FileError> {
+    write_exr_noted(path, width, height, channels, attributes, &Notes::default())
+}
+
+/// As [`write_exr`], with what it says of itself.
+///
+/// # Errors
+/// As [`ExrWriter`]'s methods.
+pub fn write_exr_noted(
+    path: &Path,
+    width: u32,
+    height: u32,
+    channels: &[Channel],
+    attributes: &[(String, String)],
+    notes: &Notes<'_>,
+) -> Result<(), FileError> {
     let kinds: Vec<(&str, SampleKind)> =
         channels.iter().map(|channel| (channel.name.as_str(), channel.samples.as_ref().kind())).collect();
-    let mut writer = ExrWriter::create(path, width, height, &kinds, attributes)?;
+    let mut writer = ExrWriter::create_noted(path, width, height, &kinds, attributes, notes)?;
     let samples: Vec<SamplesRef<'_>> = channels.iter().map(|channel| channel.samples.as_ref()).collect();
     writer.write_rows(&samples)?;
     writer.finish()
-}
-
-/// What [`read_exr`] finds.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ExrPicture {
-    /// Pixels per row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// In the file's order, which is by name.
-    pub channels: Vec<Channel>,
-    /// Hachure's own attributes, sorted by name, without their prefix.
-    pub attributes: Vec<(String, String)>,
-}
-
-impl ExrPicture {
-    /// The samples of a channel of 32-bit floats.
-    pub fn f32(&self, name: &str) -> Option<&[f32]> {
-        self.channels.iter().find(|channel| channel.name == name).and_then(|channel| match &channel.samples {
-            Samples::F32(samples) => Some(samples.as_slice()),
-            Samples::U32(_) => None,
-        })
-    }
-
-    /// The samples of a channel of 32-bit unsigned integers.
-    pub fn u32(&self, name: &str) -> Option<&[u32]> {
-        self.channels.iter().find(|channel| channel.name == name).and_then(|channel| match &channel.samples {
-            Samples::U32(samples) => Some(samples.as_slice()),
-            Samples::F32(_) => None,
-        })
-    }
-}
-
-/// Deflate packs 1032 bytes into one at best, and nothing else that an EXR is packed with does better; so many more are
-/// free for the header.
-const MAX_RATIO: u64 = 1032;
-const FREE_BYTES: u64 = 1 << 16;
-
-/// Holds what the header claims against the length of the file: the decoder would believe it.
-fn check_claims(path: &Path) -> Result<(), FileError> {
-    let file_bytes = std::fs::metadata(path).map_err(|error| FileError::read(path, error))?.len();
-    let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
-    let claimed_bytes = found.headers.iter().map(|header| {
-        let pixels = (header.layer_size.width() as u64).saturating_mul(header.layer_size.height() as u64);
-        pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
-    });
-    match claimed_bytes.max().unwrap_or(0) > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
-        true => Err(FileError::read(path, format!("its pixels cannot lie in {file_bytes} bytes"))),
-        false => Ok(()),
-    }
-}
-
-/// Reads the first part of an EXR that is not deep, whole; 16-bit floats become 32-bit ones.
-///
-/// # Errors
-/// A file that cannot be opened or is no such EXR, or whose header claims more pixels than it can hold.
-pub fn read_exr(path: &Path) -> Result<ExrPicture, FileError> {
-    check_claims(path)?;
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)
-        .map_err(|error| FileError::read(path, error))?;
-    let layer = image.layer_data;
-    let utf8 = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
-    let channels = layer.channel_data.list.into_iter().map(|channel| Channel {
-        name: utf8(&channel.name),
-        samples: match channel.sample_data {
-            FlatSamples::F16(samples) => Samples::F32(samples.into_iter().map(|sample| sample.to_f32()).collect()),
-            FlatSamples::F32(samples) => Samples::F32(samples),
-            FlatSamples::U32(samples) => Samples::U32(samples),
-        },
-    });
-    let own = layer.attributes.other.iter().filter_map(|(name, value)| match value {
-        AttributeValue::Text(value) => Some((utf8(name).strip_prefix(ATTRIBUTE_PREFIX)?.to_owned(), utf8(value))),
-        _ => None,
-    });
-    let mut attributes: Vec<_> = own.collect();
-    attributes.sort();
-    // The format keeps sizes as signed 32-bit numbers.
-    let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
-    Ok(ExrPicture { width, height, channels: channels.collect(), attributes })
 }

@@ -5,6 +5,7 @@
 pub mod atomic;
 pub mod exr;
 pub mod guard;
+pub mod imprint;
 pub mod input;
 pub mod message;
 pub mod pattern;

@@ -12,6 +12,7 @@ use kurbo::{BezPath, PathEl, Point};
 
 use super::FileError;
 use super::atomic::AtomicFile;
+use super::imprint::{self, KEY};
 
 /// What a number of the file means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +81,14 @@ pub struct Stroke {
 /// # Errors
 /// A number that is not finite; a folder that is not there or not writable; a full disk.
 pub fn write_svg(path: &Path, drawing: &Drawing) -> Result<(), FileError> {
+    write_svg_noted(path, drawing, None)
+}
+
+/// As [`write_svg`], with a text that says how it was drawn ([`super::imprint`]).
+///
+/// # Errors
+/// As [`write_svg`].
+pub fn write_svg_noted(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
     let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
     let is_finite = |stroke: &Stroke| stroke.path.is_finite() && stroke.width.is_finite() && stroke.opacity.is_finite();
     if !strokes.into_iter().all(is_finite) || !drawing.size.into_iter().all(f64::is_finite) {
@@ -87,11 +96,11 @@ pub fn write_svg(path: &Path, drawing: &Drawing) -> Result<(), FileError> {
     }
     let failed = |error| FileError::write(path, error);
     let mut file = AtomicFile::create(path).map_err(failed)?;
-    write(file.writer(), drawing).map_err(failed)?;
+    write(file.writer(), drawing, imprint).map_err(failed)?;
     file.commit().map_err(failed)
 }
 
-fn write(out: &mut impl Write, drawing: &Drawing) -> std::io::Result<()> {
+fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std::io::Result<()> {
     let unit = drawing.unit.name();
     let number = |value: f64| number(value, drawing.digits);
     let [width, height] = drawing.size.map(number);
@@ -104,6 +113,9 @@ fn write(out: &mut impl Write, drawing: &Drawing) -> std::io::Result<()> {
     )?;
     writeln!(out, "<title>{}</title>", escaped(&drawing.title))?;
     writeln!(out, "<desc>{}</desc>", escaped(&drawing.description))?;
+    if let Some(imprint) = imprint {
+        writeln!(out, "<metadata id=\"{KEY}\">{}</metadata>", imprint::escaped(imprint))?;
+    }
     for layer in &drawing.layers {
         writeln!(out, "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"", layer.id, layer.label)?;
         let ink = layer.ink.unwrap_or(&drawing.ink);

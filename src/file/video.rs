@@ -7,6 +7,7 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
 
 use super::atomic::AtomicFile;
+use super::imprint::{self, KEY, Notes};
 use super::{FileError, one_line, sample_count};
 
 /// A film under construction. Without [`VideoWriter::finish`] nothing appears under its name.
@@ -37,12 +38,30 @@ impl VideoWriter {
     /// # Errors
     /// As [`VideoWriter::create`].
     pub fn create_with(ffmpeg: &OsStr, path: &Path, width: u32, height: u32, fps: f64) -> Result<Self, FileError> {
+        Self::create_noted(ffmpeg, path, [width, height], fps, &Notes::default())
+    }
+
+    /// As [`VideoWriter::create_with`], with what it says of itself.
+    ///
+    /// # Errors
+    /// As [`VideoWriter::create`].
+    pub fn create_noted(
+        ffmpeg: &OsStr,
+        path: &Path,
+        [width, height]: [u32; 2],
+        fps: f64,
+        notes: &Notes<'_>,
+    ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         if !(fps.is_finite() && fps > 0.0) {
             return Err(FileError::write(path, format!("{fps} frames per second")));
         }
         let file = AtomicFile::create(path).map_err(|error| FileError::write(path, error))?;
         let size = format!("{}x{}", width.next_multiple_of(2), height.next_multiple_of(2));
+        // Other tags than those that every film may have are kept only if that is asked for.
+        let tag = notes.imprint.map(|imprint| format!("{KEY}={imprint}"));
+        let tag = tag.iter().flat_map(|tag| ["-metadata", tag.as_str()]);
+        let flags = if notes.imprint.is_some() { "+faststart+use_metadata_tags" } else { "+faststart" };
         let mut process = Command::new(ffmpeg)
             .args(["-hide_banner", "-nostdin", "-loglevel", "error", "-y"])
             .args(["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", &size, "-framerate", &fps.to_string()])
@@ -50,7 +69,9 @@ impl VideoWriter {
             // Without these, the colours are converted by one standard and shown by another.
             .args(["-vf", "scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"])
             .args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"])
-            .args(["-color_range", "tv", "-c:v", "libx264", "-crf", "16", "-movflags", "+faststart", "-f", "mp4"])
+            .args(["-color_range", "tv", "-c:v", "libx264", "-crf", "16", "-movflags", flags])
+            .args(tag)
+            .args(["-f", "mp4"])
             // The protocol, so that a name with a colon or a leading dash stays a name.
             .arg(file_url(file.partial_path()))
             .stdin(Stdio::piped())
@@ -155,6 +176,14 @@ fn file_url(path: &Path) -> std::ffi::OsString {
     let mut url = std::ffi::OsString::from("file:");
     url.push(path);
     url
+}
+
+/// The imprint among a film's tags, as ffmpeg reads them.
+pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-hide_banner", "-nostdin", "-loglevel", "error", "-i"]).arg(file_url(path));
+    let said = imprint::said(ffmpeg.args(["-f", "ffmetadata", "pipe:1"]), path)?;
+    Ok(imprint::of_ffmetadata(&said))
 }
 
 /// Repeats the last column of an odd width and the last row of an odd height.

@@ -7,6 +7,7 @@
 
 pub mod aov;
 pub mod eyes;
+pub mod imprint;
 pub mod nearest;
 mod report;
 pub mod show;
@@ -199,7 +200,9 @@ fn render_eyes<E>(
     let band_rows =
         if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
     let part_columns = if single { width } else { part_px };
-    let stroke_px = if request.style.strokes.is_some() { STROKE_MARGIN_PX } else { 0 };
+    // Strokes of a print taper over more pixels.
+    let stroke_px = request.style.strokes.as_ref();
+    let stroke_px = stroke_px.map_or(0, |strokes| STROKE_MARGIN_PX.max((2.0 * strokes.taper_px).ceil() as u32));
     let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
     let parallax_px = pair.map_or(0.0, |pair| {
         let camera = View::whole(request.pose, request.pose, request.size_px);

@@ -13,16 +13,19 @@ pub mod path;
 pub mod reach;
 pub mod scene_file;
 pub mod stereo;
+pub mod sun_time;
 pub mod view;
 pub mod wind;
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use camera::Camera;
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
+pub use sun_time::SunTime;
 pub use wind::Wind;
 
 use crate::source::OpenOptions;
@@ -38,6 +41,8 @@ pub struct Scene {
     pub world: World,
     /// The light.
     pub sun: Sun,
+    /// When the sun is to stand where it stands, in place of `sun`, which follows from it when the heights are open.
+    pub sun_time: Option<SunTime>,
     /// The air.
     pub haze: Haze,
     /// Where a flight starts; none means a view that the world's extent suggests.
@@ -114,6 +119,7 @@ impl Scene {
             embedded: None,
             world,
             sun: Sun::default(),
+            sun_time: None,
             haze: Haze::default(),
             start: None,
             earth: None,
@@ -173,6 +179,19 @@ impl Scene {
 impl Default for Sun {
     fn default() -> Self {
         Self { azimuth_deg: 315.0, elevation_deg: 40.0 }
+    }
+}
+
+impl FromStr for Sun {
+    type Err = String;
+
+    /// `315,40`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let within = |text: &str, most: f64| text.trim().parse().ok().filter(|number| (-most..=most).contains(number));
+        let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
+            Some(Self { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
+        });
+        sun.ok_or_else(|| "it must be an azimuth of -360 to 360 and an elevation of -90 to 90, like 315,40".to_owned())
     }
 }
 

@@ -13,6 +13,8 @@
 //! [sun]
 //! azimuth_deg = 315                 # clockwise from north
 //! elevation_deg = 40
+//! # date = "2026-06-21T09:30+02:00"   # instead of both
+//! # place = "46.55,7.98"            # latitude and longitude, where the DEM does not say where it lies
 //!
 //! [haze]
 //! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
@@ -80,7 +82,7 @@ use super::earth::Earth;
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
 use super::wind::WindToml;
-use super::{Haze, Scene, Sun, World};
+use super::{Haze, Scene, Sun, SunTime, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -175,6 +177,25 @@ struct ProceduralToml {
 struct SunToml {
     azimuth_deg: Option<f64>,
     elevation_deg: Option<f64>,
+    date: Option<String>,
+    place: Option<String>,
+}
+
+impl SunToml {
+    /// The sun by its date; else which key makes no sense, and why.
+    fn time(&self) -> Result<Option<SunTime>, (&'static str, String)> {
+        let place = self.place.as_ref().map(|place| place.parse().map_err(|cause| ("sun.place", cause))).transpose()?;
+        let Some(date) = &self.date else {
+            return match place {
+                Some(_) => Err(("sun.place", "it is for a date, which is not given".to_owned())),
+                None => Ok(None),
+            };
+        };
+        if self.azimuth_deg.is_some() || self.elevation_deg.is_some() {
+            return Err(("sun.date", "it stands instead of azimuth_deg and elevation_deg".to_owned()));
+        }
+        Ok(Some(SunTime { moment: date.parse().map_err(|cause| ("sun.date", cause))?, place }))
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -240,6 +261,7 @@ impl Scene {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),
         };
+        scene.sun_time = file.sun.time().map_err(|(key, cause)| wrong(key, &cause))?;
         if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
             return Err(wrong("sun.azimuth_deg", "it must lie within -360 to 360"));
         }

@@ -15,6 +15,7 @@ pub(crate) mod cog;
 pub mod continent;
 mod crs_catalogue;
 mod dted;
+mod earth_place;
 mod ehdr;
 mod envi;
 mod erosion;
@@ -61,6 +62,7 @@ mod xyz;
 
 use std::path::Path;
 
+pub use earth_place::EarthPlace;
 pub use error::SourceError;
 pub use folder::{Kind, kind_of, members};
 use format::Format;

@@ -39,6 +39,12 @@ impl Sheet {
         Self { size: size_px.map(f64::from), unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] }
     }
 
+    /// The picture itself, in millimetres.
+    pub fn dots(size_px: [u32; 2], mm_per_px: f64) -> Self {
+        let size = size_px.map(|side| f64::from(side) * mm_per_px);
+        Self { size, unit: Unit::Mm, units_per_px: mm_per_px, origin: [0.0; 2] }
+    }
+
     /// Paper, turned as the picture is (upright or lying), the picture as large as fits between margins and in the
     /// middle. `paper` is `a0` to `a6`, `letter`, `legal`, `tabloid` or `WIDTHxHEIGHT` in millimetres.
     ///
@@ -68,7 +74,7 @@ impl Sheet {
 }
 
 /// The longer side first.
-fn sides_mm(paper: &str) -> Result<[f64; 2], String> {
+pub(crate) fn sides_mm(paper: &str) -> Result<[f64; 2], String> {
     let name = paper.to_ascii_lowercase();
     if let Some((_, sides)) = PAPERS.iter().find(|(known, _)| *known == name) {
         return Ok(*sides);

@@ -18,9 +18,10 @@ use crate::scene::embedded;
 use crate::scene::mesh_list::MeshListError;
 use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
+use crate::scene::sun_time::SunTimeError;
 use crate::scene::view::Pose;
 use crate::scene::{Light, Scene, World};
-use crate::source::{self, Kind, OpenOptions, Progress, Silent};
+use crate::source::{self, EarthPlace, Kind, OpenOptions, Progress, Silent};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
 use crate::world::{Surfaces, meshes, tree_models};
@@ -68,6 +69,9 @@ pub enum WorldError {
     /// A raster of the scene's forest cannot be read, or does not lie over the world.
     #[error(transparent)]
     Cover(#[from] CoverError),
+    /// There is no sun at the date that is named.
+    #[error(transparent)]
+    SunTime(#[from] SunTimeError),
     /// Voids are named for heights that are not baked here.
     #[error("{}: --nodata is for DEM files of this machine: bake it with --nodata first", named(name))]
     NoData {
@@ -248,12 +252,17 @@ impl OpenWorld {
     /// As [`OpenWorld::on_gpu`].
     pub fn on_gpu_with(
         gpu: &Gpu,
-        scene: Scene,
+        mut scene: Scene,
         store: Arc<dyn TileStore>,
         options: TerrainOptions,
         progress: &dyn Progress,
     ) -> Result<Self, WorldError> {
         let name = store.name();
+        if let Some(time) = scene.sun_time {
+            let size = store.levels()[0];
+            let earth = EarthPlace::of_grid(store.georeference(), size.width, size.height);
+            scene.sun = time.sun(earth).map_err(|error| WorldError::from(error).of(&scene))?;
+        }
         let inverse_radius = scene.earth.map_or(0.0, |earth| earth.inverse_radius());
         let options = TerrainOptions { inverse_radius, ..options };
         let terrain =

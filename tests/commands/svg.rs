@@ -93,7 +93,7 @@ fn wrong_options_are_one_line() {
     for (arguments, name, cause) in [
         (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
         (&["-o", "out/%d.svg", "--style", "plain", "--path", "p.csv"], "out/%d.svg", "the style plain has none"),
-        (&["-o", "out.png", "--paper", "a4"], "--paper", "only an .svg"),
+        (&["-o", "out.png", "--margin", "4"], "--margin", "only an .svg"),
         (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only an .svg"),
     ] {
         let line = place.misuse(&[&["render"][..], arguments].concat());

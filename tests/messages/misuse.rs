@@ -35,7 +35,7 @@ fn misuse_is_told_in_one_line() {
         (&svg, &["--paper", "a4", "--margin", "-1"], &["--margin", "\"-1\""]),
         (&svg, &["--paper", "a4", "--margin", "200"], &["--margin 200"]),
         (&svg, &["--tolerance-px", "0"], &["--tolerance-px", "0.01"]),
-        (&render, &["--paper", "a4"], &["--paper", ".svg"]),
+        (&render, &["--margin", "4"], &["--margin", ".svg"]),
         (&render, &["--style", "inc"], &["inc: no such style; did you mean \"ink\"?"]),
         (&render, &["--style", "oil"], &["oil: no such style", "hachure styles"]),
         (&render, &["--style"], &["--style", "needs a value"]),

@@ -14,7 +14,7 @@ use crate::world::{self, OpenWorld};
 /// # Errors
 /// When there is no headset, an input does not hold, or the GPU fails.
 pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
-    if args.stereo.eyes != Eyes::Mono || args.stereo.ipd.is_some() || args.stereo.convergence.is_some() {
+    if args.stereo.eyes() != Eyes::Mono || args.stereo.ipd.is_some() || args.stereo.convergence.is_some() {
         return Err(
             Misuse("--vr: a headset has eyes of its own, without --eyes, --ipd and --convergence".into()).into()
         );

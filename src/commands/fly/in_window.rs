@@ -25,7 +25,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         size_px: args.size,
         adapter: adapter.clone(),
         frames: args.frames,
-        eyes: args.stereo.eyes,
+        eyes: args.stereo.eyes(),
         antialias: args.antialias,
         // Until the land is known they stand as anybody's do.
         pair: args.stereo.pair(f64::INFINITY).unwrap_or_default(),

@@ -21,8 +21,11 @@ use crate::scene::{Density, Forest, MeshPlace, MeshPlacement, Scene, Stands, Win
 pub(super) struct SceneInfo {
     dem: Option<String>,
     procedural_seed: Option<u32>,
-    sun_azimuth_deg: f64,
-    sun_elevation_deg: f64,
+    sun_azimuth_deg: Option<f64>,
+    sun_elevation_deg: Option<f64>,
+    /// In place of those.
+    sun_date: Option<String>,
+    sun_place: Option<String>,
     haze_distance_m: Option<f64>,
     start: Option<String>,
     vertical_exaggeration: f64,
@@ -152,8 +155,10 @@ impl SceneInfo {
         Ok(Self {
             dem,
             procedural_seed,
-            sun_azimuth_deg: scene.sun.azimuth_deg,
-            sun_elevation_deg: scene.sun.elevation_deg,
+            sun_azimuth_deg: scene.sun_time.is_none().then_some(scene.sun.azimuth_deg),
+            sun_elevation_deg: scene.sun_time.is_none().then_some(scene.sun.elevation_deg),
+            sun_date: scene.sun_time.map(|time| time.moment.to_string()),
+            sun_place: scene.sun_time.and_then(|time| time.place).map(|place| place.to_string()),
             haze_distance_m: scene.haze.distance_m,
             start: scene.start.map(|camera| camera.to_string()),
             vertical_exaggeration: scene.vertical_exaggeration,
@@ -312,15 +317,22 @@ impl SceneInfo {
             None => "over the diagonal of the extent".to_owned(),
         };
         let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
+        let sun = match (&self.sun_date, self.sun_azimuth_deg.zip(self.sun_elevation_deg)) {
+            (Some(date), _) => {
+                format!("of {date} over {}", self.sun_place.as_deref().unwrap_or("the place of the heights"))
+            }
+            (None, sun) => {
+                let (azimuth_deg, elevation_deg) = sun.unwrap_or_default();
+                format!("azimuth {azimuth_deg}°, elevation {elevation_deg}°")
+            }
+        };
         let wind = self.wind.as_ref();
         let wind = wind.map(|wind| format!("wind      {} m/s from {}°\n", wind.speed_m_s, wind.from_deg));
         let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
-            "{file}: a scene\nworld     {world}\nsun       azimuth {}°, elevation {}°\nhaze      {haze}\n\
+            "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
              start     {}\nheights   × {}\n{}{meshes}{}{trees}",
-            self.sun_azimuth_deg,
-            self.sun_elevation_deg,
             self.start.as_deref().unwrap_or("a view that the extent suggests"),
             self.vertical_exaggeration,
             wind.unwrap_or_default(),

@@ -6,16 +6,18 @@ use anyhow::{anyhow, bail};
 use serde::Serialize;
 
 use super::vector::SvgOptions;
-use super::{MOST_FRAMES, RenderArgs};
+use super::{MOST_FRAMES, RenderArgs, like};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
+use crate::file::imprint::Notes;
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::png::PngWriter;
+use crate::file::png::{PngPixels, PngWriter};
 use crate::file::video::VideoWriter;
 use crate::frame::Frame;
 use crate::gpu::Gpu;
 use crate::picture::aov::Plane;
 use crate::picture::eyes::{self, joined};
+use crate::picture::imprint::{Imprint, matrices};
 use crate::picture::nearest::nearest_m;
 use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
@@ -79,6 +81,10 @@ pub(super) struct Job<'a> {
     pub(super) pair: Option<Pair>,
     /// Of the picture that is drawn.
     pub(super) clock: Clock,
+    /// Of the picture that is drawn, as it was given.
+    pub(super) camera: Camera,
+    /// What pictures say of themselves.
+    pub(super) imprint: Imprint,
 }
 
 /// Cameras of a path, at most, that are asked for the nearest land.
@@ -91,12 +97,12 @@ impl Job<'_> {
             return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
         };
         let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
-        let frames = path.frame_count(self.args.fps);
+        let frames = path.frame_count(self.args.fps());
         if frames > MOST_FRAMES {
-            bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps);
+            bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps());
         }
         self.clock = Clock::still(path.times_s()[0]);
-        Ok(path.frames(self.args.fps).collect())
+        Ok(path.frames(self.args.fps()).collect())
     }
 
     /// Finds out how two eyes stand to each other: for all pictures, so that a film does not breathe.
@@ -129,14 +135,19 @@ impl Job<'_> {
         let [width, height] = self.size_px();
         let output = self.args.output.clone();
         let mut film = match kind {
-            OutputKind::Mp4 => Some(VideoWriter::create(&output, width, height, self.args.fps)?),
+            OutputKind::Mp4 => {
+                let imprint = like::text_at(&self.imprint, &cameras[0], Clock::default());
+                let notes = Notes { imprint: Some(&imprint), ..Notes::default() };
+                Some(VideoWriter::create_noted("ffmpeg".as_ref(), &output, [width, height], self.args.fps(), &notes)?)
+            }
             _ => None,
         };
         let mut total = PictureReport::default();
         let (mut previous, start_s) = (None, self.clock.now_s);
         for (number, camera) in cameras.iter().enumerate() {
-            let now_s = start_s + number as f64 / self.args.fps;
+            let now_s = start_s + number as f64 / self.args.fps();
             self.clock = Clock { now_s, before_s: self.clock.now_s };
+            self.camera = *camera;
             let pose = self.world.pose(camera);
             let previous = previous.replace(pose).unwrap_or(pose);
             let report = match (&kind, &mut film) {
@@ -172,9 +183,11 @@ impl Job<'_> {
         previous: Pose,
     ) -> anyhow::Result<PictureReport> {
         let [width, height] = self.size_px();
+        let imprint = self.imprint_text();
+        let notes = self.notes(&imprint, pose);
         match format {
             PictureFormat::Png => {
-                let mut writer = PngWriter::create(path, width, height)?;
+                let mut writer = PngWriter::create_noted(path, width, height, PngPixels::Rgba8, &notes)?;
                 let take = |bands| writer.write_rows(&picture::srgb8(&joined(width, bands)));
                 let report = self.render(pose, previous, take)?;
                 writer.finish()?;
@@ -183,7 +196,7 @@ impl Job<'_> {
             PictureFormat::Exr => {
                 // Both eyes of a pair are layers of one file; each has the size of one.
                 let layers: &[&str] =
-                    if self.args.stereo.eyes == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
+                    if self.args.stereo.eyes() == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
                 let of_layer = |layer: &&str| {
                     let colour = ["R", "G", "B", "A"].map(|name| (format!("{layer}{name}"), SampleKind::F32));
                     let planes = self.planes.iter();
@@ -193,8 +206,8 @@ impl Job<'_> {
                 let channels: Vec<_> = layers.iter().flat_map(of_layer).collect();
                 let channels: Vec<_> = channels.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
                 let attributes = [("camera".to_owned(), self.camera_text(pose))];
-                let [width, height] = self.args.size;
-                let mut writer = ExrWriter::create(path, width, height, &channels, &attributes)?;
+                let [width, height] = self.args.size();
+                let mut writer = ExrWriter::create_noted(path, width, height, &channels, &attributes, &notes)?;
                 let report = self.render(pose, previous, |bands| {
                     let colour = |band: &Band| {
                         [0, 1, 2, 3].map(|i| band.picture.iter().map(|texel| texel[i]).collect::<Vec<f32>>())
@@ -225,18 +238,18 @@ impl Job<'_> {
             pose,
             previous,
             clock: self.clock,
-            size_px: self.args.size,
+            size_px: self.args.size(),
             style: &self.style,
             light: self.world.light(),
             planes: &self.planes,
-            samples: self.args.samples,
+            samples: self.args.samples(),
             antialias: self.args.antialias,
         };
         if let Some(frame) = &mut self.frame {
-            frame.set_step_s(1.0 / self.args.fps);
+            frame.set_step_s(1.0 / self.args.fps());
         }
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
-        let shown = self.args.stereo.eyes;
+        let shown = self.args.stereo.eyes();
         let report = match shown.of_pair() {
             [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
             _ => {
@@ -249,8 +262,20 @@ impl Job<'_> {
 
     /// Of a PNG or a film: side by side it is twice as wide.
     fn size_px(&self) -> [u32; 2] {
-        let [width, height] = self.args.size;
-        [if self.args.stereo.eyes == Eyes::SideBySide { 2 * width } else { width }, height]
+        let [width, height] = self.args.size();
+        [if self.args.stereo.eyes() == Eyes::SideBySide { 2 * width } else { width }, height]
+    }
+
+    /// What the picture that is drawn says of how it is drawn.
+    pub(super) fn imprint_text(&self) -> String {
+        like::text_at(&self.imprint, &self.camera, self.clock)
+    }
+
+    /// The same with what its format has a place for. Two eyes are not where the camera is.
+    pub(super) fn notes<'a>(&self, imprint: &'a str, pose: Pose) -> Notes<'a> {
+        let is_mono = self.args.stereo.eyes() == Eyes::Mono;
+        let matrices = is_mono.then(|| matrices(&pose, self.args.size()));
+        Notes { imprint: Some(imprint), dpi: self.args.dpi, matrices }
     }
 
     /// The report, if it is of all that was to be drawn.
@@ -277,11 +302,11 @@ impl Job<'_> {
             adapter: self.gpu.description(),
             output: self.args.output.clone(),
             style: self.style.name.clone(),
-            eyes: self.args.stereo.eyes.to_string(),
+            eyes: self.args.stereo.eyes().to_string(),
             ipd_m: self.pair.map(|pair| pair.ipd_m),
-            size: self.args.size,
+            size: self.args.size(),
             frames: cameras.len() as u64,
-            samples: self.args.samples,
+            samples: self.args.samples(),
             wall_ms: report.wall_ms,
             passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),
             triangles: report.triangles,

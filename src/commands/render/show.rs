@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
-use crate::file::exr::write_exr;
+use crate::file::exr::write_exr_noted;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::png::write_rgba8;
+use crate::file::png::{PngPixels, PngWriter};
 use crate::frame::Frame;
 use crate::picture::show::{self, ShowError};
 use crate::picture::{PartRule, PictureReport};
@@ -22,8 +22,8 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         let output = named(&args.output);
         return Err(Misuse(format!("--show: it is written to a .png or an .exr, and the output is {output}")));
     }
-    let [width, height] = args.size;
-    if !PartRule::default().is_whole(args.size) {
+    let [width, height] = args.size();
+    if !PartRule::default().is_whole(args.size()) {
         return Err(Misuse(format!("--show: {width}x{height} are more pixels than a picture of one part has")));
     }
     Ok(())
@@ -36,16 +36,20 @@ impl Job<'_> {
         Frame::or_new(&mut self.frame, &self.gpu)?.set_traces(true);
         let report = self.render(pose, pose, |_| Ok(()))?;
         let trace = self.frame.as_ref().map(Frame::trace).unwrap_or_default();
-        let picture = show::read(&self.gpu, trace, name, self.args.size).map_err(|error| match error {
+        let picture = show::read(&self.gpu, trace, name, self.args.size()).map_err(|error| match error {
             ShowError::Unknown { .. } => Misuse::of(error).into(),
             error => anyhow::Error::from(error),
         })?;
         let [width, height] = picture.size_px;
+        let imprint = self.imprint_text();
+        let notes = self.notes(&imprint, pose);
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr")) {
             let attributes = [("camera".to_owned(), self.camera_text(pose)), ("picture".to_owned(), name.to_owned())];
-            write_exr(path, width, height, &picture.channels(), &attributes)?;
+            write_exr_noted(path, width, height, &picture.channels(), &attributes, &notes)?;
         } else {
-            write_rgba8(path, width, height, &picture.rgba8())?;
+            let mut writer = PngWriter::create_noted(path, width, height, PngPixels::Rgba8, &notes)?;
+            writer.write_rows(&picture.rgba8())?;
+            writer.finish()?;
         }
         Ok(report)
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::super::misuse::Misuse;
+use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
 use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -16,9 +17,6 @@ use crate::scene::view::Pose;
 use crate::style::Style;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
-
-/// What stays free on paper, unless somebody says otherwise.
-const MARGIN_MM: f64 = 10.0;
 
 /// A layer of an anaglyph: its name, what it is, and its ink. Red glass shows cyan as black, and red as paper.
 type EyeInk = (&'static str, &'static str, &'static str);
@@ -36,11 +34,7 @@ impl SvgOptions {
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
         let output = named(&args.output);
         if !matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
-            let given = [
-                ("--tolerance-px", args.tolerance_px.is_some()),
-                ("--paper", args.paper.is_some()),
-                ("--margin", args.margin.is_some()),
-            ];
+            let given = [("--tolerance-px", args.tolerance_px.is_some()), ("--margin", args.margin.is_some())];
             if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
                 return Err(Misuse(format!("{option}: only an .svg has it, and the output is {output}")).into());
             }
@@ -52,13 +46,16 @@ impl SvgOptions {
                 format!("{output}: an .svg holds strokes, and the style {style} has none; --style strokes has");
             return Err(Misuse(misuse).into());
         };
-        let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX);
+        let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX * args.px_per_style_px());
         let sheet = match (&args.paper, args.margin) {
-            (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size).map_err(Misuse)?,
+            (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size()).map_err(Misuse)?,
             (None, Some(margin)) => {
                 return Err(Misuse(format!("--margin {margin}: it is a margin of --paper, which is not given")).into());
             }
-            (None, None) => Sheet::pixels(args.size),
+            (None, None) => match args.dpi {
+                Some(dpi) => Sheet::dots(args.size(), MM_PER_INCH / dpi),
+                None => Sheet::pixels(args.size()),
+            },
         };
         Ok(Some(Self(Settings { tolerance_px, sheet, ink: strokes.ink })))
     }
@@ -92,13 +89,13 @@ impl Job<'_> {
     /// Writes the strokes of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
-        let still = PictureRequest::still(pose, self.args.size, &self.style, self.world.light());
+        let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, ..still };
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
         let (eyes, report) = render_strokes(gpu, frame, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;
         let report = self.whole(report)?;
-        let (layers, drawn) = match (self.args.stereo.eyes, eyes.as_slice()) {
+        let (layers, drawn) = match (self.args.stereo.eyes(), eyes.as_slice()) {
             (Eyes::Anaglyph | Eyes::GreyAnaglyph, [left, right]) => {
                 let (left, mut drawn) = vector::layer_of_eye(left, settings, LEFT_INK);
                 let (right, of_right) = vector::layer_of_eye(right, settings, RIGHT_INK);
@@ -108,7 +105,7 @@ impl Job<'_> {
             (Eyes::Right, [_, right]) => vector::layers(right, settings),
             _ => vector::layers(eyes.first().map_or(&[], Vec::as_slice), settings),
         };
-        let [width, height] = self.args.size;
+        let [width, height] = self.args.size();
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),
             description: format!(
@@ -126,7 +123,7 @@ impl Job<'_> {
             ink: settings.ink.to_string(),
             layers,
         };
-        svg::write_svg(path, &drawing)?;
+        svg::write_svg_noted(path, &drawing, Some(&self.imprint_text()))?;
         self.drawn.append(&drawn);
         Ok(report)
     }

@@ -1,0 +1,127 @@
+//! `render --like FILE`: a picture drawn again, by what it says of itself; arguments come before it.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, bail};
+
+use super::RenderArgs;
+use crate::file::message::named;
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::picture::imprint::Imprint;
+use crate::scene::camera::Camera;
+use crate::scene::view::Clock;
+use crate::source::Encoding;
+use crate::style::Style;
+use crate::style::scale::REFERENCE_DPI;
+
+/// The arguments with what the picture says where they say nothing.
+///
+/// # Errors
+/// A world that is an address, of a picture that nobody trusts; a value that no argument may have.
+pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<RenderArgs> {
+    let mut all = args.clone();
+    let Imprint { world, camera, sun, size_px, dpi, more, .. } = imprint;
+    if all.world.is_none() {
+        if world.as_ref().is_some_and(|world| world.contains("://")) && !args.trust_scene {
+            bail!("its world is an address on the network; --trust-scene allows it");
+        }
+        all.world.clone_from(world);
+    }
+    let is_picture = matches!(kind, OutputKind::Picture(_));
+    if is_picture && all.path.is_none() {
+        all.camera = all.camera.or(Some(*camera));
+        all.time_s = all.time_s.or(more.time_s);
+    }
+    if !is_picture && all.path.is_none() {
+        all.path = more.path.as_ref().map(PathBuf::from);
+        all.fps = all.fps.or(more.fps);
+    }
+    if all.light.date.is_none() {
+        all.light.sun = all.light.sun.or(Some(*sun));
+    }
+    if all.size.is_none() {
+        // More dots to an inch are more pixels: the print stays as large as it is.
+        let finer = all.dpi.map_or(1.0, |asked| asked / dpi.unwrap_or(REFERENCE_DPI));
+        all.size = Some(size_px.map(|side| ((f64::from(side) * finer).round() as u32).clamp(1, 1 << 20)));
+    }
+    all.dpi = all.dpi.or(*dpi);
+    all.samples = all.samples.or(more.samples);
+    all.lod_error = all.lod_error.or(more.lod_error);
+    all.heights.nodata = all.heights.nodata.or(more.nodata);
+    if let (None, Some(name)) = (all.heights.encoding, &more.encoding) {
+        let known = Encoding::ALL.into_iter().find(|encoding| encoding.name() == name);
+        all.heights.encoding = Some(known.context("its encoding of heights is not known")?);
+    }
+    if let (None, Some(eyes)) = (all.stereo.eyes, &more.eyes) {
+        all.stereo.eyes = Some(eyes.parse().map_err(anyhow::Error::msg).context("eyes")?);
+        let ipd = more.ipd.as_ref().map(|ipd| ipd.parse().map_err(anyhow::Error::msg).context("ipd"));
+        all.stereo.ipd = all.stereo.ipd.or(ipd.transpose()?);
+        all.stereo.convergence = all.stereo.convergence.or(more.convergence);
+    }
+    match kind {
+        OutputKind::Picture(PictureFormat::Png | PictureFormat::Exr) if all.aov.is_empty() => {
+            all.show = all.show.or_else(|| more.show.clone());
+        }
+        OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg) => {
+            all.paper = all.paper.or_else(|| more.paper.clone());
+            all.margin = all.margin.or(more.margin);
+            all.tolerance_px = all.tolerance_px.or(more.tolerance_px);
+        }
+        _ => {}
+    }
+    Ok(all)
+}
+
+/// What the picture of these arguments says of itself; its camera and its time are still to come.
+pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camera: &Camera) -> Imprint {
+    let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+    let is_film = matches!(kind, OutputKind::Mp4);
+    let mut imprint = Imprint {
+        world: args.world.clone(),
+        camera: *camera,
+        sun: args.light.sun.unwrap_or_default(),
+        style: style.clone(),
+        size_px: args.size(),
+        dpi: args.dpi,
+        more: Default::default(),
+    };
+    let more = &mut imprint.more;
+    more.samples = args.samples.filter(|samples| *samples != 1);
+    more.lod_error = args.lod_error.filter(|error| *error != 1.0);
+    more.nodata = args.heights.nodata;
+    more.encoding = args.heights.encoding.map(|encoding| encoding.name().to_owned());
+    more.eyes = args.stereo.eyes.map(|eyes| eyes.to_string()).filter(|eyes| eyes != "mono");
+    more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
+    more.convergence = args.stereo.convergence;
+    more.show.clone_from(&args.show);
+    if is_svg {
+        more.paper.clone_from(&args.paper);
+        (more.margin, more.tolerance_px) = (args.margin, args.tolerance_px);
+    }
+    if is_film {
+        more.path = args.path.as_ref().map(|path| path.to_string_lossy().into_owned());
+        more.fps = Some(args.fps());
+    }
+    imprint
+}
+
+/// The same of one picture of several.
+pub(super) fn text_at(imprint: &Imprint, camera: &Camera, clock: Clock) -> String {
+    let mut imprint = Imprint { camera: *camera, ..imprint.clone() };
+    imprint.more.time_s = Some(clock.now_s).filter(|now_s| *now_s != 0.0);
+    imprint.text()
+}
+
+/// The arguments, and the style if it is that of a picture which they name.
+///
+/// # Errors
+/// One line that names the picture and the cause.
+pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(RenderArgs, Option<Style>)> {
+    let Some(like) = &args.like else { return Ok((args.clone(), None)) };
+    let imprint = Imprint::read(like)?;
+    let all = over(args, kind, &imprint).with_context(|| named(like))?;
+    if let (None, Some(world)) = (&args.world, all.world.as_deref()) {
+        super::arguments::check_world(Some(world)).with_context(|| format!("{}: its world", named(like)))?;
+    }
+    Ok((all, args.style.is_none().then_some(imprint.style)))
+}

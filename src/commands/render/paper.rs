@@ -1,0 +1,74 @@
+//! `--paper` and `--dpi`: how many pixels a sheet has, and how large those of a style are on it.
+
+use super::RenderArgs;
+use crate::commands::misuse::Misuse;
+use crate::file::message::named;
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::vector::sheet;
+
+/// Dots to an inch of a sheet of pixels, unless somebody says otherwise.
+const SHEET_DPI: f64 = 300.0;
+/// What stays free on the paper of an SVG, unless somebody says otherwise.
+pub(super) const MARGIN_MM: f64 = 10.0;
+pub(super) const MM_PER_INCH: f64 = 25.4;
+/// As `--size` has it.
+const LONGEST_PX: f64 = (1 << 20) as f64;
+
+/// The arguments with the pixels of a sheet, where they name one.
+///
+/// # Errors
+/// What is wrong with them, in one line.
+pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArgs, Misuse> {
+    let format = match kind {
+        OutputKind::Picture(format) | OutputKind::Frames(_, format) => *format,
+        OutputKind::Mp4 => return not_of_a_film(args),
+    };
+    let is_svg = format == PictureFormat::Svg;
+    let turn = if args.landscape { "--landscape" } else { "--portrait" };
+    let is_turned = args.landscape || args.portrait;
+    let mut args = args.clone();
+    let Some(paper) = &args.paper else {
+        return match is_turned {
+            true => Err(Misuse(format!("{turn}: it turns --paper, which is not given"))),
+            false => Ok(args),
+        };
+    };
+    // Lines have no pixels: without a number of them, the picture of --size is made as large as the sheet.
+    if is_svg && args.dpi.is_none() {
+        return match is_turned {
+            true => Err(Misuse(format!("{turn}: without --dpi an .svg on --paper is turned as --size is"))),
+            false => Ok(args),
+        };
+    }
+    if args.size.is_some() {
+        return Err(Misuse("--size: on --paper the pixels of a picture follow from --dpi".to_owned()));
+    }
+    let [longer, shorter] = sheet::sides_mm(paper).map_err(Misuse)?;
+    let sides_mm = if args.portrait { [shorter, longer] } else { [longer, shorter] };
+    let margin_mm = if is_svg { args.margin.unwrap_or(MARGIN_MM) } else { 0.0 };
+    let dpi = *args.dpi.get_or_insert(SHEET_DPI);
+    let size_px = sides_mm.map(|side| ((side - 2.0 * margin_mm) / MM_PER_INCH * dpi).round());
+    if size_px.iter().any(|side| !(1.0..=LONGEST_PX).contains(side)) {
+        let [width, height] = size_px.map(|side| side.max(0.0));
+        return Err(Misuse(format!(
+            "--paper: at {dpi} dots to an inch it has {width}x{height} pixels; a side has 1 to {LONGEST_PX}"
+        )));
+    }
+    args.size = Some(size_px.map(|side| side as u32));
+    Ok(args)
+}
+
+fn not_of_a_film(args: &RenderArgs) -> Result<RenderArgs, Misuse> {
+    let given = [
+        ("--dpi", args.dpi.is_some()),
+        ("--landscape", args.landscape),
+        ("--portrait", args.portrait),
+        ("--paper", args.paper.is_some()),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => {
+            Err(Misuse(format!("{option}: a film lies on no paper, and the output is {}", named(&args.output))))
+        }
+        None => Ok(args.clone()),
+    }
+}

@@ -1,0 +1,106 @@
+//! A style with its recipes as texts: what a picture keeps of it, so that files may change later.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::{Style, StyleError, marks, parameters, texture};
+
+/// The recipes of a style that are files, by the names by which the style names them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct StyleFiles {
+    /// Recipes of marks. Pictures that they name stand in them by the paths from which they were read.
+    pub marks: BTreeMap<String, String>,
+    /// Stroke textures.
+    pub textures: BTreeMap<String, String>,
+}
+
+impl Style {
+    /// Its recipes that are files.
+    pub fn recipe_files(&self) -> StyleFiles {
+        let here = Path::new("");
+        let layers = self.hatching.iter().flat_map(|hatching| &hatching.layers);
+        let layers = layers.filter(|layer| marks::file(&layer.marks, here).is_some());
+        let marks = layers.filter_map(|layer| Some((layer.marks.clone(), parameters::text(layer.recipe.as_ref()?))));
+        let textures = self.strokes.iter().filter_map(|strokes| {
+            let name = strokes.texture_name.as_ref().filter(|name| texture::file(name, here).is_some())?;
+            Some((name.clone(), parameters::text(strokes.texture.as_ref()?)))
+        });
+        StyleFiles { marks: marks.collect(), textures: textures.collect() }
+    }
+
+    /// As [`Style::parse`], with recipes that are `held` and not files; only pictures of marks are read.
+    ///
+    /// # Errors
+    /// As [`Style::parse`]; a recipe that is neither held nor inside the program is unknown.
+    pub fn parse_with(name: &str, text: &str, held: &StyleFiles) -> Result<Self, StyleError> {
+        let mut style: Self = parameters::read(name, text)?;
+        let here = Path::new("");
+        for layer in style.hatching.iter_mut().flat_map(|hatching| &mut hatching.layers) {
+            let recipe = match held.marks.get(&layer.marks) {
+                Some(text) => marks::Recipe::parse(&layer.marks, text)?,
+                None if marks::file(&layer.marks, here).is_none() => marks::Recipe::load(&layer.marks, here)?,
+                None => return Err(StyleError::UnknownMarks { name: layer.marks.clone() }),
+            };
+            marks::check_pictures(&recipe)?;
+            style.files.extend(recipe.images.iter().cloned());
+            layer.recipe = Some(recipe);
+        }
+        if let Some(hatching) = &mut style.hatching {
+            hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        }
+        if let Some(strokes) = &mut style.strokes {
+            strokes.texture = match &strokes.texture_name {
+                None => None,
+                Some(name) => Some(match held.textures.get(name) {
+                    Some(text) => texture::Recipe::parse(name, text)?,
+                    None if texture::file(name, here).is_none() => texture::Recipe::load(name, here)?,
+                    None => return Err(StyleError::UnknownTexture { name: name.clone() }),
+                }),
+            };
+        }
+        Ok(style)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use super::*;
+    use crate::file::atomic;
+    use crate::style::preset_text;
+
+    #[test]
+    fn recipes_outlive_their_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| atomic::write(&folder.path().join(name), text.as_bytes()).unwrap();
+        let dash = "description = \"d\"\nkind = \"dash\"\nlength_px = 21\n";
+        write("own.toml", dash);
+        write("tool.toml", include_str!("../../textures/strokes/pencil.toml"));
+        let text = preset_text("crosshatch").unwrap();
+        let text = text.replacen("marks = \"", "marks = \"own.toml\" #", 1);
+        let mut text: toml_edit::DocumentMut = text.parse().unwrap();
+        text["strokes"]["texture"] = toml_edit::value("tool.toml");
+        write("style.toml", &text.to_string());
+        let style = Style::read(&folder.path().join("style.toml")).unwrap();
+        let held = style.recipe_files();
+        assert_eq!((held.marks.len(), held.textures.len()), (1, 1));
+        drop(folder);
+        let again = Style::parse_with("x.png", &style.text(), &held).unwrap();
+        assert_eq!((&again.hatching, &again.strokes), (&style.hatching, &style.strokes));
+        // Another number in a held recipe is another style, and without it there is none.
+        let mut other = held.clone();
+        other.marks.values_mut().for_each(|text| *text = text.replace("21", "22"));
+        assert_ne!(Style::parse_with("x.png", &style.text(), &other).unwrap().hatching, style.hatching);
+        assert!(Style::parse_with("x.png", &style.text(), &StyleFiles::default()).is_err());
+    }
+
+    #[test]
+    fn presets_hold_nothing() {
+        for name in crate::style::names() {
+            let style = Style::load(name).unwrap();
+            assert_eq!(style.recipe_files(), StyleFiles::default());
+            assert_eq!(Style::parse_with("x.png", &style.text(), &StyleFiles::default()).unwrap(), style);
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Styles for paper: what a style says in pixels is meant for a screen of 96 dots to an inch, and a print has more.
+//!
+//! Lengths become so many times longer, as far as their ranges go. Marks are scaled by the size of their layer, so that
+//! their maps, which are made once, serve prints too. What shaders know in pixels and no style says is not scaled: the
+//! width of lines that are found in pictures of the surface, the grain of the paper, and the noises of watercolour and
+//! of the hand (`docs/limits.md`).
+
+use super::{Style, texture};
+
+/// Dots to an inch for which the pixels of styles are meant, as those of CSS are.
+pub const REFERENCE_DPI: f64 = 96.0;
+
+impl Style {
+    /// The style with lengths in pixels that are `factor` times as long.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut style = self.clone();
+        if factor == 1.0 {
+            return style;
+        }
+        let factor = factor as f32;
+        let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
+        if let Some(strokes) = &mut style.strokes {
+            scale(&mut strokes.width_px, 0.5, 64.0);
+            scale(&mut strokes.taper_px, 0.0, 1000.0);
+            scale(&mut strokes.wobble_px, 0.0, 16.0);
+            scale(&mut strokes.shortest_px, 0.0, 1000.0);
+            scale(&mut strokes.join_px, 1.0, 16.0);
+            if let Some(texture) = &mut strokes.texture {
+                *texture = texture.scaled(factor);
+            }
+        }
+        for layer in style.hatching.iter_mut().flat_map(|hatching| &mut hatching.layers) {
+            scale(&mut layer.size, 0.25, 8.0);
+        }
+        if let Some(watercolor) = &mut style.watercolor {
+            scale(&mut watercolor.edge_px, 1.0, 16.0);
+            scale(&mut watercolor.warp_px, 0.0, 32.0);
+        }
+        scale(&mut style.light.form_px, 0.0, 256.0);
+        style
+    }
+
+    /// What of the style stays in pixels at any scale, for people; none if nothing does.
+    pub fn unscaled(&self) -> Option<String> {
+        let parts = [
+            ("lines of pixels", self.lines.is_some()),
+            ("the grain of the paper", self.paper.grain > 0.0),
+            ("the grain of watercolour", self.watercolor.as_ref().is_some_and(|water| water.granulation > 0.0)),
+        ];
+        let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();
+        let (last, others) = parts.split_last()?;
+        Some(if others.is_empty() { (*last).to_owned() } else { format!("{} and {last}", others.join(", ")) })
+    }
+}
+
+impl texture::Recipe {
+    /// The same for strokes that are so many times as wide. Sides of the tile are powers of two, and have room for at
+    /// least as many marks.
+    fn scaled(&self, factor: f32) -> Self {
+        let mut recipe = self.clone();
+        let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
+        let grown = |side: u32, most: u32| ((side as f32 * factor).ceil() as u32).next_power_of_two().clamp(side, most);
+        recipe.tile.along_px = grown(recipe.tile.along_px, 2048);
+        recipe.tile.across_px = grown(recipe.tile.across_px, 512);
+        scale(&mut recipe.touch.nominal_width_px, 1.0, 64.0);
+        scale(&mut recipe.touch.border_px, 0.0, 32.0);
+        scale(&mut recipe.pigment.along_px, 1.0, 256.0);
+        scale(&mut recipe.pigment.across_px, 1.0, 64.0);
+        for marks in &mut recipe.marks {
+            scale(&mut marks.along_px, 1.0, 256.0);
+            scale(&mut marks.across_px, 1.0, 64.0);
+            scale(&mut marks.wander_px, 0.0, 16.0);
+        }
+        recipe
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use super::*;
+
+    #[test]
+    fn lengths_of_every_preset_stay_within_their_ranges() {
+        for name in crate::style::names() {
+            let style = Style::load(name).unwrap();
+            assert_eq!(style.scaled(1.0), style);
+            for factor in [0.25, 2.0, 300.0 / 96.0, 100.0] {
+                let scaled = style.scaled(factor);
+                Style::parse("scaled.toml", &scaled.text()).unwrap();
+                let texture = scaled.strokes.as_ref().and_then(|strokes| strokes.texture.as_ref());
+                texture.into_iter().for_each(|recipe| {
+                    texture::Recipe::parse("scaled.toml", &crate::style::parameters::text(recipe)).unwrap();
+                });
+            }
+        }
+        // What no range holds back is exact.
+        let [pen, print] = [1.0, 3.125].map(|factor| Style::load("wash").unwrap().scaled(factor));
+        let widths = [&pen, &print].map(|style| style.strokes.as_ref().unwrap().width_px);
+        assert_eq!(widths[1], 3.125 * widths[0]);
+        assert_ne!(print.watercolor, pen.watercolor);
+    }
+
+    #[test]
+    fn what_stays_in_pixels_is_told() {
+        let told = |name: &str| Style::load(name).unwrap().unscaled();
+        assert!(told("ink").unwrap().starts_with("lines of pixels"), "{:?}", told("ink"));
+        let mut bare = Style::load("strokes").unwrap();
+        bare.paper.grain = 0.0;
+        assert_eq!(bare.unscaled(), None);
+    }
+}

@@ -1,0 +1,329 @@
+//! What pictures say of how they were drawn, and `render --like`, which draws them again.
+
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use exr::meta::MetaData;
+use hachure::file::atomic;
+use hachure::file::imprint::{self, Notes};
+use hachure::file::png::{Picture, PngPixels, PngWriter, read_rgba8, write_rgba8};
+use hachure::file::video::VideoWriter;
+use hachure::picture::imprint::Imprint;
+
+/// A folder with a hill in it, `hill.asc`, which the program draws at once.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        let place = Self(tempfile::tempdir().unwrap());
+        place.hill("hill.asc", 1.0);
+        place
+    }
+
+    fn hill(&self, name: &str, height: f64) {
+        let mut text = "ncols 96\nnrows 96\nxllcorner 0\nyllcorner 0\ncellsize 30\n".to_owned();
+        for row in 0..96 {
+            let height_m = |column: i32| {
+                let (x, y) = (f64::from(column) / 14.0, f64::from(row) / 17.0);
+                height * (400.0 + 300.0 * (x.sin() * y.cos()) + 60.0 * (3.1 * x + y).sin())
+            };
+            let heights: Vec<String> = (0..96).map(|column| format!("{:.2}", height_m(column))).collect();
+            text += &(heights.join(" ") + "\n");
+        }
+        self.write(name, &text);
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        atomic::write(&self.path(name), text.as_bytes()).unwrap();
+    }
+
+    fn run(&self, arguments: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_hachure"))
+            .arg("render")
+            .args(arguments.split_whitespace())
+            .current_dir(self.0.path())
+            .env("HACHURE_CACHE", self.path("cache"))
+            .env_remove("XDG_RUNTIME_DIR")
+            .env_remove("RUST_LOG")
+            .output()
+            .unwrap()
+    }
+
+    fn draw(&self, arguments: &str) {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+
+    /// The picture in a file that is drawn by these arguments.
+    fn drawn(&self, arguments: &str) -> Picture {
+        self.draw(&format!("{arguments} -o drawn.png"));
+        self.read("drawn.png")
+    }
+
+    fn read(&self, name: &str) -> Picture {
+        read_rgba8(&self.path(name)).unwrap()
+    }
+
+    /// The one line with which the program refuses.
+    fn refused(&self, arguments: &str) -> String {
+        let output = self.run(arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && said.trim_end().lines().count() == 1, "{arguments}: {said}");
+        said
+    }
+
+    fn text(&self, name: &str) -> String {
+        imprint::read(&self.path(name)).unwrap()
+    }
+
+    /// A picture of a pixel that says this of itself.
+    fn say(&self, name: &str, text: &str) {
+        let notes = Notes { imprint: Some(text), ..Notes::default() };
+        let mut writer = PngWriter::create_noted(&self.path(name), 1, 1, PngPixels::Rgba8, &notes).unwrap();
+        writer.write_rows(&[0; 4]).unwrap();
+        writer.finish().unwrap();
+    }
+}
+
+const VIEW: &str = "hill.asc --size 128x72 --camera=0,-1600,+300,4,-9,50";
+
+#[test]
+fn pictures_are_drawn_again() {
+    let place = Place::new();
+    // A style of one's own, with marks of one's own; both change after the picture was drawn.
+    let preset = hachure::style::preset_text("crosshatch").unwrap();
+    let at = preset.find("marks = \"").unwrap() + 9;
+    let end = at + preset[at..].find('"').unwrap();
+    place.write("mine.toml", &format!("{}marks.toml{}", &preset[..at], &preset[end..]));
+    let marks = "description = \"d\"\nkind = \"dash\"\nside_px = 64\nlength_px = 21\n";
+    place.write("marks.toml", marks);
+    for arguments in ["--style ink", "--style strokes --sun 100,20", "--style mine.toml", "--style wash --dpi 150"] {
+        place.draw(&format!("{VIEW} {arguments} -o before.png"));
+        place.write("marks.toml", &marks.replace("dash", "stipple"));
+        let again = place.drawn("--like before.png");
+        assert!(again == place.read("before.png"), "{arguments}");
+        // And what was drawn again says the same.
+        assert_eq!(place.text("drawn.png"), place.text("before.png"));
+        place.write("marks.toml", marks);
+    }
+    // Planted: other words are another picture.
+    place.draw(&format!("{VIEW} --style mine.toml --sun 100,20 -o before.png"));
+    let (before, text) = (place.read("before.png"), place.text("before.png"));
+    for (word, other) in [
+        ("0,-1600,+300,4,-9,50", "0,-1600,+300,14,-9,50"),
+        ("100,20", "200,20"),
+        ("length_px = 21.0", "length_px = 11.0"),
+    ] {
+        assert!(text.contains(word), "{word} is not in {text}");
+        place.say("planted.png", &text.replacen(word, other, 1));
+        assert!(place.drawn("--like planted.png") != before, "{other}");
+    }
+    place.say("planted.png", &text);
+    assert!(place.drawn("--like planted.png") == before, "the text alone makes the picture");
+}
+
+#[test]
+fn every_format_says_it() {
+    let place = Place::new();
+    place.draw(&format!("{VIEW} --style strokes --sun=-60,30 -o a.png"));
+    let (before, text) = (place.read("a.png"), place.text("a.png"));
+    for name in ["a.exr", "a.svg"] {
+        place.draw(&format!("{VIEW} --style strokes --sun=-60,30 -o {name}"));
+        assert_eq!(place.text(name), text, "{name}");
+        assert!(place.drawn(&format!("--like {name}")) == before, "{name}");
+    }
+    // An editor breaks lines and moves attributes.
+    let svg = fs::read_to_string(place.path("a.svg")).unwrap();
+    let edited = svg.replace("<metadata id=\"hachure\">", "<metadata\n   inkscape:x='1'\n   id=\"hachure\">");
+    assert_ne!(edited, svg);
+    place.write("edited.svg", &edited);
+    assert_eq!(place.text("edited.svg"), text);
+    // No path that nobody typed, and no secret of an address.
+    let folder = place.0.path().to_string_lossy().into_owned();
+    assert!(!text.contains(&folder) && text.contains("world = \"hill.asc\""), "{text}");
+    let address = Imprint::parse("a.png", &text).unwrap();
+    let address = Imprint { world: Some("https://me:word@a.org/x.tif?key=1".into()), ..address };
+    assert!(address.text().contains("world = \"https://a.org/x.tif\""), "{}", address.text());
+}
+
+#[test]
+fn arguments_come_before_the_picture() {
+    let place = Place::new();
+    place.hill("flat.asc", 0.3);
+    place.draw(&format!("{VIEW} --style ink --sun 100,20 -o a.png"));
+    let camera = "--camera=0,-1600,+300,4,-9,50";
+    for (arguments, same) in [
+        ("--sun 250,30", format!("{VIEW} --sun 250,30")),
+        ("--style wash", format!("{VIEW} --style wash --sun 100,20")),
+        ("--size 96x96", format!("hill.asc {camera} --size 96x96 --sun 100,20")),
+        (
+            "--camera=300,-1500,+500,0,-20,50",
+            "hill.asc --camera=300,-1500,+500,0,-20,50 --size 128x72 --sun 100,20".into(),
+        ),
+        ("flat.asc", format!("flat.asc {camera} --size 128x72 --sun 100,20")),
+        // More dots to an inch are more pixels of the same print.
+        (
+            "--dpi 192 --style strokes",
+            format!("hill.asc {camera} --size 256x144 --dpi 192 --sun 100,20 --style strokes"),
+        ),
+        ("--date 2003-10-17T12:30:30-07:00 --place 39.742476,-105.1786", format!("{VIEW} --sun 194.3,39.9")),
+    ] {
+        let (like, direct) = (place.drawn(&format!("--like a.png {arguments}")), place.drawn(&same));
+        if arguments.contains("--date") {
+            let far = like.rgba.iter().zip(&direct.rgba).filter(|(a, b)| a.abs_diff(**b) > 24).count();
+            assert!(far * 100 < like.rgba.len(), "{arguments}: {far}");
+            continue;
+        }
+        assert!(like == direct, "{arguments}");
+        assert!(like != place.read("a.png"), "{arguments}: it changes the picture");
+    }
+}
+
+#[test]
+fn what_says_nothing_is_refused_in_a_line() {
+    let place = Place::new();
+    place.draw(&format!("{VIEW} -o a.png"));
+    let text = place.text("a.png");
+    write_rgba8(&place.path("bare.png"), 1, 1, &[0; 4]).unwrap();
+    let bytes = fs::read(place.path("a.png")).unwrap();
+    atomic::write(&place.path("cut.png"), &bytes[..400]).unwrap();
+    let mut broken = bytes;
+    let at = broken.windows(7).position(|window| window == b"version").unwrap();
+    broken[at] ^= 1;
+    atomic::write(&place.path("broken.png"), &broken).unwrap();
+    place.say("newer.png", &text.replacen("version = 1", "version = 2\nnews = 3", 1));
+    place.say("other.png", &text.replacen("camera = \"", "camera = \"x", 1));
+    place.say("key.png", &format!("glow = 3\n{text}"));
+    place.say("style.png", &text.replacen("wrap = 1.0", "wrap = 9.0", 1));
+    place.say("gone.png", &text.replace("hill.asc", "gone.asc"));
+    place.say("net.png", &text.replace("hill.asc", "https://127.0.0.1:1/x.tif"));
+    place.write("words.png", "words");
+    place.write("cut.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><metadata id=\"hachure\">version = 1\n");
+    place.write("bare.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><metadata>x</metadata></svg>");
+    for (name, cause) in [
+        ("bare.png", "does not say how it was drawn"),
+        ("cut.png", "unexpected end"),
+        ("broken.png", ""),
+        ("newer.png", "its imprint has version 2, and this hachure knows 1"),
+        ("other.png", "camera"),
+        ("key.png", "no key \"glow\""),
+        ("style.png", "light.wrap"),
+        ("gone.png", "its world: gone.asc: there is no such file"),
+        ("net.png", "--trust-scene allows it"),
+        ("words.png", "it is no PNG, EXR, SVG or MP4"),
+        ("none.png", ""),
+        ("cut.svg", "it is cut"),
+        ("bare.svg", "does not say how it was drawn"),
+    ] {
+        let said = place.refused(&format!("--like {name} -o x.png"));
+        assert!(said.contains(name) && said.contains(cause), "{name}: {said}");
+        assert!(!place.path("x.png").exists());
+    }
+    assert!(place.refused("--like a.png -o a.png").contains("does not overwrite what it reads"));
+}
+
+#[test]
+fn paper_and_dots_make_pixels() {
+    let place = Place::new();
+    let camera = "hill.asc --camera=0,-1600,+300,4,-9,50";
+    for (arguments, size) in [
+        ("--paper a6 --dpi 50", [291, 207]),
+        ("--paper a6 --dpi 50 --portrait", [207, 291]),
+        ("--paper letter --dpi 20", [220, 170]),
+        ("--paper 25.4x12.7 --landscape", [300, 150]),
+    ] {
+        let picture = place.drawn(&format!("{camera} {arguments}"));
+        assert_eq!([picture.width, picture.height], size, "{arguments}");
+    }
+    let bytes = fs::read(place.path("drawn.png")).unwrap();
+    let at = bytes.windows(4).position(|window| window == b"pHYs").unwrap() + 4;
+    // 300 dots to an inch are 11811 to a metre; the last byte is the unit.
+    assert_eq!(&bytes[at..at + 9], &[0, 0, 0x2e, 0x23, 0, 0, 0x2e, 0x23, 1]);
+
+    // The widest stroke is as wide on paper at any number of dots; of as many pixels it would be a third.
+    let widest = |dpi: u32| {
+        place.draw(&format!("{camera} --style strokes --paper 120x80 --margin 5 --dpi {dpi} -o a.svg"));
+        let text = fs::read_to_string(place.path("a.svg")).unwrap();
+        assert!(text.contains("width=\"120mm\" height=\"80mm\""));
+        let widths =
+            text.split("stroke-width=\"").skip(1).map(|rest| rest.split_once('"').unwrap().0.parse::<f64>().unwrap());
+        widths.fold(0.0, f64::max)
+    };
+    let (screen, print) = (widest(96), widest(288));
+    assert!((0.9..1.1).contains(&(print / screen)), "{screen} mm, {print} mm");
+    // Without paper the picture's own size is in millimetres.
+    place.draw(&format!("{camera} --style strokes --size 254x127 --dpi 254 -o a.svg"));
+    let text = fs::read_to_string(place.path("a.svg")).unwrap();
+    assert!(text.contains("width=\"25.4mm\" height=\"12.7mm\""), "{}", &text[..400]);
+
+    for (arguments, cause) in [
+        ("--paper a4 --size 100x100 -o x.png", "--size: on --paper"),
+        ("--portrait -o x.png", "--portrait: it turns --paper"),
+        ("--paper a9 -o x.png", "--paper \"a9\""),
+        ("--paper 99999x10 --dpi 10000 -o x.png", "a side has 1 to 1048576"),
+        ("--dpi 0 -o x.png", "--dpi"),
+        ("--dpi 300 -o x.mp4 --path tour", "a film lies on no paper"),
+        ("--style strokes --paper a5 --portrait -o x.svg", "without --dpi"),
+    ] {
+        let said = place.refused(&format!("hill.asc {arguments}"));
+        assert!(said.contains(cause), "{arguments}: {said}");
+    }
+}
+
+#[test]
+fn an_exr_has_its_camera() {
+    let place = Place::new();
+    place.draw("hill.asc --size 128x72 --camera=10,-1600,1700,30,-20,50 --dpi 200 -o a.exr");
+    let found = MetaData::read_from_file(place.path("a.exr"), false).unwrap();
+    let own = &found.headers[0].own_attributes;
+    assert_eq!(own.horizontal_density, Some(200.0));
+    // A row vector times a matrix that stands row by row.
+    let times = |point: [f64; 3], matrix: [f32; 16]| -> [f64; 4] {
+        let row = [point[0], point[1], point[2], 1.0];
+        std::array::from_fn(|i| (0..4).map(|k| row[k] * f64::from(matrix[4 * k + i])).sum())
+    };
+    let (camera, ndc) = (own.world_to_camera.unwrap(), own.world_to_normalized_device.unwrap());
+    let (yaw, pitch) = (30f64.to_radians(), (-20f64).to_radians());
+    let ahead = [yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin()];
+    let right = [yaw.cos(), -yaw.sin(), 0.0];
+    let eye = [10.0, -1600.0, 1700.0];
+    let at = |ahead_m: f64, right_m: f64| std::array::from_fn(|i| eye[i] + ahead_m * ahead[i] + right_m * right[i]);
+    let near = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.01);
+    assert!(near(times(at(500.0, 20.0), camera), [20.0, 0.0, -500.0, 1.0]), "{:?}", times(at(500.0, 20.0), camera));
+    assert!(!near(times(at(500.0, 20.0), camera), [-20.0, 0.0, -500.0, 1.0]));
+    // The right side of the picture.
+    let side_m = 500.0 * 25f64.to_radians().tan() * 128.0 / 72.0;
+    let [x, y, z, w] = times(at(500.0, side_m), ndc);
+    assert!(near([x / w, y / w, z / w, w], [1.0, 0.0, 0.0, 500.0]), "{:?}", [x, y, z, w]);
+    assert!(near(times(eye, camera), [0.0, 0.0, 0.0, 1.0]));
+}
+
+/// A film's imprint is handed to ffmpeg as a tag, of which ffmpeg is told to keep it.
+#[cfg(unix)]
+#[test]
+fn a_film_says_it_through_ffmpeg() {
+    let place = Place::new();
+    let fake = place.path("ffmpeg");
+    let script = "#!/bin/sh\nprintf '%s|' \"$@\" >\"$(dirname \"$0\")/arguments\"\ncat >/dev/null\n";
+    // Another process writes it, as in `tests/files.rs`.
+    let write = "printf '%s' \"$1\" >\"$0\" && chmod 755 \"$0\"";
+    assert!(Command::new("sh").arg("-c").arg(write).arg(&fake).arg(script).status().unwrap().success());
+    let arguments = |notes: &Notes<'_>| {
+        let path = place.path("a.mp4");
+        let mut film = VideoWriter::create_noted(fake.as_os_str(), &path, [2, 2], 24.0, notes).unwrap();
+        film.write_frame(&[0; 16]).unwrap();
+        film.finish().unwrap();
+        fs::read_to_string(place.path("arguments")).unwrap()
+    };
+    let said = arguments(&Notes { imprint: Some("version = 1\nstyle = \"\""), ..Notes::default() });
+    assert!(said.contains("|-metadata|hachure=version = 1\nstyle = \"\"|"), "{said}");
+    assert!(said.contains("use_metadata_tags"), "{said}");
+    assert!(!arguments(&Notes::default()).contains("metadata"));
+}
