@@ -25,7 +25,7 @@ use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
 pub use wind::Wind;
 
-use crate::source::OpenOptions;
+use crate::source::{OpenOptions, VoidMode};
 
 /// Everything that decides what is drawn, but for the style.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,7 +121,7 @@ impl Scene {
             meshes: Vec::new(),
             forest: None,
             wind: None,
-            heights: OpenOptions::default(),
+            heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }
 }
