@@ -113,8 +113,8 @@ fn smooth_land_is_restored_with_its_slopes() {
     let cases: [(&str, HeightGrid, f64); 5] = [
         ("speckles", punched(&grid, speckles), 0.001),
         ("a disc of 8", punched(&grid, disc(8)), 0.003),
-        ("a disc of 16", punched(&grid, disc(16)), 0.02),
-        ("a disc of 31", punched(&grid, disc(31)), 0.12),
+        ("a disc of 16", punched(&grid, disc(16)), 0.01),
+        ("a disc of 31", punched(&grid, disc(31)), 0.06),
         ("a band of 19", punched(&grid, band), 0.03),
     ];
     for (name, holes, most) in cases {
@@ -134,13 +134,13 @@ fn smooth_land_is_restored_with_its_slopes() {
             rim / land
         );
         assert!(error < most, "{name}: {error}");
-        assert!(rim < 1.5 * land, "{name}: {rim} {land}");
+        assert!(rim < 1.75 * land, "{name}: {rim} {land}");
 
         // The error that is planted: a lid on the hole, at the mean of all heights.
         let mean_m = heights_m.iter().sum::<f32>() / heights_m.len() as f32;
         let lid: Vec<f32> = holes.heights_m.iter().map(|it| if it.is_nan() { mean_m } else { *it }).collect();
         assert!(largest_error(&grid, &holes, &lid) > most, "{name}: {}", largest_error(&grid, &holes, &lid));
-        assert!(turns_rad(&grid, &holes, &lid)[0] > 1.5 * land, "{name}");
+        assert!(turns_rad(&grid, &holes, &lid)[0] > 1.75 * land, "{name}");
     }
 }
 
@@ -158,7 +158,7 @@ fn a_membrane_would_be_found_to_crease() {
     }
     let [rim, land] = turns_rad(&grid, &holes, &heights_m);
     println!("a membrane: turn at the rim {:.2} of the land's largest", rim / land);
-    assert!(rim > 1.5 * land, "{rim} {land}");
+    assert!(rim > 1.75 * land, "{rim} {land}");
 }
 
 /// Rough land with holes of all kinds: speckles, lakes, some that touch the border, one that is too wide.
@@ -183,7 +183,7 @@ fn windows_of_any_size_agree() {
     let grid = ragged();
     let (expected_m, counts) = fill(&grid);
     let left = voids(&expected_m);
-    assert!(counts.voids > 20_000 && left > 5000 && counts.spikes == 0, "{counts:?} {left}");
+    assert!(counts.voids > 20_000 && left > 5000, "{counts:?} {left}");
     let reader = reader(&grid);
     for [width, height] in [[640, 1], [37, 53], [256, 256], [1, 1], [90, 560]] {
         let mut sum = FilledSamples::default();
@@ -196,6 +196,7 @@ fn windows_of_any_size_agree() {
                 let window = Window { x, y, width: width.min(grid.width - x), height: height.min(grid.height - y) };
                 let (found_m, found) = reader.filled().unwrap().read_counted(window).unwrap();
                 sum.voids += found.voids;
+                sum.spikes += found.spikes;
                 for (i, found_m) in found_m.iter().enumerate() {
                     let (column, row) = (x + i as u32 % window.width, y + i as u32 / window.width);
                     let expected_m = expected_m[(row * grid.width + column) as usize];
@@ -203,7 +204,7 @@ fn windows_of_any_size_agree() {
                 }
             }
         }
-        assert!(width.min(height) == 1 || sum.voids == counts.voids, "{sum:?}");
+        assert!(width.min(height) == 1 || sum == counts, "{sum:?}");
     }
 }
 
@@ -250,14 +251,14 @@ fn spikes_go_and_summits_stay() {
     assert_eq!(fill(&holes).1.spikes, 0, "the summit and the cliff");
     let mut spiked = holes.clone();
     let at = |x: usize, y: usize| y * 201 + x;
-    // Beside voids up, down, and by less than three quarters of the spacing; and far from all voids.
-    for (x, y, over_m) in [(144, 21, 60.0), (145, 40, -60.0), (144, 57, 20.0), (100, 190, 60.0)] {
+    // Beside voids up, down, and by less than half of the spacing; and far from all voids.
+    for (x, y, over_m) in [(144, 21, 60.0), (145, 40, -60.0), (144, 57, 12.0), (100, 190, 60.0)] {
         spiked.heights_m[at(x, y)] += over_m;
     }
     let (heights_m, counts) = fill(&spiked);
     assert_eq!(counts, FilledSamples { voids: voids(&spiked.heights_m), spikes: 2 });
     assert!(heights_m[at(144, 21)].abs() < 1.0 && heights_m[at(145, 40)].abs() < 1.0, "they go");
-    assert_eq!((heights_m[at(144, 57)], heights_m[at(100, 190)]), (20.0, 60.0), "these stay");
+    assert_eq!((heights_m[at(144, 57)], heights_m[at(100, 190)]), (12.0, 60.0), "these stay");
     assert_eq!(heights_m[at(50, 100)], spiked.heights_m[at(50, 100)]);
 }
 
@@ -326,7 +327,7 @@ fn a_cog_that_is_drawn_as_it_is_shows_what_a_baked_one_shows() {
         }
     }
     assert!(compared > 300_000 && holes_differ > 20_000, "{compared} {holes_differ}");
-    // An overview is filled from its own samples: nearly the same.
+    // An overview is filled from its own samples, of a land that is rough by 40 m: nearly the same.
     let [found, expected] = [&as_filled, &expected].map(|store| load(store, 1, 0, 0));
     let land = |sample: &f32| !is_void(*sample);
     let both: Vec<f32> =
@@ -334,7 +335,7 @@ fn a_cog_that_is_drawn_as_it_is_shows_what_a_baked_one_shows() {
     let apart = found.iter().zip(&expected).filter(|(a, b)| land(a) != land(b)).count();
     let mean_m = both.iter().sum::<f32>() / both.len() as f32;
     println!("level 1: {apart} of {} samples are land in one of them alone; {mean_m} m apart", found.len());
-    assert!(mean_m < 1.0 && apart < found.len() / 100, "{mean_m} {apart}");
+    assert!(mean_m < 3.0 && apart < found.len() / 100, "{mean_m} {apart}");
 }
 
 #[test]

@@ -18,8 +18,8 @@ use crate::source::reader::Window;
 /// How many samples around a hole its surface depends on.
 pub const RING: u32 = 2;
 
-/// Of a membrane against a plate: it takes over at the square root of the reciprocal, 12 samples from the rim.
-const TENSION: f64 = 1.0 / 144.0;
+/// Of a membrane against a plate: it takes over at the square root of the reciprocal, 24 samples from the rim.
+const TENSION: f64 = 1.0 / 576.0;
 
 /// The residual at which the equations count as solved, of the one at the start.
 const TOLERANCE: f64 = 1e-7;
