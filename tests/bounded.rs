@@ -233,7 +233,8 @@ fn marks_are_told_and_are_voids_when_somebody_says_so() {
     let (status, out, told) = hachure(&["info", name, "--json", "--nodata", "-9999"]);
     assert!(status == Some(0) && out.contains("\"void_samples\": 9") && !told.contains("usually"), "{out}{told}");
     let baked = folder.path().join("baked.tif");
-    let (status, out, told) = hachure(&["bake", name, "-o", baked.to_str().unwrap(), "--nodata", "-9999", "--json"]);
+    let (status, out, told) =
+        hachure(&["bake", name, "-o", baked.to_str().unwrap(), "--nodata", "-9999", "--json", "--voids", "holes"]);
     assert!(status == Some(0) && out.contains("\"void_samples\": 9"), "{out}{told}");
     assert_eq!(hachure(&["info", name, "--nodata", "nothing"]).0, Some(2));
 

@@ -22,7 +22,7 @@ use crate::pyramid::bake::{BakeWork, Baked, parts_path};
 use crate::pyramid::format::sidecar_path;
 use crate::pyramid::{self, BakeOptions, Pyramid, PyramidError};
 use crate::source::mosaic::MosaicReader;
-use crate::source::{self, HeightReader, Kind, OpenOptions};
+use crate::source::{self, HeightReader, Kind, OpenOptions, VoidMode};
 
 /// Arguments of `bake`.
 #[derive(Debug, Args)]
@@ -202,12 +202,17 @@ fn open(inputs: &[PathBuf], options: &OpenOptions) -> anyhow::Result<Box<dyn Hei
             Kind::File | Kind::TileFolder => files.push(input.clone()),
         }
     }
-    let mut readers =
-        files.iter().map(|file| source::open_reader_with(file, options)).collect::<Result<Vec<_>, _>>()?;
-    match readers.len() {
-        1 => Ok(readers.remove(0)),
-        _ => Ok(Box::new(MosaicReader::new(readers)?)),
+    if let [file] = &files[..] {
+        return Ok(source::open_reader_with(file, options)?);
     }
+    // A void of one file may be land in another, so holes are those of all together.
+    let bare = OpenOptions { voids: VoidMode::Holes, ..*options };
+    let readers = files.iter().map(|file| source::open_reader_with(file, &bare)).collect::<Result<Vec<_>, _>>()?;
+    let mosaic = Box::new(MosaicReader::new(readers)?);
+    Ok(match options.voids {
+        VoidMode::Fill => source::voids::filled(mosaic),
+        VoidMode::Holes => mosaic,
+    })
 }
 
 /// Under Slurm, as many threads as were granted, unless `RAYON_NUM_THREADS` says otherwise.

@@ -32,6 +32,10 @@ pub struct Heights {
     pub void_samples: u64,
     /// Their share, 0 to 1.
     pub void_share: f64,
+    /// How many of these are filled when the file is drawn or baked; none of a pyramid, whose voids stay.
+    pub filled_samples: u64,
+    /// Samples beside voids that get another height then, because they stand far out of their neighbours.
+    pub spike_samples: u64,
 }
 
 /// A pyramid beyond its heights.
@@ -72,8 +76,9 @@ impl Heights {
     /// Of a grid and what its heights are.
     pub fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
         let [width, height] = reader.size();
-        let Statistics { min_m, max_m, void_samples } = statistics;
-        Self::new(reader.georeference(), LevelSize { width, height }, [min_m, max_m], void_samples)
+        let Statistics { min_m, max_m, void_samples, filled } = statistics;
+        let heights = Self::new(reader.georeference(), LevelSize { width, height }, [min_m, max_m], void_samples)?;
+        Ok(Self { filled_samples: filled.voids, spike_samples: filled.spikes, ..heights })
     }
 
     /// Of the finest level of a pyramid.
@@ -107,7 +112,18 @@ impl Heights {
             max_m,
             void_samples,
             void_share: void_samples as f64 / (f64::from(width) * f64::from(height)),
+            filled_samples: 0,
+            spike_samples: 0,
         })
+    }
+
+    /// What is filled, if anything is.
+    fn filled_text(&self) -> String {
+        match (self.filled_samples, self.spike_samples) {
+            (0, 0) => String::new(),
+            (filled, 0) => format!("; {filled} are filled (--voids)"),
+            (filled, spikes) => format!("; {filled} are filled, and {spikes} spikes beside them removed (--voids)"),
+        }
     }
 
     /// For people, a line for each.
@@ -115,7 +131,7 @@ impl Heights {
         let Self { width, height, spacing_m: [dx_m, dy_m], extent_m: [east_m, north_m], .. } = self;
         let voids = match self.void_samples {
             0 => "none".to_owned(),
-            count => format!("{count} samples, {:.3} %", 100.0 * self.void_share),
+            count => format!("{count} samples, {:.3} %{}", 100.0 * self.void_share, self.filled_text()),
         };
         format!(
             "samples   {width} × {height}, {dx_m:.3} × {dy_m:.3} m apart\n\

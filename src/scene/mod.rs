@@ -28,7 +28,7 @@ pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
 pub use sun_time::SunTime;
 pub use wind::Wind;
 
-use crate::source::OpenOptions;
+use crate::source::{OpenOptions, VoidMode};
 
 /// Everything that decides what is drawn, but for the style.
 #[derive(Clone, Debug, PartialEq)]
@@ -127,7 +127,7 @@ impl Scene {
             meshes: Vec::new(),
             forest: None,
             wind: None,
-            heights: OpenOptions::default(),
+            heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }
 }

@@ -7,6 +7,7 @@
 //! dem = "mountain.tif"              # beside the scene file, or an address (https://…, s3://…)
 //! # dem = ["a.tif", "b.tif"]        # several in one world; a folder means all DEMs in it
 //! # nodata = -9999                  # heights that are voids, in metres, beside those that the DEM declares
+//! # voids = "holes"                 # leaves small holes as they are; "fill", the default, closes them smoothly
 //! # procedural = { seed = 1 }       # instead of dem
 //! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # likewise; all of it optional
 //!
@@ -87,6 +88,7 @@ use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
 use crate::pyramid::store::continent_store::SMALLEST_SAMPLES;
+use crate::source::VoidMode;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
 /// Why a file is no scene. One line that names the file, the place in it, the key and the cause.
@@ -142,6 +144,7 @@ struct FileToml {
 struct WorldToml {
     dem: Option<DemToml>,
     nodata: Option<f64>,
+    voids: Option<VoidMode>,
     procedural: Option<ProceduralToml>,
     continent: Option<ContinentToml>,
 }
@@ -253,10 +256,12 @@ impl Scene {
         if no_data.is_some_and(|no_data| !no_data.is_finite() || file.world.dem.is_none()) {
             return Err(wrong("world.nodata", "it must be a finite height in metres, of a dem"));
         }
+        let voids = file.world.voids;
         let mut scene = Self::of_world(world(path, file.world).map_err(|wrong| wrong.in_text(&name, text))?);
         scene.file = Some(path.to_owned());
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
         scene.heights.no_data = no_data;
+        scene.heights.voids = voids.unwrap_or(scene.heights.voids);
         scene.sun = Sun {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),

@@ -56,6 +56,7 @@ mod undeclared;
 mod usgs_dem;
 mod valley;
 mod values;
+pub mod voids;
 mod wkt;
 mod world_mapping;
 mod xyz;
@@ -74,6 +75,8 @@ pub use reader::{HeightReader, Window};
 pub use side_file::{Encoding, OpenOptions};
 pub use statistics::{Statistics, statistics};
 pub use values::{Holds, Values, open_values};
+use voids::Filled;
+pub use voids::VoidMode;
 pub use world_mapping::WorldMapping;
 
 /// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.
@@ -136,7 +139,11 @@ pub fn open_reader(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
 /// # Errors
 /// As [`open`].
 pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
-    Ok(undeclared::watch(open_as_it_is(path, options)?, path, options))
+    let reader = undeclared::watch(open_as_it_is(path, options)?, path, options);
+    Ok(match options.voids {
+        VoidMode::Fill => voids::filled(reader),
+        VoidMode::Holes => reader,
+    })
 }
 
 /// With marks for no data that nobody declares.
@@ -146,7 +153,7 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
     }
     let format = format::of(path, options)?;
     // What every format may need to be told.
-    let special = OpenOptions { no_data: None, ..*options };
+    let special = OpenOptions { no_data: None, voids: VoidMode::default(), ..*options };
     if special != OpenOptions::default() && !matches!(format, Format::Png | Format::Raw) {
         tracing::warn!(
             "{}: says its size, spacing and heights itself; the options for them are passed over",
@@ -183,16 +190,21 @@ pub fn read_all(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress)
     // Whole rows of blocks, so that none is decoded twice.
     let block_rows = u64::from(reader.block()[1].max(1));
     let rows_at_once = (SAMPLES_PER_REPORT / u64::from(width) / block_rows).max(1) * block_rows;
+    // Holes are filled when all is there, so that nothing is read twice.
+    let bare = reader.filled().map_or(reader, Filled::bare);
     let mut row = 0;
     while row < height {
         progress.report("reading heights", row as f32 / height as f32);
         let rows = rows_at_once.min(u64::from(height - row)) as u32;
-        heights_m.extend(reader.read(Window { x: 0, y: row, width, height: rows })?);
+        heights_m.extend(bare.read(Window { x: 0, y: row, width, height: rows })?);
         row += rows;
     }
     progress.report("reading heights", 1.0);
     if heights_m.iter().all(|height: &f32| height.is_nan()) {
         return Err(SourceError::AllNoData { path: path.into() });
+    }
+    if let Some(filled) = reader.filled() {
+        filled.fill_whole(&mut heights_m);
     }
     Ok(HeightGrid { width, height, heights_m, georeference: reader.georeference().clone() })
 }

@@ -5,8 +5,10 @@
 //! their outermost samples by half of their spacing, which closes the seam between members that abut. Where members
 //! overlap, the finer one holds, then the one named first; a void of the one shows the other.
 
+mod members;
 mod place;
 
+pub use members::member_options;
 pub(crate) use place::Way;
 pub use place::{MosaicGrid, Placed};
 

@@ -3,6 +3,7 @@
 use std::borrow::Borrow;
 
 use super::georeference::Georeference;
+use super::voids::Filled;
 use super::{HeightGrid, SourceError};
 
 /// A rectangle of samples inside a grid.
@@ -22,6 +23,21 @@ impl Window {
     /// Samples in all.
     pub fn samples(self) -> usize {
         self.width as usize * self.height as usize
+    }
+
+    /// Whether a sample lies in it.
+    pub(crate) fn has(self, x: u32, y: u32) -> bool {
+        x.wrapping_sub(self.x) < self.width && y.wrapping_sub(self.y) < self.height
+    }
+
+    /// The samples of this window of those of `around`, in which it lies.
+    pub(crate) fn cut<T: Copy>(self, around: Window, samples: &[T]) -> Vec<T> {
+        let mut own = Vec::with_capacity(self.samples());
+        for row in self.y - around.y..self.y - around.y + self.height {
+            let start = row as usize * around.width as usize + (self.x - around.x) as usize;
+            own.extend_from_slice(&samples[start..start + self.width as usize]);
+        }
+        own
     }
 
     /// Sets the samples of this window in those of `around`, in which it lies.
@@ -61,6 +77,11 @@ pub trait HeightReader: Send + Sync {
     /// serves the next: rows of a stream, or parts of a strip that is too large to be decoded twice.
     fn is_serial(&self) -> bool {
         false
+    }
+
+    /// The filling of its holes, if it does that: whoever reads all of a grid reads it bare, and fills it then.
+    fn filled(&self) -> Option<&Filled> {
+        None
     }
 
     /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two

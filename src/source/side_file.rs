@@ -21,7 +21,7 @@ use serde::Deserialize;
 
 use super::georeference::Georeference;
 use super::place::{self, small_text, unclear};
-use super::{GeoKeys, SourceError, crs_catalogue as catalogue};
+use super::{GeoKeys, SourceError, VoidMode, crs_catalogue as catalogue};
 use crate::file::message::quoted;
 use crate::file::toml_text;
 
@@ -43,6 +43,8 @@ pub struct OpenOptions {
     pub encoding: Option<Encoding>,
     /// Heights in metres, as they are read, that are voids: of any format, beside what the file itself declares.
     pub no_data: Option<f64>,
+    /// What is done with voids; by default they are holes, as the file has them.
+    pub voids: VoidMode,
 }
 
 /// How heights are packed into the colours of a picture.
@@ -204,6 +206,6 @@ impl Said {
     /// What the heights depend on besides the file itself.
     pub fn identity(&self, path: &Path) -> String {
         let files: Vec<&Path> = std::iter::once(path).chain(self.side_path.as_deref()).collect();
-        place::identity(&files, &format!("{:?}", self.options))
+        place::identity(&files, &format!("{:?}", OpenOptions { voids: VoidMode::default(), ..self.options }))
     }
 }

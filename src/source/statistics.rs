@@ -6,6 +6,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::reader::{HeightReader, Window};
+use super::voids::{self, Filled, FilledSamples};
 use super::{Progress, SourceError};
 
 /// A window has so many samples at most, where blocks are not larger: 4 MiB of heights.
@@ -22,23 +23,27 @@ pub struct Statistics {
     pub max_m: f32,
     /// Samples without a height.
     pub void_samples: u64,
+    /// How many of these are filled, and how many samples beside them are not believed, where the reader fills holes.
+    pub filled: FilledSamples,
 }
 
 impl Statistics {
     /// Of no samples; `f32::min` and `max` take the other operand for NaN.
-    const NONE: Self = Self { min_m: f32::NAN, max_m: f32::NAN, void_samples: 0 };
+    const NONE: Self =
+        Self { min_m: f32::NAN, max_m: f32::NAN, void_samples: 0, filled: FilledSamples { voids: 0, spikes: 0 } };
 
     fn of(heights_m: &[f32]) -> Self {
         heights_m.iter().fold(Self::NONE, |found, &height_m| Self {
             min_m: found.min_m.min(height_m),
             max_m: found.max_m.max(height_m),
             void_samples: found.void_samples + u64::from(height_m.is_nan()),
+            filled: found.filled,
         })
     }
 
     fn of_constant(height_m: f32, samples: u64) -> Self {
         let void_samples = if height_m.is_nan() { samples } else { 0 };
-        Self { min_m: height_m, max_m: height_m, void_samples }
+        Self { min_m: height_m, max_m: height_m, void_samples, ..Self::NONE }
     }
 
     fn with(self, other: Self) -> Self {
@@ -46,15 +51,25 @@ impl Statistics {
             min_m: self.min_m.min(other.min_m),
             max_m: self.max_m.max(other.max_m),
             void_samples: self.void_samples + other.void_samples,
+            filled: self.filled,
         }
     }
 }
 
-/// Reads all that a reader has, a window at a time; `path` names it in errors.
+/// Reads all that a reader has, a window at a time; `path` names it in errors. Of a reader that fills holes these are the
+/// numbers of the file, and how many samples are filled.
 ///
 /// # Errors
 /// What the reader says; [`SourceError::AllNoData`] for a grid without a single height.
 pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
+    let mut found = of_file(reader.filled().map_or(reader, Filled::bare), path, progress)?;
+    if let Some(filled) = reader.filled().filter(|_| found.void_samples > 0) {
+        found.filled = voids::count(filled, &|done| progress.report("filling voids", done))?;
+    }
+    Ok(found)
+}
+
+fn of_file(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
     let [width, height] = reader.size();
     let whole = Window { x: 0, y: 0, width, height };
     let is_serial = reader.is_serial();

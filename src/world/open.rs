@@ -166,7 +166,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
         World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
         World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
         World::Url(name) if scene.heights.no_data.is_some() => return Err(WorldError::NoData { name: name.clone() }),
-        World::Url(url) => pyramid::store::open_remote(url)?,
+        World::Url(url) => pyramid::store::open_remote(url, scene.heights.voids)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
             let seed = *seed;
@@ -200,14 +200,20 @@ fn several(
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Arc<dyn TileStore>, WorldError> {
-    let mut stores = files.iter().map(|file| open_file(file, options, progress)).collect::<Result<Vec<_>, _>>()?;
+    let options = source::mosaic::member_options(files, options);
+    let open = |(file, options): (&PathBuf, &OpenOptions)| open_file(file, options, progress);
+    let mut stores = files.iter().zip(&options).map(open).collect::<Result<Vec<_>, _>>()?;
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }
 
 /// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
 fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let is_own = pyramid::format::sidecar_path(path).exists() || !path.is_file();
-    let as_it_is = if is_own || options.no_data.is_some() { None } else { pyramid::store::open_local_cog(path)? };
+    let as_it_is = if is_own || options.no_data.is_some() {
+        None
+    } else {
+        pyramid::store::open_local_cog_with(path, options.voids)?
+    };
     match as_it_is {
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
         Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {

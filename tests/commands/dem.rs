@@ -82,7 +82,7 @@ fn what_is_baked_is_what_info_tells() {
     let mut before_bytes = u64::MAX;
     for (arguments, max_error_m) in [(&["--max-error", "0"][..], 0.0), (&[], 0.01), (&["--max-error", "0.5"], 0.5)] {
         // The second and third bake replace the file of the one before.
-        let arguments = [&["bake", "dem.tif", "-o", "baked.tif", "--json"], arguments].concat();
+        let arguments = [&["bake", "dem.tif", "-o", "baked.tif", "--json", "--voids", "holes"], arguments].concat();
         let baked = place.json(&arguments);
         let info = place.json(&["info", "baked.tif", "--json"]);
         assert_eq!(info["kind"], "pyramid");
@@ -109,6 +109,11 @@ fn what_is_baked_is_what_info_tells() {
     let text = place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
     assert!(text.contains("within 0.01 m") && text.contains("level 1"), "{text}");
     assert_eq!(place.names(), ["baked.tif", "baked.tif.tiles", "dem.tif"]);
+    // By default the hole is filled.
+    let found = |file: &str| place.json(&["info", file, "--json"])["void_samples"].clone();
+    assert_eq!((found("baked.tif"), found("dem.tif")), (0.into(), VOIDS.into()));
+    assert_eq!(place.json(&["info", "dem.tif", "--json"])["filled_samples"], VOIDS);
+    assert_eq!(place.json(&["info", "dem.tif", "--json", "--voids", "holes"])["filled_samples"], 0);
 }
 
 #[test]

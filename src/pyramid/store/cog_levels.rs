@@ -15,6 +15,7 @@ use crate::pyramid::surface::levels::{LevelSize, Region, level_sizes};
 use crate::pyramid::surface::overview;
 use crate::pyramid::tile::{TILE_SAMPLES, TileAddress};
 use crate::source::cog::{Pictures, is_unread};
+use crate::source::voids::{self, Limits, Way};
 
 /// Levels of no more samples than this are averaged once and kept: 16 MiB.
 const KEPT_SAMPLES: usize = 2048 * 2048;
@@ -45,6 +46,8 @@ pub struct CogLevels {
     pictures: Pictures,
     sizes: Vec<LevelSize>,
     origins: Vec<Origin>,
+    /// Metres between the finest samples, if small holes are filled.
+    filled_m: Option<f64>,
 }
 
 impl CogLevels {
@@ -93,7 +96,13 @@ impl CogLevels {
                 return Err(too_much(format!("it is not stored in tiles but in blocks of {columns} × {rows} samples")));
             }
         }
-        Ok(Self { name, pictures, sizes, origins })
+        Ok(Self { name, pictures, sizes, origins, filled_m: None })
+    }
+
+    /// From now on, small holes are filled in each level as it is read.
+    pub fn fill_voids(&mut self) {
+        let LevelSize { width, height } = self.sizes[0];
+        self.filled_m = Some(voids::spacing_m(self.pictures.georeference(), [width, height]));
     }
 
     /// The pictures of the file, with its georeference.
@@ -155,7 +164,7 @@ impl CogLevels {
         let under = overview::cover_region(region, fine, size);
         let heights_m = match of {
             Finer::Picture(picture) => self.picture(picture, under)?,
-            Finer::Level(level) => self.read(level, under)?,
+            Finer::Level(level) => self.read_bare(level, under)?,
         };
         let field = Field { region: under, heights_m };
         Ok(overview::next_level(&field, fine, size, region).heights_m)
@@ -187,7 +196,21 @@ impl HeightLevels for CogLevels {
         &self.sizes
     }
 
+    /// A level's holes are filled from its own samples, and are those of the finest level by the same rule. Spikes are
+    /// single samples of the finest one.
     fn read(&self, level: usize, region: Region) -> Result<Vec<f32>, PyramidError> {
+        let (Some(finest_m), Some(limits)) = (self.filled_m, Limits::of_level(level)) else {
+            return self.read_bare(level, region);
+        };
+        let LevelSize { width, height } = self.sizes[level];
+        let spacing_m = if level == 0 { finest_m } else { f64::INFINITY };
+        let way = Way { size: [width, height], spacing_m, limits };
+        voids::read_filled(&|region| self.read_bare(level, region), region, &way).map(|(heights_m, _)| heights_m)
+    }
+}
+
+impl CogLevels {
+    fn read_bare(&self, level: usize, region: Region) -> Result<Vec<f32>, PyramidError> {
         let size = self.sizes[level];
         match &self.origins[level] {
             Origin::Picture(picture) => self.picture(*picture, region),

@@ -30,9 +30,9 @@ use crate::pyramid::surface::served::serve;
 use crate::pyramid::surface::statistics::{PatchStatistics, Voids, tile_index};
 use crate::pyramid::tile::{TILE_BORDER, TileAddress};
 use crate::remote::{RemoteError, RemoteFile, Traffic, never};
-use crate::source::SourceError;
 use crate::source::cog::Pictures;
 use crate::source::georeference::Georeference;
+use crate::source::{SourceError, VoidMode};
 
 /// A remote file as the TIFF reader wants it. Its reads wait for the network; blocks that are held do not.
 struct Bytes(Arc<RemoteFile>);
@@ -82,7 +82,8 @@ pub struct CogStore {
 
 impl CogStore {
     /// Opens a file, with its sidecar if it has one. The header is read twice where it comes over a network, for it has
-    /// no checksum. About `decoded_bytes` of decoded blocks are kept.
+    /// no checksum. About `decoded_bytes` of decoded blocks are kept. `voids` is for files without a sidecar: what was
+    /// measured is drawn as it was measured.
     ///
     /// # Errors
     /// If it is no GeoTIFF of heights, or [`PyramidError::NoOverviews`].
@@ -90,9 +91,10 @@ impl CogStore {
         file: Arc<RemoteFile>,
         sidecar: Option<Arc<RemoteFile>>,
         decoded_bytes: usize,
+        voids: VoidMode,
     ) -> Result<Self, PyramidError> {
         file.read_twice(true);
-        let opened = Self::open_carefully(&file, sidecar, decoded_bytes);
+        let opened = Self::open_carefully(&file, sidecar, decoded_bytes, voids);
         file.read_twice(false);
         opened.map_err(of_network).map_err(|error| match error {
             PyramidError::Source(SourceError::Damaged { .. }) | PyramidError::Decode { .. } if file.is_remote() => {
@@ -106,17 +108,21 @@ impl CogStore {
         file: &Arc<RemoteFile>,
         sidecar: Option<Arc<RemoteFile>>,
         decoded_bytes: usize,
+        voids: VoidMode,
     ) -> Result<Self, PyramidError> {
         let name = PathBuf::from(file.name());
         let pictures = Pictures::open(Arc::new(Bytes(file.clone())), &name, decoded_bytes)?;
         let declared = pictures.declared_range_m();
-        let levels = CogLevels::new(pictures, name.clone())?;
+        let mut levels = CogLevels::new(pictures, name.clone())?;
         if let Some(sidecar) = sidecar {
             match Measured::open(sidecar, file, levels.sizes()) {
                 Ok(measured) => return Ok(Self::of_measured(file.clone(), levels, measured)),
                 Err(error) if error.wants_bake() => tracing::warn!("{error}; errors are estimated"),
                 Err(error) => return Err(error),
             }
+        }
+        if voids == VoidMode::Fill {
+            levels.fill_voids();
         }
         let last = levels.sizes().len() - 1;
         let size = levels.sizes()[last];

@@ -31,7 +31,7 @@ pub use derive::{coarse_patches, derive};
 pub use exaggerated::Exaggerated;
 pub use ground::Ground;
 pub use mosaic_store::MosaicStore;
-pub use open_store::{open_local_cog, open_remote, open_remote_with};
+pub use open_store::{open_local_cog, open_local_cog_with, open_remote, open_remote_with};
 pub use pyramid::Pyramid;
 pub use tile_store::{Cancel, Decode, TileStore};
 pub use trim::{CACHE_LIMIT_BYTES, trim};
