@@ -107,7 +107,7 @@ impl Frame {
     /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
     /// of a picture at rest are still to come. What wind moves is another matter ([`Frame::may_sway`]).
     pub fn is_settling(&self) -> bool {
-        self.samples.is_settling() || self.has_settling_strokes()
+        self.samples.is_settling() || self.has_settling_strokes() || self.rows.is_late()
     }
 
     /// Whether trees may be in view that wind moves, so that the same view is another picture at another time: there are
