@@ -24,7 +24,7 @@ const GREATEST_OCTAVE: i32 = 12;
 // Candidates to a cell's width along the middle of a row; the picture chooses among them.
 const DENSITY: u32 = 4u;
 // Candidates of a block.
-const MOST_CANDIDATES: u32 = 6144u;
+const MOST_CANDIDATES: u32 = 10240u;
 // Samples of a mark: in the middle, and on each side of it.
 const HALF: i32 = 8;
 const SAMPLES: i32 = 17;

@@ -133,7 +133,7 @@ fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     var gap = gap_px(frame, stand, one, beside(one, far));
     for (var y = z - 1; y >= 0; y--) {
         let index = one.index + side * (1 << u32(y));
-        let is_there = select(index > last, index < last, side > 0);
+        let is_there = (side > 0 && index < last) || (side < 0 && index > last);
         if is_there {
             let other = beside(one, index);
             gap = mix(gap, gap_px(frame, stand, one, other), share(frame, stand, other));
