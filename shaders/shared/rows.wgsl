@@ -27,6 +27,8 @@ const DENSITY: u32 = 4u;
 const MOST_CANDIDATES: u32 = 10240u;
 // Samples of a mark: in the middle, and on each side of it.
 const HALF: i32 = 8;
+// Of these, the samples to the border of the row: those beyond are for marks that no row goes on from.
+const CORE: i32 = 5;
 const SAMPLES: i32 = 17;
 // Words of a candidate: its index, the number of intervals in its piece, what is below, its height, and its samples.
 const WORDS: u32 = 21u;

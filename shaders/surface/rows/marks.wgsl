@@ -12,7 +12,7 @@
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::rows::{RowRules, RowBlock, Frame, STEPS, MOST_CANDIDATES, HALF, SAMPLES, WORDS, CLOSED, ELSEWHERE}
+#import hachure::rows::{RowRules, RowBlock, Frame, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, WORDS, CLOSED, ELSEWHERE}
 #import hachure::rows::{cell_m, grid_of, frame_at, world_way, unpack_place, camera_height_m}
 
 // Gaps of neighbours, in spacings, between which a mark between them grows.
@@ -31,6 +31,8 @@ const SHORT: f32 = 1.8;
 const SLENDER: f32 = 4.0;
 // In widths of a gap.
 const WIDEST: f32 = 0.9;
+// What a mark has of gaps at most, in spacings.
+const MOST_ROOM: f32 = 1.5;
 
 struct Drawn {
     vertices: u32,
@@ -158,7 +160,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seed = place_of(one, 0);
     let frame = frame_at(block, seed);
     let middle_m = f32(height) * unit_m - camera_height_m();
-    let step_m = f32(half_row) * unit_m / f32(HALF);
+    let step_m = f32(half_row) * unit_m / f32(CORE);
     // What level of blocks is seen at that distance.
     let seed_m = vec3<f32>(frame.world_m, middle_m);
     let cell_px = rules.cell_px_m * exp2(block.level) / length(seed_m);
@@ -226,7 +228,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let a = gap_beside(frame, stand, one, -1);
             let b = gap_beside(frame, stand, one, 1);
             // Beside the last of a piece there is as much room as on its other side.
-            room = 0.5 * own * (select(a, b, a < 0.0) + select(b, a, b < 0.0));
+            room = own * min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
         }
         let g = grid_of(block, place_of(one, j));
         let at = vec3<f32>(flat_m[j + HALF].xy, vertex_height_m(g, length(flat_m[j + HALF])));

@@ -4,10 +4,13 @@
 // local gap. Between samples a mark follows the gradient of the land's form by two steps of the midpoint rule, by height;
 // a step of Newton's method then takes it back to the height that is meant. It ends early where the form is level, where
 // rows have another height, and where there is no land.
+//
+// Beyond the border of its row a mark goes on where no mark of the next row would come: where the land ends to rise, or to
+// fall, before the middle of that row. So crests and valleys between rows are not bare.
 #import hachure::terrain::{terrain, place_on_level, as_far_as_there}
 #import hachure::surface::{Surface, surface_near, form_at}
 #import hachure::rows::{RowRules, RowBlock, Frame, CELLS, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, STEPS, MOST_CANDIDATES}
-#import hachure::rows::{WORDS, HALF, NO_LAND, cell_m, grid_of, frame_at, octave_of, pack_place, camera_height_m}
+#import hachure::rows::{WORDS, HALF, CORE, NO_LAND, cell_m, grid_of, frame_at, octave_of, pack_place, camera_height_m}
 
 // Of a step, in cells.
 const LONGEST: f32 = 2.0;
@@ -70,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // The lowest bit that is set is half of the row.
     let half_row = height & -height;
     let octave = i32(firstTrailingBit(u32(half_row))) + 1;
-    let step_m = f32(half_row) * unit_m / f32(HALF);
+    let step_m = f32(half_row) * unit_m / f32(CORE);
     let frame = frame_at(block, seed);
     var reach = vec2<u32>(0u);
     candidates[at + 4u + u32(HALF)] = pack_place(seed);
@@ -80,7 +83,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         var slope = form(block, frame, place).xy;
         // Clear of the threshold at the seed, a mark may be.
         var goes = length(slope) > rules.level;
-        for (var i = 1; i <= HALF && goes; i++) {
+        for (var i = 1; i <= 2 * CORE && goes; i++) {
             var next = place;
             for (var part = 0; part < 2; part++) {
                 let half = next + 0.25 * way(block, frame, slope, sign * step_m);
@@ -99,11 +102,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 place = next;
                 reach[side] = u32(i);
             }
-            candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
+            if i <= HALF {
+                candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
+            }
         }
+        // The next row goes on from here, or what is beyond is too far for this one.
+        reach[side] = select(min(reach[side], u32(HALF)), u32(CORE), goes);
         for (var i = i32(reach[side]) + 1; i <= HALF; i++) {
-            candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
+            if i <= HALF {
+                candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
+            }
         }
+        // The next row goes on from here, or what is beyond is too far for this one.
+        reach[side] = select(min(reach[side], u32(HALF)), u32(CORE), goes);
     }
     candidates[at + 2u] = reach.x | (reach.y << 8u);
 }
