@@ -5,7 +5,8 @@
 // block are counted in cells from its corner; marks may begin in it and end beside it.
 //
 // Heights are counted in units of 1 / STEPS of a cell. Rows lie between heights that are multiples of 2^octave units, and
-// a mark is seeded in the middle of its row, at an odd multiple of half of that.
+// a mark is seeded in the middle of its row, at an odd multiple of half of that. Each cell has the octave of its rows, or
+// none (0).
 #define_import_path hachure::rows
 #import hachure::terrain::{terrain, GridPoint, world_from_grid, grid_from_world}
 
@@ -15,8 +16,12 @@ const NODES: i32 = 65;
 // The slope that octaves follow stands at nodes that are so many cells apart, from one beside the block to the other.
 const SLOPE_CELLS: i32 = 8;
 const SLOPE_NODES: i32 = 11;
-// Words of a block's relief: heights, then slopes.
-const RELIEF: i32 = 4352;
+// Octaves stand for cells up to so many beside the block: cells along a side.
+const MARGIN: i32 = 8;
+const OCTAVES: i32 = 80;
+// Words of a block's relief: heights, then slopes, then octaves.
+const FIRST_OCTAVE: i32 = 4352;
+const RELIEF: i32 = 10752;
 const STEPS: f32 = 64.0;
 // Of rows, by how steep the land is.
 const LEAST_OCTAVE: i32 = 3;
@@ -115,10 +120,4 @@ fn pack_place(place: vec2<f32>) -> u32 {
 
 fn unpack_place(word: u32) -> vec2<f32> {
     return unpack2x16unorm(word) * 96.0 - 16.0;
-}
-
-// The octave of rows on land of a mean squared slope.
-fn octave_of(slope_squared: f32, row_cells: f32) -> i32 {
-    let steps = STEPS * row_cells * sqrt(max(slope_squared, 1e-8));
-    return clamp(i32(round(log2(steps))), LEAST_OCTAVE, GREATEST_OCTAVE);
 }

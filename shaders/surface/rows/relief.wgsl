@@ -2,9 +2,10 @@
 //
 // The form is the level of the pyramid whose samples are as far apart as marks are, under a B-spline (`form_at`): what
 // rows follow has no folds that are finer than a mark. Heights are of the world, so that they are the same for every
-// camera. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
-#import hachure::terrain::{terrain, GridPoint, grid_from_world, world_from_grid, place_on_level, as_far_as_there}
-#import hachure::surface::{surface_near, form_at}
+// camera. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
+// them. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
+#import hachure::terrain::{terrain, grid_from_world, world_from_grid}
+#import hachure::row_form::{surface_of, is_grid}
 #import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, NO_LAND, grid_of, camera_height_m}
 
 // Places at which the slope is asked, along a side of its square of SLOPE_CELLS.
@@ -14,18 +15,10 @@ const TAPS: i32 = 4;
 @group(0) @binding(1) var<storage, read_write> relief: array<f32>;
 @group(0) @binding(2) var<storage, read_write> counts: array<u32>;
 
-// Holes of the data are land here, as they are filled: what is drawn there, nobody sees, and rows run on beside them.
-fn is_land(g: vec2<f32>) -> bool {
-    let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
-    let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
-    return all(g >= low) && all(g <= high);
-}
-
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = jobs[id.y];
     let number = i32(id.x);
-    let wanted = clamp(block.level, 0.0, f32(terrain.level_count - 1));
     let first = i32(id.y) * RELIEF;
     if number == 0 {
         counts[block.slot] = 0u;
@@ -33,8 +26,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if number < NODES * NODES {
         let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES)));
         var height_m = NO_LAND;
-        if is_land(g) {
-            height_m = form_at(surface_near(g, as_far_as_there(wanted, place_on_level(i32(wanted), g), g))).height_m + camera_height_m();
+        if is_grid(g) {
+            height_m = surface_of(block, g).height_m + camera_height_m();
         }
         relief[first + number] = height_m;
     }
@@ -50,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0; i < TAPS * TAPS; i++) {
         let tap = (vec2<f32>(vec2<i32>(i % TAPS, i / TAPS)) + 0.5) / f32(TAPS) - 0.5;
         let g = clamp(grid_of(block, middle + tap * f32(SLOPE_CELLS)), low, high);
-        let form = form_at(surface_near(g, as_far_as_there(wanted, place_on_level(i32(wanted), g), g)));
+        let form = surface_of(block, g);
         let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
         sum += dot(slope, slope);
     }

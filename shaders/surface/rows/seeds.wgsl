@@ -10,8 +10,8 @@
 // ridge spread without end, and those of the middle only half as far. And rows are not everywhere as high: their height
 // follows the slope of the land around in octaves, so that they are about as long on gentle land as on steep land.
 #import hachure::terrain::terrain
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
-#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, NO_LAND, cell_m, frame_at, world_way, octave_of}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
+#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, NO_LAND, cell_m, frame_at, world_way}
 
 // Cells that a piece may have, and pieces that a cell may have.
 const MOST_STEPS: i32 = 4096;
@@ -30,12 +30,7 @@ fn corners(first: i32, cell: vec2<i32>) -> vec4<f32> {
 }
 
 fn octave_at(first: i32, cell: vec2<i32>) -> i32 {
-    let place = (vec2<f32>(cell) + 0.5) / f32(SLOPE_CELLS) + 1.0;
-    let node = vec2<i32>(place);
-    let f = place - vec2<f32>(node);
-    let at = first + NODES * NODES + node.y * SLOPE_NODES + node.x;
-    let slope = mix(mix(relief[at], relief[at + 1], f.x), mix(relief[at + SLOPE_NODES], relief[at + SLOPE_NODES + 1], f.x), f.y);
-    return octave_of(slope, rules.row_cells);
+    return i32(relief[first + FIRST_OCTAVE + (cell.y + MARGIN) * OCTAVES + cell.x + MARGIN]);
 }
 
 // Whether a cell has rows of that height.
@@ -193,6 +188,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let octave = octave_at(first, cell);
+    if octave == 0 {
+        return;
+    }
     let unit_m = cell_m(block) / STEPS;
     let row_m = unit_m * exp2(f32(octave));
     let low = min(min(h.x, h.y), min(h.z, h.w)) / row_m - 0.5;

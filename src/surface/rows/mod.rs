@@ -1,13 +1,14 @@
 //! Rows of hachures: marks down the slope of the land's form, in rows between heights, anchored in the world.
 //!
 //! [`blocks`] says which blocks of land a view needs, and keeps those that are made. A block is made once: its
-//! [`relief`], the [`seeds`] of its candidates, and the marks that these may be ([`trace`]). For each frame [`marks`]
+//! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be ([`trace`]). For each frame [`marks`]
 //! chooses among them and gives them their widths, and [`ribbons`] draws these.
 //!
 //! Why: `docs/decisions/rows.md`.
 
 pub mod blocks;
 pub mod marks;
+pub mod octaves;
 pub mod relief;
 pub mod ribbons;
 pub mod seeds;
@@ -70,6 +71,7 @@ pub fn make(cx: &mut Cx<'_>, plan: &RowPlan, terrain: &[Named]) {
             candidates: plan.candidates.binding(),
         };
         relief::run(cx, &making, terrain);
+        octaves::run(cx, &making, terrain);
         seeds::run(cx, &making, terrain);
         trace::run(cx, &making, terrain);
     }
