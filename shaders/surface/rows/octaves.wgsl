@@ -11,6 +11,9 @@
 
 // Octaves that are tried.
 const TRIES: i32 = 4;
+// A flow line abreast, in cells, and how near it may come, by how near it was.
+const ASIDE: f32 = 0.25;
+const GATHERED: f32 = 0.4;
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
 @group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
@@ -27,20 +30,30 @@ fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
     return clamp(i32(round(log2(steps))), LEAST_OCTAVE, GREATEST_OCTAVE);
 }
 
-// Whether the slope through a place leads so far up, or down.
+// One step of the midpoint rule up, or down, the slope.
+fn next_place(block: RowBlock, frame: Frame, place: vec2<f32>, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
+    let half = row_form(block, frame, place + 0.5 * way_of(block, frame, slope, rise_m)).xy;
+    return place + way_of(block, frame, half, rise_m);
+}
+
+// Whether the slope through a place leads so far up, or down, without gathering what is beside it: marks that come the
+// other way would be too far from each other here.
 fn leads(block: RowBlock, frame: Frame, begin: vec2<f32>, rise_m: f32, step_m: f32) -> bool {
     let count = i32(ceil(abs(rise_m) / step_m));
     let each_m = rise_m / f32(max(count, 1));
     var place = begin;
     var before = row_form(block, frame, place).xy;
+    // Abreast, along the contour line.
+    let up = way_of(block, frame, before, length(before));
+    var aside = begin + vec2<f32>(-up.y, up.x) * (ASIDE / max(length(up), 1e-12));
     for (var i = 0; i < count; i++) {
-        let half = row_form(block, frame, place + 0.5 * way_of(block, frame, before, each_m)).xy;
-        let way = way_of(block, frame, half, each_m);
-        place += way;
-        let slope = row_form(block, frame, place).xy;
-        if length(half) < rules.level || length(slope) < rules.level || length(way) > LONGEST || dot(slope, before) <= 0.0 {
+        let next = next_place(block, frame, place, before, each_m);
+        aside = next_place(block, frame, aside, row_form(block, frame, aside).xy, each_m);
+        let slope = row_form(block, frame, next).xy;
+        if length(slope) < rules.level || distance(next, place) > LONGEST || dot(slope, before) <= 0.0 || distance(next, aside) < GATHERED * ASIDE {
             return false;
         }
+        place = next;
         before = slope;
     }
     return true;

@@ -9,7 +9,7 @@
 #import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, NO_LAND, grid_of, camera_height_m}
 
 // Places at which the slope is asked, along a side of its square of SLOPE_CELLS.
-const TAPS: i32 = 4;
+const TAPS: i32 = 6;
 
 @group(0) @binding(0) var<storage, read> jobs: array<RowBlock>;
 @group(0) @binding(1) var<storage, read_write> relief: array<f32>;
@@ -42,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var sum = 0.0;
     for (var i = 0; i < TAPS * TAPS; i++) {
         let tap = (vec2<f32>(vec2<i32>(i % TAPS, i / TAPS)) + 0.5) / f32(TAPS) - 0.5;
-        let g = clamp(grid_of(block, middle + tap * f32(SLOPE_CELLS)), low, high);
+        let g = clamp(grid_of(block, middle + tap * f32(2 * SLOPE_CELLS)), low, high);
         let form = surface_of(block, g);
         let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
         sum += dot(slope, slope);

@@ -64,7 +64,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             slope = row_form(block, frame, next).xy;
             let gone = distance(next, place);
             goes = length(slope) > rules.level && gone < LONGEST
-                && octave_at(first, next) == octave && dot(slope, end.xy) > 0.0;
+                && (octave_at(first, next) == octave || (octave_at(first, next) < octave && octave_at(first, place) == octave)) && dot(slope, end.xy) > 0.0;
             if goes {
                 place = next;
                 reach[side] = u32(i);
