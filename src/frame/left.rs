@@ -11,7 +11,8 @@ use crate::lines::strokes::DrawnStrokes;
 use crate::lines::{smooth, threshold};
 use crate::style::Style;
 use crate::surface::meshes::cull::MeshDraws;
-use crate::surface::{land, meshes};
+use crate::surface::rows::marks::RowSample;
+use crate::surface::{land, meshes, rows};
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
 
@@ -91,6 +92,18 @@ impl Frame {
             left_out: draws.left_out,
         };
         Ok(draws.first().map(of))
+    }
+
+    /// The rows of hachures that the last frame drew of its last eye, as lines; none if its style has none. Waits for the
+    /// GPU.
+    ///
+    /// # Errors
+    /// As [`Frame::drawn_vertices`].
+    pub fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
+        let (Some(drawn), Some(samples)) = (self.buffer(&rows::marks::DRAWN), self.buffer(&rows::marks::MARKS)) else {
+            return Ok(None);
+        };
+        rows::marks::read(gpu, &drawn, &samples).map(Some)
     }
 
     /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where

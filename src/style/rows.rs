@@ -11,7 +11,7 @@ parameters! {
         /// Distance of marks beside each other, from middle to middle.
         spacing_px: f32 = 6.0 => Range::Within(2.0, 64.0);
         /// About how many times longer than that marks are.
-        length: f32 = 4.0 => Range::Within(3.0, 16.0);
+        length: f32 = 5.0 => Range::Within(3.0, 16.0);
         /// Land whose form slopes less has no marks.
         level_deg: f32 = 2.0 => Range::Within(0.5, 20.0);
         /// The part of the land that marks cover where the tone is darkest.
