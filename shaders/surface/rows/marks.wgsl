@@ -16,8 +16,8 @@
 #import hachure::rows::{cell_m, grid_of, frame_at, world_way, unpack_place, camera_height_m}
 
 // Gaps of neighbours, in spacings, between which a mark between them grows.
-const CLOSED_GAP: f32 = 1.2;
-const OPEN_GAP: f32 = 1.4;
+const CLOSED_GAP: f32 = 1.3;
+const OPEN_GAP: f32 = 1.45;
 // A mark does not lie nearer to one neighbour than so, by the gap.
 const ASIDE: f32 = 2.6;
 // Half of the part of an octave in which two levels are seen.
