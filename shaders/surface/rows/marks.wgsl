@@ -21,7 +21,7 @@ const OPEN_GAP: f32 = 1.45;
 // A mark does not lie nearer to one neighbour than so, by the gap.
 const ASIDE: f32 = 2.6;
 // Half of the part of an octave in which two levels are seen.
-const FADE: f32 = 0.06;
+const FADE: f32 = 0.02;
 // Ranks of neighbours that are looked at.
 const MOST_RANK: i32 = 5;
 // Marks that are shorter than the first, in spacings, are not drawn; from the second on they are as wide as they should be.

@@ -6,8 +6,8 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::readback::read_buffer;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
-use crate::gpu::{Gpu, GpuError};
 use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, SAMPLES};
+use crate::gpu::{Gpu, GpuError};
 
 /// Vertices and instances.
 pub const DRAWN: BufferKind = BufferKind::indirect("row draw");
@@ -80,10 +80,8 @@ pub fn read(gpu: &Gpu, drawn: &Buffer, samples: &Buffer) -> Result<Vec<Vec<RowSa
     let marks = (numbers.get(1).map_or(0, |instances| *instances as usize) / (of_mark - 1)).min(room);
     let samples: Vec<[f32; 4]> = read_buffer(gpu, &samples.raw, marks * of_mark)?;
     let lines = samples.chunks_exact(of_mark).map(|mark| {
-        let mut line: Vec<RowSample> = mark
-            .iter()
-            .map(|&[x, y, half, depth_m]| RowSample { px: [x, y], width_px: 2.0 * half, depth_m })
-            .collect();
+        let mut line: Vec<RowSample> =
+            mark.iter().map(|&[x, y, half, depth_m]| RowSample { px: [x, y], width_px: 2.0 * half, depth_m }).collect();
         // What is not drawn of it stands at its ends.
         line.dedup_by_key(|sample| sample.px);
         line
