@@ -31,7 +31,9 @@ use crate::scene::view::{Rig, View};
 use crate::style::{Lines, Style};
 use crate::surface::hidden::HiddenArea;
 use crate::surface::land::vertices::PatchMesh;
-use crate::tiles::terrain::{Prepared, TerrainView};
+use crate::surface::rows::RowPlan;
+use crate::surface::rows::blocks::RowMemory;
+use crate::tiles::terrain::{Loading, Prepared, TerrainView};
 use crate::world::Surfaces;
 
 /// What the terrain is asked for a view.
@@ -79,6 +81,8 @@ pub struct Frame {
     samples: antialias::Samples,
     /// The last frame may have shown trees that wind moves.
     may_sway: bool,
+    /// Of styles with rows of hachures.
+    rows: RowMemory,
     trace: Option<Vec<PassTrace>>,
     record_ms: f64,
     drew: bool,
@@ -98,6 +102,8 @@ struct FrameInputs<'a> {
     land_changes: bool,
     wants_motion: bool,
     hidden: &'a [HiddenArea],
+    /// Of a style with rows of hachures.
+    rows: Option<&'a RowPlan>,
     /// Where frames are samples of one picture.
     temporal_aa: Option<temporal_aa::Plan>,
 }
@@ -118,6 +124,7 @@ impl Frame {
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
             may_sway: false,
+            rows: RowMemory::default(),
             trace: None,
             record_ms: 0.0,
             drew: false,
@@ -292,6 +299,8 @@ impl Frame {
         let hidden = &self.hidden;
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();
+        let all_tiles = !land_changes || world.terrain.options().loading == Loading::Wait;
+        let rows = style.rows.as_ref().map(|rows| self.rows.plan(gpu, &world.terrain, rig, rows, all_tiles));
         let inputs = FrameInputs {
             world,
             mesh,
@@ -303,6 +312,7 @@ impl Frame {
             land_changes,
             wants_motion,
             hidden,
+            rows: rows.as_ref(),
             temporal_aa,
         };
         self.may_sway = passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
@@ -310,6 +320,9 @@ impl Frame {
         self.trace = cx.submit();
         self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.drew = is_complete;
+        if !is_complete {
+            self.rows.forget_planned();
+        }
         Ok(is_complete)
     }
 }

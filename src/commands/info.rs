@@ -229,10 +229,11 @@ fn draws(style: &Style) -> Vec<String> {
         Scale::Blend => "hatching",
         Scale::Add => "fractal hatching",
     });
+    let rows = style.rows.as_ref().map(|_| "rows of hachures");
     let strokes = style.strokes.as_ref().map(|_| "strokes");
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
     let named = |part: Option<&str>| part.map(str::to_owned);
-    let parts = [lines, named(strokes), named(shadows), Some(tone), named(watercolor), named(hatching)];
+    let parts = [lines, named(strokes), named(shadows), Some(tone), named(watercolor), named(hatching), named(rows)];
     parts.into_iter().flatten().collect()
 }
 

@@ -34,7 +34,7 @@ pub struct Inputs<'a> {
     pub line: &'a Target,
     /// Ink of strokes; a style without them hands [`NOTHING`].
     pub ink: &'a Target,
-    /// Ink of hatching; a style without it hands [`NOTHING`].
+    /// Ink of hatching or of rows; a style without them hands [`NOTHING`].
     pub marks: &'a Target,
     /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
     /// fourth channel.
@@ -59,7 +59,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         faintest_tone: style.haze.faintest_tone,
         line_reach: lines.map_or(1.0, |lines| lines.reach),
         stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
-        mark_ink: style.hatching.as_ref().map_or([0.0; 3], |hatching| hatching.ink.linear()),
+        mark_ink: style.mark_ink().map_or([0.0; 3], |ink| ink.linear()),
         faintest_mark: style.hatching.as_ref().map_or(1.0, |hatching| hatching.faintest),
         is_sample: u32::from(inputs.is_sample),
         pad_0: Default::default(),

@@ -11,7 +11,8 @@ use crate::lines::strokes::DrawnStrokes;
 use crate::lines::{smooth, threshold};
 use crate::style::Style;
 use crate::surface::meshes::cull::MeshDraws;
-use crate::surface::{land, meshes};
+use crate::surface::rows::marks::RowSample;
+use crate::surface::{land, meshes, rows};
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
 
@@ -93,6 +94,18 @@ impl Frame {
         Ok(draws.first().map(of))
     }
 
+    /// The rows of hachures that the last frame drew of its last eye, as lines; none if its style has none. Waits for the
+    /// GPU.
+    ///
+    /// # Errors
+    /// As [`Frame::drawn_vertices`].
+    pub fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
+        let (Some(drawn), Some(samples)) = (self.buffer(&rows::marks::DRAWN), self.buffer(&rows::marks::MARKS)) else {
+            return Ok(None);
+        };
+        rows::marks::read(gpu, &drawn, &samples).map(Some)
+    }
+
     /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where
     /// each pass was submitted and waited for by itself.
     pub fn record_ms(&self) -> f64 {
@@ -107,7 +120,7 @@ impl Frame {
     /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
     /// of a picture at rest are still to come. What wind moves is another matter ([`Frame::may_sway`]).
     pub fn is_settling(&self) -> bool {
-        self.samples.is_settling() || self.has_settling_strokes()
+        self.samples.is_settling() || self.has_settling_strokes() || self.rows.is_late()
     }
 
     /// Whether trees may be in view that wind moves, so that the same view is another picture at another time: there are

@@ -19,7 +19,7 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, land, mark_normal, meshes, motion, trees};
+use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees};
 use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -58,6 +58,8 @@ struct Shaded {
     colors: Target,
     /// Of a style with hatching.
     balance: Option<balance::Inputs>,
+    /// Ink of a style with rows of hachures.
+    rows: Option<Target>,
 }
 
 /// All passes of all eyes. Whether trees may be in view that wind moves.
@@ -173,6 +175,10 @@ fn see(
     let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     if let (true, Some(tiles)) = (is_first, horizon_tiles) {
         land::horizons::run(cx, heights, tiles);
+    }
+    // Rows of hachures on land that has none yet: the same.
+    if let (true, Some(plan)) = (is_first, inputs.rows) {
+        rows::make(cx, plan, heights);
     }
 
     // Lines: detect, threshold.
@@ -332,7 +338,15 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         balance::count(cx, &balance);
         balance
     });
-    Shaded { colors, balance }
+    let rows = inputs.rows.map(|plan| {
+        let heights = &terrain.resources();
+        let chosen = rows::marks::Inputs { view, terrain: heights, plan, position, tone: &tone };
+        let marks = &rows::marks::run(cx, &chosen);
+        let ink = targets.whole(gpu, &rows::ribbons::ROW_INK);
+        rows::ribbons::run(cx, &rows::ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
+        ink
+    });
+    Shaded { colors, balance, rows }
 }
 
 /// The picture of an eye.
@@ -362,7 +376,7 @@ fn finish(
     let line = line.as_ref().unwrap_or(&nothing);
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
-    let (marks, tone) = (marks.unwrap_or(&nothing), &shaded[eye].colors);
+    let (marks, tone) = (marks.or(shaded[eye].rows.as_ref()).unwrap_or(&nothing), &shaded[eye].colors);
     let lines = inputs.lines;
     let drawn =
         composite::Inputs { view, style, lines, light, position, tone, line, ink, marks, is_sample: false, picture };

@@ -27,6 +27,7 @@ use crate::scene::Light;
 use crate::scene::view::{Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::surface::land::vertices::PatchMesh;
+use crate::surface::rows::RowPlan;
 use crate::tiles::selection::Selection;
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
@@ -170,6 +171,7 @@ impl Frame {
             let (step_s, wants_motion, land_changes) = (self.step_s, self.wants_motion, false);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
+            let rows = style.rows.as_ref().map(|_| RowPlan::rehearsal(gpu));
             let inputs = FrameInputs {
                 world,
                 mesh,
@@ -181,6 +183,7 @@ impl Frame {
                 land_changes,
                 wants_motion,
                 hidden,
+                rows: rows.as_ref(),
                 temporal_aa,
             };
             render_eyes(&mut cx, &inputs, memories);

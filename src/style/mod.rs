@@ -8,6 +8,7 @@ mod lines;
 pub mod marks;
 pub mod parameters;
 mod recipes;
+mod rows;
 pub mod scale;
 mod strokes;
 pub mod texture;
@@ -22,6 +23,7 @@ pub use error::StyleError;
 pub use held::StyleFiles;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 use parameters::{Range, parameters};
+pub use rows::Rows;
 pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 
@@ -48,7 +50,7 @@ const PRESETS: &[(&str, &str)] = &[
 
 parameters! {
     /// A style.
-    pub struct Style {
+    pub struct Style, whole one_kind_of_marks {
         /// Name of the style, for people and reports.
         name: String;
         /// What the style draws, in a line.
@@ -65,6 +67,8 @@ parameters! {
         watercolor: Option<Watercolor>;
         /// Tones made of marks; without the section none are drawn.
         hatching: Option<hatching::Hatching>;
+        /// Rows of hachures on the land; without the section none are drawn. A style has these or hatching.
+        rows: Option<Rows>;
         /// The sheet that is drawn on.
         paper: Paper;
         /// What is above the horizon.
@@ -107,6 +111,14 @@ parameters! {
     }
 }
 
+/// That marks are of one kind: both would be the ink of one picture.
+fn one_kind_of_marks(style: &Style, _: &str) -> Result<(), Wrong> {
+    match (&style.hatching, &style.rows) {
+        (Some(_), Some(_)) => Err(Wrong::new("rows", " stands beside hatching: a style has one of them")),
+        _ => Ok(()),
+    }
+}
+
 /// The names of the presets.
 pub fn names() -> Vec<&'static str> {
     PRESETS.iter().map(|(name, _)| *name).collect()
@@ -121,6 +133,12 @@ impl Style {
     /// Whether tones have the own colours of trees and models.
     pub fn asks_for_local_colors(&self) -> bool {
         self.tone.local_color() > 0.0
+    }
+
+    /// Colour of its marks, if it has any.
+    pub fn mark_ink(&self) -> Option<Color> {
+        let of_rows = self.rows.as_ref().map(|rows| rows.ink);
+        self.hatching.as_ref().map(|hatching| hatching.ink).or(of_rows)
     }
 
     /// Whether tones have the shadows that trees throw.

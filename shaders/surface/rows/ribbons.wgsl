@@ -1,0 +1,78 @@
+// Marks as ink: a strip along the samples of each.
+//
+// One instance for each pair of samples that follow each other, two triangles each, mitred at the samples, and wider by a
+// fringe for the border's coverage. What is narrower than a pixel is paler instead. Where marks lie on each other, those
+// of two levels, the darker one stays. A pixel is inked where it shows the land that the mark lies on.
+#import hachure::view::View
+#import hachure::rows::{RowRules, SAMPLES}
+#import hachure::surface_id::{kind_of, LAND}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> rules: RowRules;
+@group(0) @binding(2) var<storage, read> marks: array<vec4<f32>>;
+@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(4) var surface_id: texture_2d<u32>;
+
+const FRINGE_PX: f32 = 0.75;
+// What a mark may lie behind the land that it is seen on: spacings, and parts of the distance.
+const BEHIND: f32 = 4.0;
+const BEHIND_PART: f32 = 0.004;
+
+struct Vertex {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) @interpolate(linear) across_px: f32,
+    @location(1) @interpolate(linear) half_width_px: f32,
+    @location(2) @interpolate(linear) depth_m: f32,
+}
+
+fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
+    let d = b - a;
+    let l = length(d);
+    return select(vec2<f32>(0.0), d / l, l > 1e-4);
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u32) -> Vertex {
+    let nothing = Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 1.0);
+    let intervals = u32(SAMPLES) - 1u;
+    let mark = instance / intervals;
+    if mark >= rules.most_marks {
+        return nothing;
+    }
+    let first = mark * u32(SAMPLES);
+    let part = instance % intervals;
+    let begin = marks[first + part];
+    let end = marks[first + part + 1u];
+    let along = direction(begin.xy, end.xy);
+    if all(along == vec2<f32>(0.0)) {
+        return nothing;
+    }
+    let slot = array<u32, 6>(0u, 1u, 2u, 2u, 1u, 3u)[corner];
+    let number = part + (slot & 1u);
+    let side = select(1.0, -1.0, slot >= 2u);
+    let at = marks[first + number];
+    let into = direction(marks[first + max(number, 1u) - 1u].xy, at.xy);
+    let out = direction(at.xy, marks[first + min(number + 1u, intervals)].xy);
+    var tangent = into + out;
+    let turn = length(tangent);
+    tangent = select(along, tangent / turn, turn > 0.5);
+    let mitre = min(1.0 / max(dot(tangent, along), 0.25), 2.0);
+    let reach = max(at.z, 0.5) + FRINGE_PX;
+    let px = at.xy + vec2<f32>(tangent.y, -tangent.x) * (side * reach * mitre);
+    let ndc = px / vec2<f32>(view.size_px) * vec2<f32>(2.0, -2.0) + vec2<f32>(-1.0, 1.0);
+    return Vertex(vec4<f32>(ndc, 0.0, 1.0), side * reach, at.z, at.w);
+}
+
+@fragment
+fn fragment(in: Vertex) -> @location(0) vec4<f32> {
+    let half_width = max(in.half_width_px, 0.5);
+    let covered = clamp(half_width - abs(in.across_px) + 0.5, 0.0, 1.0) * in.half_width_px / half_width;
+    let pixel = vec2<i32>(in.clip.xy);
+    let land = textureLoad(position, pixel, 0);
+    let allowed_m = land.w * (1.0 + BEHIND_PART) + BEHIND * rules.spacing_px * land.w / view.focal_px;
+    let is_hidden = land.w <= 0.0 || in.depth_m > allowed_m || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND;
+    if is_hidden || covered < 1.0 / 512.0 {
+        discard;
+    }
+    return vec4<f32>(covered);
+}

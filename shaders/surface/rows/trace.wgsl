@@ -1,0 +1,87 @@
+// Marks of candidates: from its seed each runs up and down the slope to the heights at which its row ends.
+//
+// Samples stand at even heights, so those of neighbours with the same number are abreast, and their distance is the
+// local gap. Between samples a mark follows the gradient of the land's form by two steps of the midpoint rule, by height;
+// a step of Newton's method then takes it back to the height that is meant. It ends early where the form is level, where
+// rows have another height, and where there is no land.
+//
+// Beyond the border of its row a mark goes on where no mark of the next row would come: where the land ends to rise, or to
+// fall, before the middle of that row. So crests and valleys between rows are not bare.
+#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, HALF, CORE}
+#import hachure::rows::{cell_m, frame_at, pack_place}
+#import hachure::row_form::{LONGEST, row_form, way_of}
+
+@group(0) @binding(0) var<uniform> rules: RowRules;
+@group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
+@group(0) @binding(2) var<storage, read> relief: array<f32>;
+@group(0) @binding(3) var<storage, read> counts: array<u32>;
+@group(0) @binding(4) var<storage, read_write> candidates: array<u32>;
+
+fn octave_at(first: i32, place: vec2<f32>) -> i32 {
+    let cell = vec2<i32>(floor(place)) + MARGIN;
+    if any(cell < vec2<i32>(0)) || any(cell >= vec2<i32>(OCTAVES)) {
+        return 0;
+    }
+    return i32(relief[first + FIRST_OCTAVE + cell.y * OCTAVES + cell.x]);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let block = jobs[id.y];
+    if id.x >= min(counts[block.slot], MOST_CANDIDATES) {
+        return;
+    }
+    let at = (block.slot * MOST_CANDIDATES + id.x) * WORDS;
+    let first = i32(id.y) * RELIEF;
+    let seed = vec2<f32>(bitcast<f32>(candidates[at + 4u]), bitcast<f32>(candidates[at + 5u]));
+    let height = bitcast<i32>(candidates[at + 3u]);
+    let unit_m = cell_m(block) / STEPS;
+    let middle_m = f32(height) * unit_m;
+    // The lowest bit that is set is half of the row.
+    let half_row = height & -height;
+    let octave = i32(firstTrailingBit(u32(half_row))) + 1;
+    let step_m = f32(half_row) * unit_m / f32(CORE);
+    let frame = frame_at(block, seed);
+    var reach = vec2<u32>(0u);
+    candidates[at + 4u + u32(HALF)] = pack_place(seed);
+    for (var side = 0; side < 2; side++) {
+        let sign = select(-1.0, 1.0, side == 1);
+        var place = seed;
+        var slope = row_form(block, frame, place).xy;
+        // Clear of the threshold at the seed, a mark may be.
+        var goes = length(slope) > rules.level;
+        for (var i = 1; i <= 2 * CORE && goes; i++) {
+            var next = place;
+            for (var part = 0; part < 2; part++) {
+                let half = next + 0.25 * way_of(block, frame, slope, sign * step_m);
+                let there = row_form(block, frame, half).xy;
+                next += 0.5 * way_of(block, frame, there, sign * step_m);
+                slope = there;
+            }
+            let end = row_form(block, frame, next);
+            let wanted_m = middle_m + sign * step_m * f32(i);
+            next += way_of(block, frame, end.xy, wanted_m - end.z);
+            slope = row_form(block, frame, next).xy;
+            let gone = distance(next, place);
+            goes = length(slope) > rules.level && gone < LONGEST
+                && (octave_at(first, next) == octave || (octave_at(first, next) < octave && octave_at(first, place) == octave)) && dot(slope, end.xy) > 0.0;
+            if goes {
+                place = next;
+                reach[side] = u32(i);
+            }
+            if i <= HALF {
+                candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
+            }
+        }
+        // The next row goes on from here, or what is beyond is too far for this one.
+        reach[side] = select(min(reach[side], u32(HALF)), u32(CORE), goes);
+        for (var i = i32(reach[side]) + 1; i <= HALF; i++) {
+            if i <= HALF {
+                candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
+            }
+        }
+        // The next row goes on from here, or what is beyond is too far for this one.
+        reach[side] = select(min(reach[side], u32(HALF)), u32(CORE), goes);
+    }
+    candidates[at + 2u] = reach.x | (reach.y << 8u);
+}

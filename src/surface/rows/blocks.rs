@@ -1,0 +1,258 @@
+//! Blocks of rows: which of them a view needs, and which are made.
+//!
+//! A block belongs to a quadtree over the grid: one of level L has 64 cells of 2^L samples along its side. A level is
+//! seen at the distances at which a cell is one to two spacings of marks wide on the picture, and a little beyond, where
+//! two levels change over. What is made of a block depends on its place alone, so it is kept until its slot is wanted for
+//! another one. A window makes [`JOBS_AT_ONCE`] in a frame, the nearest first, and makes anew what was made while tiles
+//! were missing; a frame for a file makes all of them.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashMap;
+
+use super::RowPlan;
+use crate::gpu::Gpu;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::wgsl::shared::rows::{CELLS, MOST_CANDIDATES, RowBlock, RowRules, WORDS};
+use crate::pyramid::TileStore;
+use crate::scene::frustum::{Bounds, Frustum};
+use crate::scene::view::{Rig, View};
+use crate::style::Rows;
+use crate::tiles::terrain::{Loading, Terrain};
+
+/// Blocks that a frame makes if it must not wait, and that one submit makes if it must.
+pub const JOBS_AT_ONCE: usize = 8;
+/// Blocks that are kept: 124 MB of candidates, and less than what a binding may hold.
+const SLOTS: usize = 144;
+/// The finest blocks: their cells are so many halvings of a sample.
+const LEAST_LEVEL: i32 = -6;
+/// A cell is as wide as so many spacings, in the middle of what it may be.
+const MEAN_CELL: f32 = 1.4;
+/// In octaves: beyond what is seen of a level (`FADE` of `marks.wgsl`).
+const BEYOND: f64 = 0.08;
+/// Marks for so many pixels of a picture, by their spacing squared.
+const MARKS_PER_SPACING: f32 = 2.0;
+
+const COUNTS: BufferKind = BufferKind::storage("row counts");
+const CANDIDATES: BufferKind = BufferKind::storage("row candidates");
+
+/// The place of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+struct Address {
+    level: i32,
+    x: i32,
+    y: i32,
+}
+
+/// A block that was made.
+struct Made {
+    slot: u32,
+    used_in: u64,
+    /// All tiles were there.
+    is_whole: bool,
+}
+
+/// What the blocks were made of, beside their places.
+#[derive(PartialEq)]
+struct MadeOf {
+    /// Of the world: its address.
+    store: usize,
+    row_cells: f32,
+    level: f32,
+}
+
+/// The blocks that are kept, on the GPU.
+#[derive(Default)]
+pub struct RowMemory {
+    buffers: Option<[Buffer; 2]>,
+    /// Keeps the world alive that the blocks belong to, so that none has its address.
+    store: Option<Arc<dyn TileStore>>,
+    made_of: Option<MadeOf>,
+    made: FxHashMap<Address, Made>,
+    planned: Vec<Address>,
+    frame: u64,
+    is_late: bool,
+}
+
+impl RowMemory {
+    /// The frame of the last plan was not drawn: what it planned is still to be made.
+    pub fn forget_planned(&mut self) {
+        for address in self.planned.drain(..) {
+            self.made.remove(&address);
+        }
+    }
+
+    /// Whether the next frame of the same view would have more marks.
+    pub fn is_late(&self) -> bool {
+        self.is_late
+    }
+
+    /// Says which blocks a frame makes and draws; they count as made. `is_whole` says that all tiles are there.
+    pub fn plan(&mut self, gpu: &Gpu, terrain: &Terrain, rig: &Rig, rows: &Rows, is_whole: bool) -> RowPlan {
+        self.frame += 1;
+        self.planned.clear();
+        let pixels = rig.eyes.iter().map(|eye| eye.part.size_px.map(|side| side as f32).iter().product::<f32>());
+        let spacing_m = terrain.grid_projection().spacing_m();
+        let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
+        let greatest_level = greatest_level(terrain);
+        let rules = RowRules {
+            spacing_px: rows.spacing_px,
+            row_cells: rows.length / MEAN_CELL,
+            level: rows.level_deg.to_radians().tan(),
+            darkest: rows.darkest,
+            taper: rows.taper,
+            most_marks: (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / rows.spacing_px.powi(2)) as u32,
+            cell_px_m: (spacing_m * focal_px) as f32,
+            least_level: LEAST_LEVEL as f32,
+            greatest_level: greatest_level as f32,
+            ..RowRules::default()
+        };
+        let store = terrain.store();
+        let address = Arc::as_ptr(store).cast::<()>() as usize;
+        let made_of = MadeOf { store: address, row_cells: rules.row_cells, level: rules.level };
+        if self.made_of.as_ref() != Some(&made_of) {
+            self.made.clear();
+            self.made_of = Some(made_of);
+            self.store = Some(Arc::clone(store));
+        }
+        let [counts, candidates] = self.buffers.get_or_insert_with(|| {
+            let bytes = SLOTS as u64 * u64::from(MOST_CANDIDATES * WORDS) * 4;
+            [Buffer::new(gpu, &COUNTS, 4 * SLOTS as u64), Buffer::new(gpu, &CANDIDATES, bytes)]
+        });
+        let (counts, candidates) = (counts.clone(), candidates.clone());
+
+        let look = Look {
+            terrain,
+            frusta: rig.eyes.iter().map(View::frustum).collect(),
+            origin_m: rig.origin_m,
+            // At a distance of a metre a cell of level 0 has so many spacings.
+            cells_m: spacing_m * focal_px / f64::from(rows.spacing_px),
+            greatest_level,
+        };
+        let mut wanted = look.blocks();
+        let waits = terrain.options().loading == Loading::Wait;
+        let most = if waits { usize::MAX } else { JOBS_AT_ONCE };
+        wanted.truncate(SLOTS);
+        for (address, _) in &wanted {
+            if let Some(made) = self.made.get_mut(address) {
+                made.used_in = self.frame;
+            }
+        }
+        let stale = |made: &FxHashMap<Address, Made>, address: &Address| match made.get(address) {
+            None => true,
+            Some(made) => is_whole && !made.is_whole,
+        };
+        let (mut jobs, mut seen) = (Vec::new(), Vec::new());
+        let anchor = terrain.grid_projection().anchor(rig.origin_m.truncate());
+        self.is_late = false;
+        for (address, _) in &wanted {
+            let is_stale = stale(&self.made, address);
+            if is_stale && jobs.len() < most {
+                let known = self.made.get(address).map(|made| made.slot);
+                let Some(slot) = known.or_else(|| self.free_slot()) else { continue };
+                self.made.insert(*address, Made { slot, used_in: self.frame, is_whole });
+                self.planned.push(*address);
+                jobs.push(block(*address, slot, anchor));
+            } else if is_stale {
+                self.is_late = true;
+            }
+            if let Some(made) = self.made.get(address) {
+                seen.push(block(*address, made.slot, anchor));
+            }
+        }
+        RowPlan { rules, jobs, seen, counts, candidates, is_late: self.is_late }
+    }
+
+    /// One that nobody has, or that of the block that was not used for longest.
+    fn free_slot(&mut self) -> Option<u32> {
+        if self.made.len() < SLOTS {
+            let mut taken = [false; SLOTS];
+            self.made.values().for_each(|made| taken[made.slot as usize] = true);
+            return taken.iter().position(|taken| !taken).map(|slot| slot as u32);
+        }
+        let oldest = self.made.iter().filter(|(_, made)| made.used_in < self.frame);
+        let (address, _) = oldest.min_by_key(|(address, made)| (made.used_in, **address))?;
+        let address = *address;
+        self.made.remove(&address).map(|made| made.slot)
+    }
+}
+
+/// A block as the shaders read it. `anchor` is the sample that grid coordinates count from.
+fn block(address: Address, slot: u32, anchor: DVec2) -> RowBlock {
+    let cell = f64::from(address.level).exp2();
+    let corner = DVec2::new(f64::from(address.x), f64::from(address.y)) * (f64::from(CELLS) * cell) - anchor;
+    RowBlock {
+        corner: corner.as_vec2().to_array(),
+        cell: cell as f32,
+        level: address.level as f32,
+        slot,
+        ..RowBlock::default()
+    }
+}
+
+/// Of the block that holds the whole grid.
+fn greatest_level(terrain: &Terrain) -> i32 {
+    let size = terrain.store().levels()[0];
+    let blocks = size.width.max(size.height).div_ceil(CELLS as u32).max(1);
+    blocks.next_power_of_two().trailing_zeros() as i32
+}
+
+/// What is looked at.
+struct Look<'a> {
+    terrain: &'a Terrain,
+    frusta: Vec<Frustum>,
+    origin_m: DVec3,
+    cells_m: f64,
+    greatest_level: i32,
+}
+
+impl Look<'_> {
+    /// Blocks in view at the distances of their levels, with their distances, near ones first.
+    fn blocks(&self) -> Vec<(Address, f64)> {
+        let mut found = Vec::new();
+        self.walk(Address { level: self.greatest_level, x: 0, y: 0 }, &mut found);
+        found.sort_unstable_by(|(a, a_m), (b, b_m)| a_m.total_cmp(b_m).then(a.cmp(b)));
+        found
+    }
+
+    fn walk(&self, address: Address, found: &mut Vec<(Address, f64)>) {
+        let Address { level, x, y } = address;
+        let side = f64::from(CELLS) * f64::from(level).exp2();
+        let first = DVec2::new(f64::from(x), f64::from(y)) * side;
+        let size = self.terrain.store().levels()[0];
+        let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
+        if first.cmpgt(last).any() {
+            return;
+        }
+        let (low, high) = self.terrain.grid_projection().bounds(first, (first + side).min(last));
+        let [low_m, high_m] = self.terrain.range_m().map(f64::from);
+        let (low, high) = (low - self.origin_m.truncate(), high - self.origin_m.truncate());
+        let far_m = low.abs().max(high.abs()).length();
+        // The earth bends away.
+        let drop_m = 0.5 * far_m * far_m * self.terrain.options().inverse_radius;
+        let bounds = Bounds {
+            low_m: low.extend(low_m - self.origin_m.z - drop_m),
+            high_m: high.extend(high_m - self.origin_m.z),
+        };
+        if !self.frusta.iter().any(|frustum| frustum.may_see(&bounds)) {
+            return;
+        }
+        let nearest_m = bounds.distance_m();
+        let farthest_m = bounds.low_m.abs().max(bounds.high_m.abs()).length();
+        // The level that is seen at a distance: its cells are between one and two spacings wide.
+        let level_at = |distance_m: f64| 1.0 - (self.cells_m / distance_m.max(1e-3)).log2();
+        let (from, to) = (level_at(nearest_m), level_at(farthest_m));
+        let level_here = f64::from(level);
+        let is_near = from < level_here + 1.0 + BEYOND || level == self.greatest_level;
+        let is_far = to > level_here - BEYOND || level == LEAST_LEVEL;
+        if is_near && is_far {
+            found.push((address, nearest_m));
+        }
+        if level > LEAST_LEVEL && from < level_here + BEYOND {
+            for child in 0..4 {
+                self.walk(Address { level: level - 1, x: 2 * x + (child & 1), y: 2 * y + (child >> 1) }, found);
+            }
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Which candidates are drawn, and how wide. See `shaders/surface/rows/marks.wgsl`.
+
+use super::{BLOCKS, RowPlan};
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::readback::read_buffer;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, SAMPLES};
+use crate::gpu::{Gpu, GpuError};
+
+/// Vertices and instances.
+pub const DRAWN: BufferKind = BufferKind::indirect("row draw");
+/// Samples of marks.
+pub const MARKS: BufferKind = BufferKind::storage("row marks");
+
+/// What the pass reads.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Heights and tables.
+    pub terrain: &'a [Named],
+    /// The blocks, and how marks are drawn.
+    pub plan: &'a RowPlan,
+    /// Of what is seen.
+    pub position: &'a Target,
+    /// Its alpha is the tone that is asked for.
+    pub tone: &'a Target,
+}
+
+/// What there is to draw: the numbers of an indirect draw, and the samples.
+pub struct Marks {
+    /// Vertices and instances.
+    pub drawn: Buffer,
+    /// Samples of marks.
+    pub samples: Buffer,
+}
+
+/// Chooses marks.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Marks {
+    let plan = inputs.plan;
+    let drawn = cx.buffer(&DRAWN, 16);
+    let samples = cx.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
+    cx.write(&drawn, &[6_u32, 0, 0, 0]);
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("rules", cx.uniform("row rules", &plan.rules)),
+        ("blocks", cx.upload(&BLOCKS, &plan.seen).binding()),
+        ("counts", plan.counts.binding()),
+        ("candidates", plan.candidates.binding()),
+        ("drawn", drawn.binding()),
+        ("marks", samples.binding()),
+        ("position", inputs.position.into()),
+        ("tone", inputs.tone.into()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.groups("surface/rows/marks", [MOST_CANDIDATES / 64, plan.seen.len() as u32], &resources);
+    Marks { drawn, samples }
+}
+
+/// A place on a mark.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowSample {
+    /// On the targets.
+    pub px: [f32; 2],
+    /// Across the mark, in pixels; 0 where it ends.
+    pub width_px: f32,
+    /// Along the view axis, in metres.
+    pub depth_m: f32,
+}
+
+/// The marks as lines, in no order; what hides them is not asked. Waits for the GPU.
+///
+/// # Errors
+/// [`GpuError::Readback`] when the device is lost or out of memory.
+pub fn read(gpu: &Gpu, drawn: &Buffer, samples: &Buffer) -> Result<Vec<Vec<RowSample>>, GpuError> {
+    let numbers: Vec<u32> = read_buffer(gpu, &drawn.raw, 4)?;
+    let of_mark = SAMPLES as usize;
+    let room = samples.raw.size() as usize / (16 * of_mark);
+    let marks = (numbers.get(1).map_or(0, |instances| *instances as usize) / (of_mark - 1)).min(room);
+    let samples: Vec<[f32; 4]> = read_buffer(gpu, &samples.raw, marks * of_mark)?;
+    let lines = samples.chunks_exact(of_mark).map(|mark| {
+        let mut line: Vec<RowSample> =
+            mark.iter().map(|&[x, y, half, depth_m]| RowSample { px: [x, y], width_px: 2.0 * half, depth_m }).collect();
+        // What is not drawn of it stands at its ends.
+        line.dedup_by_key(|sample| sample.px);
+        line
+    });
+    Ok(lines.collect())
+}

@@ -1,0 +1,89 @@
+//! Rows of hachures: marks down the slope of the land's form, in rows between heights, anchored in the world.
+//!
+//! [`blocks`] says which blocks of land a view needs, and keeps those that are made. A block is made once: its
+//! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be ([`trace`]). For each frame [`marks`]
+//! chooses among them and gives them their widths, and [`ribbons`] draws these.
+//!
+//! Why: `docs/decisions/rows.md`.
+
+pub mod blocks;
+pub mod marks;
+pub mod octaves;
+pub mod relief;
+pub mod ribbons;
+pub mod seeds;
+pub mod trace;
+
+use crate::gpu::Gpu;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::recorder::Cx;
+use crate::gpu::wgsl::shared::rows::{RELIEF, RowBlock, RowRules};
+
+/// The blocks that are made.
+const JOBS: BufferKind = BufferKind::storage("row jobs");
+/// The blocks that are seen.
+const BLOCKS: BufferKind = BufferKind::storage("row blocks");
+/// Of the blocks of one submit.
+const RELIEFS: BufferKind = BufferKind::storage("row relief");
+
+/// What a frame makes and draws of rows.
+#[derive(Clone)]
+pub struct RowPlan {
+    /// For the shaders.
+    pub rules: RowRules,
+    /// Blocks that are made, as many at once as a submit has.
+    pub jobs: Vec<RowBlock>,
+    /// Blocks that are seen.
+    pub seen: Vec<RowBlock>,
+    /// Numbers of candidates, by slot.
+    pub counts: Buffer,
+    /// Candidates, by slot.
+    pub candidates: Buffer,
+    /// Whether blocks are left for the next frame.
+    pub is_late: bool,
+}
+
+impl RowPlan {
+    /// Of a frame that is only rehearsed.
+    pub fn rehearsal(gpu: &Gpu) -> Self {
+        let nothing = Buffer::new(gpu, &JOBS, 16);
+        let (counts, candidates) = (nothing.clone(), nothing);
+        let rules = RowRules::default();
+        Self { rules, jobs: Vec::new(), seen: Vec::new(), counts, candidates, is_late: false }
+    }
+}
+
+/// Makes the blocks that are planned. No submit has more than a frame of a window.
+pub fn make(cx: &mut Cx<'_>, plan: &RowPlan, terrain: &[Named]) {
+    let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
+    let parts = plan.jobs.chunks(blocks::JOBS_AT_ONCE).chain(nothing.iter().copied());
+    for (part, jobs) in parts.enumerate() {
+        if part > 0 {
+            cx.submit_so_far();
+        }
+        let making = Making {
+            blocks: jobs.len() as u32,
+            rules: cx.uniform("row rules", &plan.rules),
+            jobs: cx.upload(&JOBS, jobs).binding(),
+            relief: cx.buffer(&RELIEFS, 4 * RELIEF as u64 * blocks::JOBS_AT_ONCE as u64).binding(),
+            counts: plan.counts.binding(),
+            candidates: plan.candidates.binding(),
+        };
+        relief::run(cx, &making, terrain);
+        octaves::run(cx, &making, terrain);
+        seeds::run(cx, &making, terrain);
+        trace::run(cx, &making, terrain);
+    }
+}
+
+/// What the passes that make blocks share.
+pub struct Making {
+    /// How many blocks.
+    blocks: u32,
+    rules: Resource,
+    jobs: Resource,
+    relief: Resource,
+    counts: Resource,
+    candidates: Resource,
+}
