@@ -50,7 +50,7 @@ const PRESETS: &[(&str, &str)] = &[
 
 parameters! {
     /// A style.
-    pub struct Style, whole one_kind_of_marks {
+    pub struct Style {
         /// Name of the style, for people and reports.
         name: String;
         /// What the style draws, in a line.
@@ -67,7 +67,7 @@ parameters! {
         watercolor: Option<Watercolor>;
         /// Tones made of marks; without the section none are drawn.
         hatching: Option<hatching::Hatching>;
-        /// Rows of hachures on the land; without the section none are drawn. A style has these or hatching.
+        /// Rows of hachures on the land; without the section none are drawn, nor in a style with hatching.
         rows: Option<Rows>;
         /// The sheet that is drawn on.
         paper: Paper;
@@ -111,14 +111,6 @@ parameters! {
     }
 }
 
-/// That marks are of one kind: both would be the ink of one picture.
-fn one_kind_of_marks(style: &Style, _: &str) -> Result<(), Wrong> {
-    match (&style.hatching, &style.rows) {
-        (Some(_), Some(_)) => Err(Wrong::new("rows", " stands beside hatching: a style has one of them")),
-        _ => Ok(()),
-    }
-}
-
 /// The names of the presets.
 pub fn names() -> Vec<&'static str> {
     PRESETS.iter().map(|(name, _)| *name).collect()
@@ -135,9 +127,14 @@ impl Style {
         self.tone.local_color() > 0.0
     }
 
+    /// Its rows of hachures, where they are drawn: marks are of one kind.
+    pub fn drawn_rows(&self) -> Option<&Rows> {
+        self.rows.as_ref().filter(|_| self.hatching.is_none())
+    }
+
     /// Colour of its marks, if it has any.
     pub fn mark_ink(&self) -> Option<Color> {
-        let of_rows = self.rows.as_ref().map(|rows| rows.ink);
+        let of_rows = self.drawn_rows().map(|rows| rows.ink);
         self.hatching.as_ref().map(|hatching| hatching.ink).or(of_rows)
     }
 

@@ -34,19 +34,13 @@ const WIDEST: f32 = 0.9;
 // What a mark has of gaps at most, in spacings.
 const MOST_ROOM: f32 = 1.5;
 
-struct Drawn {
-    vertices: u32,
-    instances: atomic<u32>,
-    first_vertex: u32,
-    first_instance: u32,
-}
-
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: RowRules;
 @group(0) @binding(2) var<storage, read> blocks: array<RowBlock>;
 @group(0) @binding(3) var<storage, read> counts: array<u32>;
 @group(0) @binding(4) var<storage, read> candidates: array<u32>;
-@group(0) @binding(5) var<storage, read_write> drawn: Drawn;
+// Of the draw: vertices, instances, the first of each.
+@group(0) @binding(5) var<storage, read_write> drawn: array<atomic<u32>, 4>;
 // SAMPLES for each mark. Place in pixels, half the width, distance along the view axis.
 @group(0) @binding(6) var<storage, read_write> marks: array<vec4<f32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
@@ -254,7 +248,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if gain * widest_px < 0.02 {
         return;
     }
-    let number = atomicAdd(&drawn.instances, u32(SAMPLES - 1)) / u32(SAMPLES - 1);
+    let number = atomicAdd(&drawn[1], u32(SAMPLES - 1)) / u32(SAMPLES - 1);
     if number >= rules.most_marks {
         return;
     }
