@@ -30,8 +30,14 @@ impl Style {
                 *texture = texture.scaled(factor);
             }
         }
-        for layer in style.hatching.iter_mut().flat_map(|hatching| &mut hatching.layers) {
-            scale(&mut layer.size, 0.25, 8.0);
+        if let Some(hatching) = &mut style.hatching {
+            scale(&mut hatching.form_px, 1.0, 256.0);
+            for layer in &mut hatching.layers {
+                scale(&mut layer.size, 0.25, 8.0);
+            }
+        }
+        if let Some(rows) = &mut style.rows {
+            scale(&mut rows.spacing_px, 2.0, 64.0);
         }
         if let Some(watercolor) = &mut style.watercolor {
             scale(&mut watercolor.edge_px, 1.0, 16.0);
