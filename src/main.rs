@@ -34,7 +34,7 @@ enum Command {
     /// Fly over a world in a window; what happens without a command
     Fly(commands::fly::FlyArgs),
     /// Draw a picture, a row of pictures, or a film
-    Render(commands::render::RenderArgs),
+    Render(Box<commands::render::RenderArgs>),
     /// Fly a camera path and report what each style costs
     Bench(commands::bench::BenchArgs),
     /// Bake a height file into a tile pyramid: a cloud-optimised GeoTIFF

@@ -30,8 +30,11 @@ const MOST_STEPS: u32 = 3000;
 const OFFSETS: [[i32; 2]; 13] =
     [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, -1], [-1, 1], [1, 1], [-2, 0], [2, 0], [0, -2], [0, 2]];
 
+/// Samples beside one, and what each counts for.
+type Stencil = &'static [([i32; 2], f64)];
+
 /// Differences that are to be small: samples with weights, and the weight of the square.
-const DIFFERENCES: [(&[([i32; 2], f64)], f64); 5] = [
+const DIFFERENCES: [(Stencil, f64); 5] = [
     (&[([0, 0], 1.0), ([1, 0], -2.0), ([2, 0], 1.0)], 1.0),
     (&[([0, 0], 1.0), ([0, 1], -2.0), ([0, 2], 1.0)], 1.0),
     (&[([0, 0], 1.0), ([1, 0], -1.0), ([0, 1], -1.0), ([1, 1], 1.0)], 2.0),
