@@ -64,15 +64,19 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
         .flat_map(|(x, y)| {
             let i = inside(x, y);
             let here = at(x, y);
+            let hatching = style.hatching.as_ref().unwrap();
+            let mut mark_ink = f64::from(layers.marks[i]);
             let mut color = if here[3] <= 0.0 {
                 let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
                 mix(linear(style.sky.horizon), linear(style.sky.zenith), (2.0 * up).clamp(0.0, 1.0))
             } else {
                 let [red, green, blue, _] = layers.tone[i].map(half::f16::to_f64);
-                mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clearness(away(here), 1.0)))
+                let clear = clearness(away(here), 1.0);
+                mark_ink *= faintest(hatching.faintest, clear);
+                mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clear))
             };
             color *= linear(style.paper.color);
-            color = mix(color, linear(style.hatching.as_ref().unwrap().ink), f64::from(layers.marks[i]));
+            color = mix(color, linear(hatching.ink), mark_ink);
             let drawn = f64::from(layers.line[i]);
             if drawn > 0.0 {
                 let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))).map(|(x, y)| at(x, y));
@@ -130,5 +134,9 @@ fn the_composite_is_its_twin() {
         // Planted: lines keep both of their sides in the distance; haze that is nearer.
         assert!(differing(1e9, &light) > 50);
         assert!(differing(1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
+        // Planted: marks keep their ink.
+        let mut black = style.clone();
+        black.hatching.as_mut().unwrap().faintest = 1.0;
+        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
     }
 }
