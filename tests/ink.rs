@@ -75,8 +75,9 @@ fn no_part_of_a_drawing_is_mush() {
         let (most, darkest) = (most_ink(&drawn), drawn.iter().copied().fold(1.0, f64::min));
         println!("{file}: most ink {most:.3}, darkest pixel {darkest:.3}");
         assert!(most <= 0.35, "{file}: mean ink {most}");
-        // The ink itself is 0.07; some near line has it nearly whole.
-        assert!(darkest < 0.15, "{file}: darkest pixel {darkest}");
+        // The ink itself is 0.07; some near line has it nearly whole. The nearest contours are 10 km away and more, where
+        // clear air has taken some of it.
+        assert!(darkest < 0.25, "{file}: darkest pixel {darkest}");
 
         // Planted: neither filter nor distance.
         let text = preset_text("ink").unwrap();

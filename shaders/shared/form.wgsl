@@ -1,7 +1,7 @@
 // The land's form: what is left of it at a level of the pyramid, under a B-spline.
 #define_import_path hachure::form
 #import hachure::view::{View, distance_from_eye}
-#import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there}
+#import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there, first_sample, last_sample}
 #import hachure::surface::{Surface, surface_near, form_at}
 #import hachure::earth::{Unbent, unbend, bend_normal}
 
@@ -20,12 +20,10 @@ fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
     let beyond = exp2(clamp(level - coarsest, 0.0, MOST_BEYOND));
     let along = i32(ceil(beyond));
     let step = WIDER * (beyond - 1.0) / beyond * exp2(coarsest);
-    let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
-    let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
     var sum = Surface(0.0, vec2<f32>(0.0), vec3<f32>(0.0));
     for (var i = 0; i < along * along; i++) {
         let tap = vec2<f32>(vec2<i32>(i % along, i / along)) - 0.5 * f32(along - 1);
-        let at = clamp(g + step * tap, low, high);
+        let at = clamp(g + step * tap, first_sample(), last_sample());
         let form = form_at(surface_near(at, as_far_as_there(wanted, place_on_level(i32(wanted), at), at)));
         sum.height_m += form.height_m;
         sum.gradient += form.gradient;

@@ -61,9 +61,6 @@ struct RowRules {
     // Of blocks that there may be.
     least_level: f32,
     greatest_level: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
 }
 
 struct RowBlock {
@@ -74,10 +71,6 @@ struct RowBlock {
     level: f32,
     // In the pool.
     slot: u32,
-    // Among those that are made in this frame.
-    job: u32,
-    pad_a: u32,
-    pad_b: u32,
 }
 
 fn cell_m(block: RowBlock) -> f32 {

@@ -88,6 +88,15 @@ const TILE_SHIFT: vec2<u32> = vec2<u32>(8u, 8u);
 const TILE_BORDER: i32 = 2;
 const NO_SLOT: u32 = 0xffffffffu;
 
+// Grid coordinates of the first and the last sample.
+fn first_sample() -> vec2<f32> {
+    return vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
+}
+
+fn last_sample() -> vec2<f32> {
+    return vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
+}
+
 fn first_term_of_row(row: i32) -> i32 {
     return row * (terrain.degree + 1) - (row * (row - 1)) / 2;
 }

@@ -60,7 +60,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         line_reach: lines.map_or(1.0, |lines| lines.reach),
         stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
         mark_ink: style.mark_ink().map_or([0.0; 3], |ink| ink.linear()),
-        faintest_mark: style.hatching.as_ref().map_or(1.0, |hatching| hatching.faintest),
+        faintest_mark: style.faintest_mark(),
         is_sample: u32::from(inputs.is_sample),
         pad_0: Default::default(),
     };

@@ -29,7 +29,7 @@ use crate::file::{FileError, imprint};
 use crate::remote;
 use crate::scene::Sun;
 use crate::scene::camera::Camera;
-use crate::scene::view::Pose;
+use crate::scene::view::{NEAR_M, Pose};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Of the text. Another key that changes the drawing needs another version.
@@ -232,6 +232,3 @@ pub fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
     // The columns of a matrix for column vectors are the rows of one for row vectors.
     Matrices { camera_from_world: by_rows(camera_from_world), ndc_from_world: by_rows(project * camera_from_world) }
 }
-
-/// As of every view.
-const NEAR_M: f64 = 1e-4;

@@ -6,7 +6,7 @@ pub use crate::gpu::wgsl::shared::view::View as ViewUniform;
 use crate::scene::frustum::Frustum;
 
 /// The near plane. Reversed infinite depth loses nothing by a small one.
-const NEAR_M: f64 = 1e-4;
+pub const NEAR_M: f64 = 1e-4;
 
 /// Where an eye is and where it looks.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -138,6 +138,12 @@ impl Style {
         self.hatching.as_ref().map(|hatching| hatching.ink).or(of_rows)
     }
 
+    /// What is left of that in full haze.
+    pub fn faintest_mark(&self) -> f32 {
+        let of_rows = self.drawn_rows().map(|rows| rows.faintest);
+        self.hatching.as_ref().map(|hatching| hatching.faintest).or(of_rows).unwrap_or(1.0)
+    }
+
     /// Whether tones have the shadows that trees throw.
     pub fn asks_for_tree_shadows(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0

@@ -18,5 +18,7 @@ parameters! {
         darkest: f32 = 0.8 => Range::Within(0.0, 0.9);
         /// Part of a mark's length over which it thins out, at each end.
         taper: f32 = 0.3 => Range::Within(0.0, 0.5);
+        /// What is left of the ink of marks in full haze; that they are thinner is `haze.faintest_tone`.
+        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
     }
 }

@@ -66,6 +66,12 @@ fn changed(old: &str, new: &str) -> String {
     COMPOSITE.replace(old, new)
 }
 
+/// Where a message should point: `:83:`, the line of the composite on which `text` first stands.
+fn line_of(text: &str) -> String {
+    let line = COMPOSITE.lines().position(|line| line.contains(text));
+    format!(":{}:", line.expect("the shader has changed") + 1)
+}
+
 const LAST: &str = "textureStore(picture, pixel, vec4<f32>(color, alpha));";
 const LAST_INVERTED: &str = "textureStore(picture, pixel, vec4<f32>(1.0 - color, alpha));";
 
@@ -79,10 +85,11 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
     let differing = first.iter().zip(&inverted).filter(|(a, b)| a != b).count();
     assert!(differing > first.len() / 4, "{differing} bytes of {}", first.len());
 
+    let (size, paper) = (line_of("if any(id.xy"), line_of("composite.paper;"));
     let wrong = [
         // Not WGSL, and not a name.
-        (changed("if any(id.xy", "if any id.xy"), ":64:"),
-        (changed("composite.paper;", "composite.papyrus;"), ":79:"),
+        (changed("if any(id.xy", "if any id.xy"), size.as_str()),
+        (changed("composite.paper;", "composite.papyrus;"), paper.as_str()),
         (changed("#import hachure::view::{View, ", "#import hachure::viw::{View, "), "viw"),
         ("@compute @workgroup_size(8, 8)\nfn other() {}\n".to_owned(), "no entry point main"),
         // What nobody hands.
@@ -145,7 +152,8 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
     let drawn = live.frame.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light());
     let error = drawn.map(|_| ()).unwrap_err();
     assert!(matches!(&error, GpuError::Shader(_)), "{error}");
-    assert!(error.to_string().starts_with("composite/composite.wgsl:79:"), "{error}");
+    let place = format!("composite/composite.wgsl{}", line_of("composite.paper;"));
+    assert!(error.to_string().starts_with(&place), "{error}");
     live.write("composite/composite", COMPOSITE);
     assert!(!live.picture().is_empty());
 }

@@ -1,11 +1,11 @@
 // The relief of a block of rows: the heights of the land's form at the corners of its cells, and how steep it is around.
 //
-// The form is the level of the pyramid whose samples are as far apart as marks are, under a B-spline (`form_at`): what
+// The form is the level of the pyramid whose samples are as far apart as marks are, under a B-spline (`form_of_level`): what
 // rows follow has no folds that are finer than a mark. Heights are of the world, so that they are the same for every
 // camera. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
 // them. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
-#import hachure::terrain::{terrain, grid_from_world, world_from_grid}
-#import hachure::row_form::{surface_of, is_grid}
+#import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample}
+#import hachure::form::{form_of_level}
 #import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, NO_LAND, grid_of, camera_height_m}
 
 // Places at which the slope is asked, along a side of its square of SLOPE_CELLS.
@@ -26,8 +26,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if number < NODES * NODES {
         let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES)));
         var height_m = NO_LAND;
-        if is_grid(g) {
-            height_m = surface_of(block, g).height_m + camera_height_m();
+        if all(g >= first_sample()) && all(g <= last_sample()) {
+            height_m = form_of_level(g, block.level).height_m + camera_height_m();
         }
         relief[first + number] = height_m;
     }
@@ -37,13 +37,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let middle = vec2<f32>((vec2<i32>(node % SLOPE_NODES, node / SLOPE_NODES) - 1) * SLOPE_CELLS);
     let point = grid_from_world(world_from_grid(grid_of(block, middle)));
-    let low = vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
-    let high = vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
     var sum = 0.0;
     for (var i = 0; i < TAPS * TAPS; i++) {
         let tap = (vec2<f32>(vec2<i32>(i % TAPS, i / TAPS)) + 0.5) / f32(TAPS) - 0.5;
-        let g = clamp(grid_of(block, middle + tap * f32(2 * SLOPE_CELLS)), low, high);
-        let form = surface_of(block, g);
+        let g = clamp(grid_of(block, middle + tap * f32(2 * SLOPE_CELLS)), first_sample(), last_sample());
+        let form = form_of_level(g, block.level);
         let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
         sum += dot(slope, slope);
     }

@@ -1,8 +1,8 @@
 //! Rows of hachures: marks down the slope of the land's form, in rows between heights, anchored in the world.
 //!
 //! [`blocks`] says which blocks of land a view needs, and keeps those that are made. A block is made once: its
-//! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be ([`trace`]). For each frame [`marks`]
-//! chooses among them and gives them their widths, and [`ribbons`] draws these.
+//! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be
+//! ([`trace`]). For each frame [`marks`] chooses among them and gives them their widths, and [`ribbons`] draws these.
 //!
 //! Why: `docs/decisions/rows.md`.
 
@@ -15,7 +15,7 @@ pub mod seeds;
 pub mod trace;
 
 use crate::gpu::Gpu;
-use crate::gpu::bind::{Named, Resource};
+use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::wgsl::shared::rows::{RELIEF, RowBlock, RowRules};
@@ -62,28 +62,18 @@ pub fn make(cx: &mut Cx<'_>, plan: &RowPlan, terrain: &[Named]) {
         if part > 0 {
             cx.submit_so_far();
         }
-        let making = Making {
-            blocks: jobs.len() as u32,
-            rules: cx.uniform("row rules", &plan.rules),
-            jobs: cx.upload(&JOBS, jobs).binding(),
-            relief: cx.buffer(&RELIEFS, 4 * RELIEF as u64 * blocks::JOBS_AT_ONCE as u64).binding(),
-            counts: plan.counts.binding(),
-            candidates: plan.candidates.binding(),
-        };
-        relief::run(cx, &making, terrain);
-        octaves::run(cx, &making, terrain);
-        seeds::run(cx, &making, terrain);
-        trace::run(cx, &making, terrain);
+        let mut resources = vec![
+            ("rules", cx.uniform("row rules", &plan.rules)),
+            ("jobs", cx.upload(&JOBS, jobs).binding()),
+            ("relief", cx.buffer(&RELIEFS, 4 * RELIEF as u64 * blocks::JOBS_AT_ONCE as u64).binding()),
+            ("counts", plan.counts.binding()),
+            ("candidates", plan.candidates.binding()),
+        ];
+        resources.extend_from_slice(terrain);
+        let blocks = jobs.len() as u32;
+        relief::run(cx, blocks, &resources);
+        octaves::run(cx, blocks, &resources);
+        seeds::run(cx, blocks, &resources);
+        trace::run(cx, blocks, &resources);
     }
-}
-
-/// What the passes that make blocks share.
-pub struct Making {
-    /// How many blocks.
-    blocks: u32,
-    rules: Resource,
-    jobs: Resource,
-    relief: Resource,
-    counts: Resource,
-    candidates: Resource,
 }

@@ -1,15 +1,11 @@
 //! Heights of the form in blocks of rows. See `shaders/surface/rows/relief.wgsl`.
 
-use super::Making;
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Cx;
 use crate::gpu::wgsl::shared::rows::{NODES, SLOPE_NODES};
 
 /// Finds the relief of the blocks, and forgets their candidates.
-pub fn run(cx: &mut Cx<'_>, making: &Making, terrain: &[Named]) {
-    let mut resources =
-        vec![("jobs", making.jobs.clone()), ("relief", making.relief.clone()), ("counts", making.counts.clone())];
-    resources.extend(terrain.iter().cloned());
+pub fn run(cx: &mut Cx<'_>, blocks: u32, resources: &[Named]) {
     let nodes = (NODES * NODES + SLOPE_NODES * SLOPE_NODES) as u32;
-    cx.groups("surface/rows/relief", [nodes.div_ceil(64), making.blocks], &resources);
+    cx.groups("surface/rows/relief", [nodes.div_ceil(64), blocks], resources);
 }
