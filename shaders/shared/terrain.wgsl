@@ -97,6 +97,10 @@ fn last_sample() -> vec2<f32> {
     return vec2<f32>(terrain.extent_units.zw) / terrain.units_per_sample;
 }
 
+fn is_in_grid(g: vec2<f32>) -> bool {
+    return all(g >= first_sample()) && all(g <= last_sample());
+}
+
 fn first_term_of_row(row: i32) -> i32 {
     return row * (terrain.degree + 1) - (row * (row - 1)) / 2;
 }

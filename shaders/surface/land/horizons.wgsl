@@ -11,7 +11,7 @@
 // ladder of distances is the same for all tiles: a tile of a finer level has more steps near by, and no others. The
 // horizons of two levels of detail, and of two tiles side by side, are therefore those of one function of the place.
 #import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
-#import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT, first_sample, last_sample}
+#import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT, is_in_grid}
 #import hachure::surface::{heights, camera_relative_m}
 #import hachure::horizon_maps::{MAP_BORDER, MAP_SPACING, MAP_SIDE}
 
@@ -78,8 +78,6 @@ struct Eye {
 // The tangent of the horizon's elevation, at least `least`. `way` is grid coordinates per metre; over the length of a
 // sample at that distance the map is straight.
 fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
-    let first = first_sample();
-    let last = last_sample();
     let coarsest = terrain.level_count - 1;
     let room_m = terrain.max_z_m - eye.z_m;
     var tangent = least;
@@ -92,7 +90,7 @@ fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
         // How far the earth has bent away.
         let drop = 0.5 * d_m * terrain.inverse_radius;
         // Beyond the land's edge nothing stands.
-        let is_land = all(g >= first) && all(g <= last);
+        let is_land = is_in_grid(g);
         let rise = (height_m(min(level, coarsest), g) - eye.z_m) / d_m - drop;
         tangent = select(tangent, max(tangent, rise), is_land);
         let is_last = !is_land || d_m > FARTHEST_M || room_m / d_m - drop <= tangent + gain;

@@ -4,10 +4,10 @@
 // whether a row of that height comes here at all. A row's marks begin at its middle height. Where the slope through a
 // cell ends at a crest, at the bottom of a valley or on level land before it comes to that height, no mark comes, and rows
 // of half the height are tried. That is a function of the place alone: blocks side by side find the same.
-#import hachure::terrain::terrain
+#import hachure::terrain::{terrain, is_in_grid}
 #import hachure::rows::{RowRules, RowBlock, Frame, NODES, SLOPE_CELLS, SLOPE_NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
 #import hachure::rows::{LEAST_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
-#import hachure::row_form::{LONGEST, row_form, way_of, is_grid}
+#import hachure::row_form::{LONGEST, row_form, way_of}
 
 // Octaves that are tried.
 const TRIES: i32 = 4;
@@ -82,7 +82,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let cell = vec2<i32>(number % OCTAVES, number / OCTAVES) - MARGIN;
     let place = vec2<f32>(cell) + 0.5;
     var found = 0;
-    if is_grid(grid_of(block, place)) {
+    if is_in_grid(grid_of(block, place)) {
         let frame = frame_at(block, place);
         let at = row_form(block, frame, place);
         let unit_m = cell_m(block) / STEPS;

@@ -4,7 +4,7 @@
 // rows follow has no folds that are finer than a mark. Heights are of the world, so that they are the same for every
 // camera. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
 // them. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
-#import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample}
+#import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample, is_in_grid}
 #import hachure::form::{form_of_level}
 #import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, NO_LAND, grid_of, camera_height_m}
 
@@ -26,7 +26,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if number < NODES * NODES {
         let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES)));
         var height_m = NO_LAND;
-        if all(g >= first_sample()) && all(g <= last_sample()) {
+        if is_in_grid(g) {
             height_m = form_of_level(g, block.level).height_m + camera_height_m();
         }
         relief[first + number] = height_m;
