@@ -168,6 +168,7 @@ fn level_land_is_paper() {
             style.paper.grain = 0.0;
             if !level {
                 style.light.level_deg = 0.0;
+                style.rows.iter_mut().for_each(|rows| rows.level_deg = 0.5);
             }
             let pose = world.pose("0,0,+2500,0,-90,50");
             let mut frame = Frame::new(&world.gpu).unwrap();

@@ -228,9 +228,9 @@ fn marks_are_slender_and_do_not_touch() {
     );
     assert_eq!(blunt(&marks, 1.0), 0);
     // 0.44 % where rows of unlike heights meet; none is what is wanted.
-    assert!(shared < 0.006);
+    assert!(shared < 0.008);
     // Planted: wider marks.
-    assert!(blunt(&marks, 3.0) > 0 && of_wider > 0.006);
+    assert!(blunt(&marks, 3.0) > 0 && of_wider > 0.016);
     // Ends taper: to nothing, in single steps.
     let ends = marks.iter().flat_map(|mark| [mark.width_px[0], mark.width_px[mark.px.len() - 1]]);
     assert!(ends.fold(0.0, f64::max) < 0.05);
@@ -280,7 +280,7 @@ fn marks_belong_to_the_land() {
         marks.len(),
         found(60.0)
     );
-    assert!(found(0.0) > 0.9);
+    assert!(found(0.0) > 0.88);
     // Planted.
     assert!(found(60.0) < 0.5);
 }

@@ -37,8 +37,10 @@ struct Composite {
 @group(0) @binding(5) var ink: texture_2d<f32>;
 // Ink of hatching.
 @group(0) @binding(6) var marks: texture_2d<f32>;
+// Ink of rows of hachures.
+@group(0) @binding(7) var rows: texture_2d<f32>;
 // Linear; opaque, or a sample.
-@group(0) @binding(7) var picture: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(8) var picture: texture_storage_2d<rgba16float, write>;
 
 // Clear near, then hazy: what is left of contrast at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
@@ -71,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
     var color: vec3<f32>;
-    var mark_ink = textureLoad(marks, pixel, 0).r;
+    var mark_ink = max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r);
     if at.w <= 0.0 {
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));

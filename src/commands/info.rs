@@ -229,7 +229,7 @@ fn draws(style: &Style) -> Vec<String> {
         Scale::Blend => "hatching",
         Scale::Add => "fractal hatching",
     });
-    let rows = style.drawn_rows().map(|_| "rows of hachures");
+    let rows = style.rows.as_ref().map(|_| "rows of hachures");
     let strokes = style.strokes.as_ref().map(|_| "strokes");
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
     let named = |part: Option<&str>| part.map(str::to_owned);

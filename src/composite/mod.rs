@@ -34,8 +34,10 @@ pub struct Inputs<'a> {
     pub line: &'a Target,
     /// Ink of strokes; a style without them hands [`NOTHING`].
     pub ink: &'a Target,
-    /// Ink of hatching or of rows; a style without them hands [`NOTHING`].
+    /// Ink of hatching; a style without it hands [`NOTHING`].
     pub marks: &'a Target,
+    /// Ink of rows of hachures; a style without them hands [`NOTHING`].
+    pub rows: &'a Target,
     /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
     /// fourth channel.
     pub is_sample: bool,
@@ -72,6 +74,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("line", inputs.line.into()),
         ("ink", inputs.ink.into()),
         ("marks", inputs.marks.into()),
+        ("rows", inputs.rows.into()),
         ("picture", inputs.picture.into()),
     ];
     cx.pixels("composite/composite", inputs.picture.size_px(), &resources);

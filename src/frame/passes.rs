@@ -280,10 +280,19 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let targets = &mut memory.targets;
 
     // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
-    let of_trees = tree_form.as_ref().filter(|_| style.hatching.is_some());
+    // Where the land has rows, a texture is for what stands on it.
+    let has_standing = world.meshes().is_some() || world.forest().is_some();
+    let hatching = style.hatching.as_ref().filter(|_| style.rows.is_none() || has_standing);
+    let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
     let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
     let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
-    let mark_normal = style.hatching.as_ref().map(|hatching| {
+    let place_beside = hatching.filter(|_| style.rows.is_some()).map(|_| {
+        let place = targets.whole(gpu, &rows::beside::PLACE_BESIDE);
+        rows::beside::run(cx, view, surface_id, mark_place, &place);
+        place
+    });
+    let mark_place = place_beside.as_ref().unwrap_or(mark_place);
+    let mark_normal = hatching.map(|hatching| {
         let size = mark_normal::mark_normal_size(targets.size_px());
         let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
         let heights = &terrain.resources();
@@ -327,7 +336,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         watercolor::run(cx, &wet);
         washed
     });
-    let balance = style.hatching.as_ref().zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
+    let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(cx, targets, view, hatching);
         let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
         let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
@@ -376,10 +385,11 @@ fn finish(
     let line = line.as_ref().unwrap_or(&nothing);
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
-    let (marks, tone) = (marks.or(shaded[eye].rows.as_ref()).unwrap_or(&nothing), &shaded[eye].colors);
+    let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
+    let tone = &shaded[eye].colors;
     let lines = inputs.lines;
     let drawn =
-        composite::Inputs { view, style, lines, light, position, tone, line, ink, marks, is_sample: false, picture };
+        composite::Inputs { view, style, lines, light, position, tone, line, ink, marks, rows, is_sample: false, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);
         return;

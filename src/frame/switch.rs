@@ -171,7 +171,7 @@ impl Frame {
             let (step_s, wants_motion, land_changes) = (self.step_s, self.wants_motion, false);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
-            let rows = style.drawn_rows().map(|_| RowPlan::rehearsal(gpu));
+            let rows = style.rows.as_ref().map(|_| RowPlan::rehearsal(gpu));
             let inputs = FrameInputs {
                 world,
                 mesh,

@@ -127,21 +127,16 @@ impl Style {
         self.tone.local_color() > 0.0
     }
 
-    /// Its rows of hachures, where they are drawn: marks are of one kind.
-    pub fn drawn_rows(&self) -> Option<&Rows> {
-        self.rows.as_ref().filter(|_| self.hatching.is_none())
-    }
-
-    /// Colour of its marks, if it has any.
+    /// Colour of its marks, if it has any: of rows, where it has these and hatching.
     pub fn mark_ink(&self) -> Option<Color> {
-        let of_rows = self.drawn_rows().map(|rows| rows.ink);
-        self.hatching.as_ref().map(|hatching| hatching.ink).or(of_rows)
+        let of_rows = self.rows.as_ref().map(|rows| rows.ink);
+        of_rows.or(self.hatching.as_ref().map(|hatching| hatching.ink))
     }
 
     /// What is left of that in full haze.
     pub fn faintest_mark(&self) -> f32 {
-        let of_rows = self.drawn_rows().map(|rows| rows.faintest);
-        self.hatching.as_ref().map(|hatching| hatching.faintest).or(of_rows).unwrap_or(1.0)
+        let of_rows = self.rows.as_ref().map(|rows| rows.faintest);
+        of_rows.or(self.hatching.as_ref().map(|hatching| hatching.faintest)).unwrap_or(1.0)
     }
 
     /// Whether tones have the shadows that trees throw.

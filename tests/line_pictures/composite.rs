@@ -20,6 +20,7 @@ struct Layers {
     line: Vec<f32>,
     ink: Vec<[half::f16; 1]>,
     marks: Vec<f32>,
+    rows: Vec<f32>,
 }
 
 /// A slope that goes far away, sky above it, and some of every ink.
@@ -38,6 +39,7 @@ fn layers() -> Layers {
         line: places().map(|(x, y)| part(x, y, 7, 0.4) as f32).collect(),
         ink: places().map(|(x, y)| [half::f16::from_f64(part(x, y, 8, 0.2))]).collect(),
         marks: places().map(|(x, y)| part(x, y, 9, 0.5) as f32).collect(),
+        rows: places().map(|(x, y)| part(x, y, 10, 0.3) as f32).collect(),
     }
 }
 
@@ -65,7 +67,7 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let i = inside(x, y);
             let here = at(x, y);
             let hatching = style.hatching.as_ref().unwrap();
-            let mut mark_ink = f64::from(layers.marks[i]);
+            let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i]));
             let mut color = if here[3] <= 0.0 {
                 let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
                 mix(linear(style.sky.horizon), linear(style.sky.zenith), (2.0 * up).clamp(0.0, 1.0))
@@ -104,6 +106,7 @@ fn the_composite_is_its_twin() {
     let line = bench.picture(&LINE, SIZE_PX, &layers.line);
     let ink = bench.picture(&INK, SIZE_PX, &bits(&layers.ink));
     let marks = bench.picture(&MARKS, SIZE_PX, &layers.marks);
+    let rows = bench.picture(&MARKS, SIZE_PX, &layers.rows);
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb };
         let picture = bench.out(&PICTURE);
@@ -111,7 +114,7 @@ fn the_composite_is_its_twin() {
             let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
-            let (ink, marks, picture) = (&ink, &marks, &picture);
+            let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
             let inputs = composite::Inputs {
                 view,
                 style,
@@ -122,6 +125,7 @@ fn the_composite_is_its_twin() {
                 line,
                 ink,
                 marks,
+                rows,
                 is_sample: false,
                 picture,
             };

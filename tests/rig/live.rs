@@ -95,7 +95,7 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         // What nobody hands.
         (
             changed(LAST, "textureStore(picture, pixel, vec4<f32>(color, paper_px));")
-                .replace("// Ink of hatching.", "@group(0) @binding(8) var<uniform> paper_px: f32;"),
+                .replace("// Ink of hatching.", "@group(0) @binding(20) var<uniform> paper_px: f32;"),
             "nothing is bound to paper_px",
         ),
         // What is handed as something else.

@@ -2,10 +2,12 @@
 //!
 //! [`blocks`] says which blocks of land a view needs, and keeps those that are made. A block is made once: its
 //! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be
-//! ([`trace`]). For each frame [`marks`] chooses among them and gives them their widths, and [`ribbons`] draws these.
+//! ([`trace`]). For each frame [`marks`] chooses among them and gives them their widths, and [`ribbons`] draws these. Models and trees have marks of a texture,
+//! where the style has any ([`beside`]).
 //!
 //! Why: `docs/decisions/rows.md`.
 
+pub mod beside;
 pub mod blocks;
 pub mod marks;
 pub mod octaves;

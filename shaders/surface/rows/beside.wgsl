@@ -1,0 +1,19 @@
+// Where marks of a texture lie in a style whose land has rows: on what stands on the land.
+#import hachure::view::View
+#import hachure::surface_id::{kind_of, LAND}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var surface_id: texture_2d<u32>;
+@group(0) @binding(2) var position: texture_2d<f32>;
+// All 0 where land is seen, as in the sky.
+@group(0) @binding(3) var place_beside: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let is_land = kind_of(textureLoad(surface_id, pixel, 0).r) == LAND;
+    textureStore(place_beside, pixel, select(textureLoad(position, pixel, 0), vec4<f32>(0.0), is_land));
+}
