@@ -1,16 +1,41 @@
-// The land's form as rows of hachures follow it.
+// The land's form as rows of hachures follow it: heights at the corners of a block's cells, and cubic polynomials between
+// them (Keys 1981, cubic convolution), which go through these heights and have no kinks.
 #define_import_path hachure::row_form
-#import hachure::form::{form_of_level}
-#import hachure::rows::{RowBlock, Frame, grid_of, camera_height_m}
+#import hachure::rows::{RowBlock, Frame, BESIDE, NODES}
 
 // Of a step, in cells.
 const LONGEST: f32 = 2.0;
 
-// By east and north the slope, and the height in the world, at a place of a block: of the form on the level of the
-// pyramid that the block's cells have.
-fn row_form(block: RowBlock, frame: Frame, place: vec2<f32>) -> vec3<f32> {
-    let at = form_of_level(grid_of(block, place), block.level);
-    return vec3<f32>(dot(at.gradient, frame.point.dg_dx), dot(at.gradient, frame.point.dg_dy), at.height_m + camera_height_m());
+@group(0) @binding(2) var<storage, read_write> relief: array<f32>;
+
+fn weights(t: f32) -> vec4<f32> {
+    return 0.5 * vec4<f32>(t * (t * (2.0 - t) - 1.0), t * t * (3.0 * t - 5.0) + 2.0, t * (t * (4.0 - 3.0 * t) + 1.0), t * t * (t - 1.0));
+}
+
+fn slopes(t: f32) -> vec4<f32> {
+    return 0.5 * vec4<f32>(t * (4.0 - 3.0 * t) - 1.0, t * (9.0 * t - 10.0), t * (8.0 - 9.0 * t) + 1.0, t * (3.0 * t - 2.0));
+}
+
+// By east and north the slope, and the height in the world, at a place of a block whose relief begins at `first`.
+fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3<f32> {
+    let at = clamp(place + f32(BESIDE), vec2<f32>(1.0), vec2<f32>(f32(NODES) - 2.001));
+    let node = vec2<i32>(floor(at));
+    let f = at - vec2<f32>(node);
+    let across = weights(f.x);
+    let rise = slopes(f.x);
+    let along = weights(f.y);
+    let climb = slopes(f.y);
+    var height_m = 0.0;
+    var gradient = vec2<f32>(0.0);
+    for (var row = 0; row < 4; row++) {
+        let i = first + (node.y + row - 1) * NODES + node.x - 1;
+        let heights = vec4<f32>(relief[i], relief[i + 1], relief[i + 2], relief[i + 3]);
+        let here = dot(heights, across);
+        height_m += along[row] * here;
+        gradient += vec2<f32>(along[row] * dot(heights, rise), climb[row] * here);
+    }
+    gradient /= block.cell;
+    return vec3<f32>(dot(gradient, frame.point.dg_dx), dot(gradient, frame.point.dg_dy), height_m);
 }
 
 // The way in cells along the slope that rises by `rise_m`.

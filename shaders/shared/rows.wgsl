@@ -11,8 +11,9 @@
 #import hachure::terrain::{terrain, GridPoint, world_from_grid, grid_from_world}
 
 const CELLS: i32 = 64;
-// Nodes of the grid of heights along a side.
-const NODES: i32 = 65;
+// Heights stand at the corners of cells, and of so many cells beside the block: nodes along a side.
+const BESIDE: i32 = 17;
+const NODES: i32 = 99;
 // The slope that octaves follow stands at nodes that are so many cells apart, from one beside the block to the other.
 const SLOPE_CELLS: i32 = 8;
 const SLOPE_NODES: i32 = 11;
@@ -20,8 +21,8 @@ const SLOPE_NODES: i32 = 11;
 const MARGIN: i32 = 8;
 const OCTAVES: i32 = 80;
 // Words of a block's relief: heights, then slopes, then octaves.
-const FIRST_OCTAVE: i32 = 4352;
-const RELIEF: i32 = 10752;
+const FIRST_OCTAVE: i32 = 9922;
+const RELIEF: i32 = 16322;
 const STEPS: f32 = 64.0;
 // Of rows, by how steep the land is.
 const LEAST_OCTAVE: i32 = 3;
@@ -40,8 +41,6 @@ const WORDS: u32 = 21u;
 const CLOSED: u32 = 0x80000000u;
 // Of an index: the same mark begins a piece of the next block, which draws it.
 const ELSEWHERE: u32 = 0x80000000u;
-// A height where there is no land.
-const NO_LAND: f32 = -1e30;
 
 struct RowRules {
     // Distance of marks on the picture.

@@ -31,6 +31,8 @@ const SHORT: f32 = 1.8;
 const SLENDER: f32 = 4.0;
 // In widths of a gap.
 const WIDEST: f32 = 0.9;
+// Samples from one place at which the gaps beside a mark are found to the next.
+const SPAN: i32 = 4;
 // What a mark has of gaps at most, in spacings.
 const MOST_ROOM: f32 = 1.5;
 
@@ -138,6 +140,13 @@ fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     return gap;
 }
 
+// What a mark has of the gaps on both sides. Beside the last of a piece there is as much room as on its other side.
+fn room_beside(frame: Frame, stand: Stand, one: Candidate) -> f32 {
+    let a = gap_beside(frame, stand, one, -1);
+    let b = gap_beside(frame, stand, one, 1);
+    return min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = blocks[id.y];
@@ -186,10 +195,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var best = 0;
     for (var j = -one.down; j <= one.up; j++) {
         let along = px[min(j + 1, one.up) + HALF].xy - px[max(j - 1, -one.down) + HALF].xy;
-        let across = vec2<f32>(-along.y, along.x) / max(length(along), 1e-6);
-        stands[j + HALF] = across;
-        let own = share(frame, Stand(flat_m[j + HALF], px[j + HALF].xy, across, j), one);
-        shares[j + HALF] = own;
+        stands[j + HALF] = vec2<f32>(-along.y, along.x) / max(length(along), 1e-6);
+    }
+    // At every second sample, and between them.
+    for (var i = 0; i < one.down + one.up + 2; i += 2) {
+        let j = min(i - one.down, one.up);
+        shares[j + HALF] = share(frame, Stand(flat_m[j + HALF], px[j + HALF].xy, stands[j + HALF], j), one);
+    }
+    for (var j = 1 - one.down; j < one.up; j += 2) {
+        shares[j + HALF] = 0.5 * (shares[j - 1 + HALF] + shares[j + 1 + HALF]);
+    }
+    for (var j = -one.down; j <= one.up; j++) {
+        let own = shares[j + HALF];
         if own > most || (own == most && abs(j) < abs(best)) {
             most = own;
             best = j;
@@ -214,16 +231,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var length_px = 0.0;
     var widest_px = 0.0;
     var dark = -1.0;
+    // Gaps beside it, which change slowly along it, at the ends of spans.
+    var room_ahead = vec2<f32>(room_beside(frame, Stand(flat_m[begin + HALF], px[begin + HALF].xy, stands[begin + HALF], begin), one));
+    var span = vec2<i32>(begin);
     for (var j = begin; j <= end; j++) {
-        let stand = Stand(flat_m[j + HALF], px[j + HALF].xy, stands[j + HALF], j);
-        let own = shares[j + HALF];
-        var room = 0.0;
-        if own > 0.0 {
-            let a = gap_beside(frame, stand, one, -1);
-            let b = gap_beside(frame, stand, one, 1);
-            // Beside the last of a piece there is as much room as on its other side.
-            room = own * min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
+        if j >= span.y && j < end {
+            span = vec2<i32>(j, min(j + SPAN, end));
+            let there = Stand(flat_m[span.y + HALF], px[span.y + HALF].xy, stands[span.y + HALF], span.y);
+            room_ahead = vec2<f32>(room_ahead.y, room_beside(frame, there, one));
         }
+        let part = f32(j - span.x) / f32(max(span.y - span.x, 1));
+        let room = shares[j + HALF] * mix(room_ahead.x, room_ahead.y, part);
         let g = grid_of(block, place_of(one, j));
         let at = vec3<f32>(flat_m[j + HALF].xy, vertex_height_m(g, length(flat_m[j + HALF])));
         let seen = project(at);
@@ -248,7 +266,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if gain * widest_px < 0.02 {
         return;
     }
-    let number = atomicAdd(&drawn[1], u32(SAMPLES - 1)) / u32(SAMPLES - 1);
+    let number = atomicAdd(&drawn[1], 1u);
     if number >= rules.most_marks {
         return;
     }

@@ -7,7 +7,7 @@
 #import hachure::terrain::{terrain, is_in_grid}
 #import hachure::rows::{RowRules, RowBlock, Frame, NODES, SLOPE_CELLS, SLOPE_NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
 #import hachure::rows::{LEAST_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
-#import hachure::row_form::{LONGEST, row_form, way_of}
+#import hachure::row_form::{LONGEST, relief, row_form, way_of}
 
 // Octaves that are tried.
 const TRIES: i32 = 4;
@@ -17,7 +17,6 @@ const GATHERED: f32 = 0.4;
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
 @group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
-@group(0) @binding(2) var<storage, read_write> relief: array<f32>;
 
 // The octave of rows that are as long as they should be.
 fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
@@ -31,25 +30,25 @@ fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
 }
 
 // One step of the midpoint rule up, or down, the slope.
-fn next_place(block: RowBlock, frame: Frame, place: vec2<f32>, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
-    let half = row_form(block, frame, place + 0.5 * way_of(block, frame, slope, rise_m)).xy;
+fn next_place(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
+    let half = row_form(block, first, frame, place + 0.5 * way_of(block, frame, slope, rise_m)).xy;
     return place + way_of(block, frame, half, rise_m);
 }
 
 // Whether the slope through a place leads so far up, or down, without gathering what is beside it: marks that come the
 // other way would be too far from each other here.
-fn leads(block: RowBlock, frame: Frame, begin: vec2<f32>, rise_m: f32, step_m: f32) -> bool {
+fn leads(block: RowBlock, first: i32, frame: Frame, begin: vec2<f32>, rise_m: f32, step_m: f32) -> bool {
     let count = i32(ceil(abs(rise_m) / step_m));
     let each_m = rise_m / f32(max(count, 1));
     var place = begin;
-    var before = row_form(block, frame, place).xy;
+    var before = row_form(block, first, frame, place).xy;
     // Abreast, along the contour line.
     let up = way_of(block, frame, before, length(before));
     var aside = begin + vec2<f32>(-up.y, up.x) * (ASIDE / max(length(up), 1e-12));
     for (var i = 0; i < count; i++) {
-        let next = next_place(block, frame, place, before, each_m);
-        aside = next_place(block, frame, aside, row_form(block, frame, aside).xy, each_m);
-        let slope = row_form(block, frame, next).xy;
+        let next = next_place(block, first, frame, place, before, each_m);
+        aside = next_place(block, first, frame, aside, row_form(block, first, frame, aside).xy, each_m);
+        let slope = row_form(block, first, frame, next).xy;
         if length(slope) < rules.level || distance(next, place) > LONGEST || dot(slope, before) <= 0.0 || distance(next, aside) < GATHERED * ASIDE {
             return false;
         }
@@ -61,14 +60,14 @@ fn leads(block: RowBlock, frame: Frame, begin: vec2<f32>, rise_m: f32, step_m: f
 
 // Whether a mark of rows of that height comes to a place: from the middle of its row, or, where its own row has none there,
 // beyond the border of the next.
-fn is_covered(block: RowBlock, frame: Frame, place: vec2<f32>, height_m: f32, row_m: f32) -> bool {
+fn is_covered(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>, height_m: f32, row_m: f32) -> bool {
     let step_m = 0.5 * row_m / f32(CORE);
     let rise_m = (floor(height_m / row_m) + 0.5) * row_m - height_m;
-    if leads(block, frame, place, rise_m, step_m) {
+    if leads(block, first, frame, place, rise_m, step_m) {
         return true;
     }
     let other_m = rise_m - sign(rise_m) * row_m;
-    return abs(other_m) <= f32(HALF) * step_m && leads(block, frame, place, other_m, step_m);
+    return abs(other_m) <= f32(HALF) * step_m && leads(block, first, frame, place, other_m, step_m);
 }
 
 @compute @workgroup_size(64)
@@ -84,11 +83,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var found = 0;
     if is_in_grid(grid_of(block, place)) {
         let frame = frame_at(block, place);
-        let at = row_form(block, frame, place);
+        let at = row_form(block, first, frame, place);
         let unit_m = cell_m(block) / STEPS;
         let wanted = octave_by_slope(first, cell);
         for (var octave = wanted; octave > max(wanted - TRIES, LEAST_OCTAVE - 1) && found == 0; octave--) {
-            if length(at.xy) > rules.level && is_covered(block, frame, place, at.z, unit_m * exp2(f32(octave))) {
+            if length(at.xy) > rules.level && is_covered(block, first, frame, place, at.z, unit_m * exp2(f32(octave))) {
                 found = octave;
             }
         }

@@ -2,11 +2,11 @@
 //
 // The form is the level of the pyramid whose samples are as far apart as marks are, under a B-spline (`form_of_level`): what
 // rows follow has no folds that are finer than a mark. Heights are of the world, so that they are the same for every
-// camera. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
+// camera; beside the grid they are those at its border. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
 // them. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
-#import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample, is_in_grid}
+#import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample}
 #import hachure::form::{form_of_level}
-#import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, RELIEF, NO_LAND, grid_of, camera_height_m}
+#import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, BESIDE, RELIEF, grid_of, camera_height_m}
 
 // Places at which the slope is asked, along a side of its square of SLOPE_CELLS.
 const TAPS: i32 = 6;
@@ -24,12 +24,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         counts[block.slot] = 0u;
     }
     if number < NODES * NODES {
-        let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES)));
-        var height_m = NO_LAND;
-        if is_in_grid(g) {
-            height_m = form_of_level(g, block.level).height_m + camera_height_m();
-        }
-        relief[first + number] = height_m;
+        let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES) - BESIDE));
+        let inside = clamp(g, first_sample(), last_sample());
+        relief[first + number] = form_of_level(inside, block.level).height_m + camera_height_m();
     }
     let node = number - NODES * NODES;
     if node < 0 || node >= SLOPE_NODES * SLOPE_NODES {

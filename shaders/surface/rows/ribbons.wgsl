@@ -1,7 +1,7 @@
 // Marks as ink: a strip along the samples of each.
 //
-// One instance for each pair of samples that follow each other, two triangles each, mitred at the samples, and wider by a
-// fringe for the border's coverage. What is narrower than a pixel is paler instead. Where marks lie on each other, those
+// One instance for each mark: a strip with two corners at each sample, mitred there, and wider by a fringe for the border's
+// coverage. What is narrower than a pixel is paler instead. Where marks lie on each other, those
 // of two levels, the darker one stays. A pixel is inked where it shows the land that the mark lies on.
 #import hachure::view::View
 #import hachure::rows::{RowRules, SAMPLES}
@@ -33,30 +33,20 @@ fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u32) -> Vertex {
-    let nothing = Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 1.0);
-    let intervals = u32(SAMPLES) - 1u;
-    let mark = instance / intervals;
-    if mark >= rules.most_marks {
-        return nothing;
+    if instance >= rules.most_marks {
+        return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 1.0);
     }
-    let first = mark * u32(SAMPLES);
-    let part = instance % intervals;
-    let begin = marks[first + part];
-    let end = marks[first + part + 1u];
-    let along = direction(begin.xy, end.xy);
-    if all(along == vec2<f32>(0.0)) {
-        return nothing;
-    }
-    let slot = array<u32, 6>(0u, 1u, 2u, 2u, 1u, 3u)[corner];
-    let number = part + (slot & 1u);
-    let side = select(1.0, -1.0, slot >= 2u);
+    let first = instance * u32(SAMPLES);
+    let number = corner / 2u;
+    let side = select(1.0, -1.0, (corner & 1u) == 1u);
     let at = marks[first + number];
     let into = direction(marks[first + max(number, 1u) - 1u].xy, at.xy);
-    let out = direction(at.xy, marks[first + min(number + 1u, intervals)].xy);
+    let out = direction(at.xy, marks[first + min(number + 1u, u32(SAMPLES) - 1u)].xy);
+    // One of them is 0 at an end, and both are beyond it: there the strip has no area.
     var tangent = into + out;
     let turn = length(tangent);
-    tangent = select(along, tangent / turn, turn > 0.5);
-    let mitre = min(1.0 / max(dot(tangent, along), 0.25), 2.0);
+    tangent = select(out, tangent / turn, turn > 0.5);
+    let mitre = min(1.0 / max(max(dot(tangent, into), dot(tangent, out)), 0.25), 2.0);
     let reach = max(at.z, 0.5) + FRINGE_PX;
     let px = at.xy + vec2<f32>(tangent.y, -tangent.x) * (side * reach * mitre);
     let ndc = px / vec2<f32>(view.size_px) * vec2<f32>(2.0, -2.0) + vec2<f32>(-1.0, 1.0);

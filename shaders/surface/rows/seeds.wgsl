@@ -10,8 +10,8 @@
 // ridge spread without end, and those of the middle only half as far. And rows are not everywhere as high: their height
 // follows the slope of the land around in octaves, so that they are about as long on gentle land as on steep land.
 #import hachure::terrain::terrain
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
-#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, NO_LAND, cell_m, frame_at, world_way}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, BESIDE, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
+#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, cell_m, frame_at, world_way}
 
 // Cells that a piece may have, and pieces that a cell may have.
 const MOST_STEPS: i32 = 4096;
@@ -25,7 +25,7 @@ const NEXT: array<vec2<i32>, 4> = array<vec2<i32>, 4>(vec2<i32>(0, -1), vec2<i32
 @group(0) @binding(4) var<storage, read_write> candidates: array<u32>;
 
 fn corners(first: i32, cell: vec2<i32>) -> vec4<f32> {
-    let at = first + cell.y * NODES + cell.x;
+    let at = first + (cell.y + BESIDE) * NODES + cell.x + BESIDE;
     return vec4<f32>(relief[at], relief[at + 1], relief[at + NODES + 1], relief[at + NODES]);
 }
 
@@ -38,7 +38,7 @@ fn is_active(first: i32, cell: vec2<i32>, octave: i32) -> bool {
     if any(cell < vec2<i32>(0)) || any(cell >= vec2<i32>(CELLS)) {
         return false;
     }
-    return all(corners(first, cell) != vec4<f32>(NO_LAND)) && octave_at(first, cell) == octave;
+    return octave_at(first, cell) == octave;
 }
 
 // Edge e lies between corners e and e + 1, around the cell. A line enters where corners fall, and leaves where they rise:
@@ -184,7 +184,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let cell = vec2<i32>(i32(id.x) % CELLS, i32(id.x) / CELLS);
     let first = i32(id.y) * RELIEF;
     let h = corners(first, cell);
-    if cell.y >= CELLS || any(h == vec4<f32>(NO_LAND)) {
+    if cell.y >= CELLS {
         return;
     }
     let octave = octave_at(first, cell);

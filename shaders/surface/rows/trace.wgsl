@@ -12,12 +12,11 @@
 // fall, before the middle of that row. So crests and valleys between rows are not bare.
 #import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, HALF, CORE}
 #import hachure::rows::{cell_m, frame_at, pack_place}
-#import hachure::row_form::{LONGEST, row_form, way_of}
+#import hachure::row_form::{LONGEST, relief, row_form, way_of}
 #import hachure::pcg::pcg
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
 @group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
-@group(0) @binding(2) var<storage, read> relief: array<f32>;
 @group(0) @binding(3) var<storage, read> counts: array<u32>;
 @group(0) @binding(4) var<storage, read_write> candidates: array<u32>;
 
@@ -53,21 +52,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var side = 0; side < 2; side++) {
         let sign = select(-1.0, 1.0, side == 1);
         var place = seed;
-        var slope = row_form(block, frame, place).xy;
+        var slope = row_form(block, first, frame, place).xy;
         // Clear of the threshold at the seed, a mark may be.
         var goes = length(slope) > rules.level;
         for (var i = 1; i <= 2 * CORE && goes; i++) {
             var next = place;
             for (var part = 0; part < 2; part++) {
                 let half = next + 0.25 * way_of(block, frame, slope, sign * step_m);
-                let there = row_form(block, frame, half).xy;
+                let there = row_form(block, first, frame, half).xy;
                 next += 0.5 * way_of(block, frame, there, sign * step_m);
                 slope = there;
             }
-            let end = row_form(block, frame, next);
+            let end = row_form(block, first, frame, next);
             let wanted_m = middle_m + sign * step_m * f32(i);
             next += way_of(block, frame, end.xy, wanted_m - end.z);
-            slope = row_form(block, frame, next).xy;
+            slope = row_form(block, first, frame, next).xy;
             let gone = distance(next, place);
             goes = length(slope) > rules.level && gone < LONGEST
                 && (octave_at(first, next) == octave || (octave_at(first, next) < octave && octave_at(first, place) == octave)) && dot(slope, end.xy) > 0.0;

@@ -41,7 +41,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = cx.buffer(&DRAWN, 16);
     let samples = cx.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
-    cx.write(&drawn, &[6_u32, 0, 0, 0]);
+    cx.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("rules", cx.uniform("row rules", &plan.rules)),
@@ -77,7 +77,7 @@ pub fn read(gpu: &Gpu, drawn: &Buffer, samples: &Buffer) -> Result<Vec<Vec<RowSa
     let numbers: Vec<u32> = read_buffer(gpu, &drawn.raw, 4)?;
     let of_mark = SAMPLES as usize;
     let room = samples.raw.size() as usize / (16 * of_mark);
-    let marks = (numbers.get(1).map_or(0, |instances| *instances as usize) / (of_mark - 1)).min(room);
+    let marks = numbers.get(1).map_or(0, |instances| *instances as usize).min(room);
     let samples: Vec<[f32; 4]> = read_buffer(gpu, &samples.raw, marks * of_mark)?;
     let lines = samples.chunks_exact(of_mark).map(|mark| {
         let mut line: Vec<RowSample> =

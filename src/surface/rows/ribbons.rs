@@ -34,7 +34,7 @@ const KIND: Draw = Draw {
     ],
     depth: None,
     writes_depth: false,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    topology: wgpu::PrimitiveTopology::TriangleStrip,
 };
 
 /// What the pass reads and where it writes.
