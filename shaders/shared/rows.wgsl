@@ -70,6 +70,10 @@ struct RowBlock {
     level: f32,
     // In the pool.
     slot: u32,
+    // East and north of its middle, relative to the camera, and of a cell there along x and along y.
+    middle_m: vec2<f32>,
+    along_x: vec2<f32>,
+    along_y: vec2<f32>,
 }
 
 fn cell_m(block: RowBlock) -> f32 {

@@ -12,7 +12,7 @@
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::rows::{RowRules, RowBlock, Frame, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, WORDS, CLOSED, ELSEWHERE}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, WORDS, CLOSED, ELSEWHERE}
 #import hachure::rows::{cell_m, grid_of, frame_at, world_way, unpack_place, camera_height_m}
 
 // Gaps of neighbours, in spacings, between which a mark between them grows.
@@ -22,6 +22,8 @@ const OPEN_GAP: f32 = 1.45;
 const ASIDE: f32 = 2.6;
 // Half of the part of an octave in which two levels are seen.
 const FADE: f32 = 0.02;
+// Octaves and hundreds of pixels by which a place in a block may be off, if the map were straight there.
+const SLACK: f32 = 0.2;
 // Ranks of neighbours that are looked at.
 const MOST_RANK: i32 = 5;
 // Marks that are shorter than the first, in spacings, are not drawn; from the second on they are as wide as they should be.
@@ -147,6 +149,23 @@ fn room_beside(frame: Frame, stand: Stand, one: Candidate) -> f32 {
     return min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
 }
 
+// How much of a block's level is seen at a place: none where the picture does not show it. So many octaves and hundreds of
+// pixels as `slack` says count as seen.
+fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
+    let cell_px = rules.cell_px_m * exp2(block.level) / length(at_m);
+    var f = 1.0 - log2(cell_px / rules.spacing_px);
+    f = select(f, max(f, 0.5), block.level <= rules.least_level);
+    f = select(f, min(f, 0.5), block.level >= rules.greatest_level);
+    let middle = project(at_m);
+    // As long as a row may be.
+    let room_px = 16.0 + 24.0 * cell_px + 100.0 * slack;
+    let is_beside = any(middle.xy < vec2<f32>(-room_px)) || any(middle.xy > vec2<f32>(view.size_px) + room_px);
+    if middle.z < view.near_m || is_beside {
+        return 0.0;
+    }
+    return clamp(0.5 + 0.5 * (f + slack) / FADE, 0.0, 1.0) * clamp(0.5 + 0.5 * (1.0 - f + slack) / FADE, 0.0, 1.0);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = blocks[id.y];
@@ -161,20 +180,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let unit_m = cell_m(block) / STEPS;
     let half_row = height & -height;
     let seed = place_of(one, 0);
-    let frame = frame_at(block, seed);
     let middle_m = f32(height) * unit_m - camera_height_m();
     let step_m = f32(half_row) * unit_m / f32(CORE);
-    // What level of blocks is seen at that distance.
-    let seed_m = vec3<f32>(frame.world_m, middle_m);
-    let cell_px = rules.cell_px_m * exp2(block.level) / length(seed_m);
-    var f = 1.0 - log2(cell_px / rules.spacing_px);
-    f = select(f, max(f, 0.5), block.level <= rules.least_level);
-    f = select(f, min(f, 0.5), block.level >= rules.greatest_level);
-    let level_share = clamp(0.5 + 0.5 * f / FADE, 0.0, 1.0) * clamp(0.5 + 0.5 * (1.0 - f) / FADE, 0.0, 1.0);
-    let middle = project(seed_m);
-    // As long as a row may be.
-    let room_px = 16.0 + 24.0 * cell_px;
-    if level_share <= 0.0 || middle.z < view.near_m || any(middle.xy < vec2<f32>(-room_px)) || any(middle.xy > vec2<f32>(view.size_px) + room_px) {
+    // Most are told by where the block's middle is, and what is exact is dear.
+    let aside = seed - 0.5 * f32(CELLS);
+    let about_m = vec3<f32>(block.middle_m + block.along_x * aside.x + block.along_y * aside.y, middle_m);
+    if level_share(block, about_m, SLACK) <= 0.0 {
+        return;
+    }
+    let frame = frame_at(block, seed);
+    let share_of_level = level_share(block, vec3<f32>(frame.world_m, middle_m), 0.0);
+    if share_of_level <= 0.0 {
         return;
     }
 
@@ -225,7 +241,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         end++;
     }
 
-    // On the land itself.
+    // The land itself is higher or lower: at every second sample, and between them.
+    var lifts: array<f32, 17>;
+    for (var i = 0; i < end - begin + 2; i += 2) {
+        let j = min(begin + i, end);
+        let at = flat_m[j + HALF];
+        lifts[j + HALF] = vertex_height_m(grid_of(block, place_of(one, j)), length(at)) - at.z;
+    }
+    for (var j = begin + 1; j < end; j += 2) {
+        lifts[j + HALF] = 0.5 * (lifts[j - 1 + HALF] + lifts[j + 1 + HALF]);
+    }
     var lengths: array<f32, 17>;
     var widths: array<f32, 17>;
     var length_px = 0.0;
@@ -242,9 +267,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         let part = f32(j - span.x) / f32(max(span.y - span.x, 1));
         let room = shares[j + HALF] * mix(room_ahead.x, room_ahead.y, part);
-        let g = grid_of(block, place_of(one, j));
-        let at = vec3<f32>(flat_m[j + HALF].xy, vertex_height_m(g, length(flat_m[j + HALF])));
-        let seen = project(at);
+        let seen = project(flat_m[j + HALF] + vec3<f32>(0.0, 0.0, lifts[j + HALF]));
         let pixel = clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
         let land = textureLoad(position, pixel, 0);
         // What hides it has another tone.
@@ -262,7 +285,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         widest_px = max(widest_px, widths[j + HALF]);
     }
     let short = smoothstep(SHORTEST, SHORT, length_px / rules.spacing_px);
-    let gain = level_share * short * min(1.0, length_px / (SLENDER * max(widest_px, 1e-6)));
+    let gain = share_of_level * short * min(1.0, length_px / (SLENDER * max(widest_px, 1e-6)));
     if gain * widest_px < 0.02 {
         return;
     }

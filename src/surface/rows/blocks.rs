@@ -144,7 +144,6 @@ impl RowMemory {
             Some(made) => is_whole && !made.is_whole,
         };
         let (mut jobs, mut seen) = (Vec::new(), Vec::new());
-        let anchor = terrain.grid_projection().anchor(rig.origin_m.truncate());
         self.is_late = false;
         for (address, _) in &wanted {
             let is_stale = stale(&self.made, address);
@@ -153,12 +152,12 @@ impl RowMemory {
                 let Some(slot) = known.or_else(|| self.free_slot()) else { continue };
                 self.made.insert(*address, Made { slot, used_in: self.frame, is_whole });
                 self.planned.push(*address);
-                jobs.push(block(*address, slot, anchor));
+                jobs.push(block(terrain, *address, slot, rig.origin_m));
             } else if is_stale {
                 self.is_late = true;
             }
             if let Some(made) = self.made.get(address) {
-                seen.push(block(*address, made.slot, anchor));
+                seen.push(block(terrain, *address, made.slot, rig.origin_m));
             }
         }
         RowPlan { rules, jobs, seen, counts, candidates, is_late: self.is_late }
@@ -178,12 +177,29 @@ impl RowMemory {
     }
 }
 
-/// A block as the shaders read it. `anchor` is the sample that grid coordinates count from.
-fn block(address: Address, slot: u32, anchor: DVec2) -> RowBlock {
+/// A block as the shaders read it, seen from `origin_m`.
+fn block(terrain: &Terrain, address: Address, slot: u32, origin_m: DVec3) -> RowBlock {
+    let projection = terrain.grid_projection();
     let cell = f64::from(address.level).exp2();
-    let corner = DVec2::new(f64::from(address.x), f64::from(address.y)) * (f64::from(CELLS) * cell) - anchor;
+    let corner = DVec2::new(f64::from(address.x), f64::from(address.y)) * (f64::from(CELLS) * cell);
+    // The map holds in the grid, and the largest blocks reach beyond it.
+    let size = terrain.store().levels()[0];
+    let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
+    let middle = corner + 0.5 * f64::from(CELLS) * cell;
+    let inside = middle.clamp(DVec2::ZERO, last);
+    let along = |step: DVec2| {
+        let [behind, ahead] = [-step, step].map(|step| (inside + step).clamp(DVec2::ZERO, last));
+        let way_m = projection.world_from_grid(ahead) - projection.world_from_grid(behind);
+        way_m * (cell / (ahead - behind).length())
+    };
+    let (along_x, along_y) = (along(DVec2::X), along(DVec2::Y));
+    let beyond = (middle - inside) / cell;
+    let inside_m = projection.world_from_grid(inside) - origin_m.truncate();
     RowBlock {
-        corner: corner.as_vec2().to_array(),
+        corner: (corner - projection.anchor(origin_m.truncate())).as_vec2().to_array(),
+        middle_m: (inside_m + along_x * beyond.x + along_y * beyond.y).as_vec2().to_array(),
+        along_x: along_x.as_vec2().to_array(),
+        along_y: along_y.as_vec2().to_array(),
         cell: cell as f32,
         level: address.level as f32,
         slot,
