@@ -5,15 +5,15 @@
 // a step of Newton's method then takes it back to the height that is meant. It ends early where the form is level, where
 // rows have another height, and where there is no land.
 //
-// Every other mark or so stands a sample higher or lower than its row: were all ends at one height, a white line would run
-// along it, and rows would look like steps.
+// Some marks stand a sample higher than their row: were all ends at one height, a white line would run along it, and
+// rows would look like steps. Which of both follows the paper-folding sequence by the mark's index: of marks beside each
+// other, however many of them the picture thins out, three at most stand alike.
 //
 // Beyond the border of its row a mark goes on where no mark of the next row would come: where the land ends to rise, or to
 // fall, before the middle of that row. So crests and valleys between rows are not bare.
-#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, HALF, CORE}
+#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, ELSEWHERE, HALF, CORE}
 #import hachure::rows::{cell_m, frame_at, pack_place}
 #import hachure::row_form::{LONGEST, relief, row_form, way_of}
-#import hachure::pcg::pcg
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
 @group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
@@ -47,7 +47,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let frame = frame_at(block, seed);
     var reach = vec2<u32>(0u);
     // Samples that the mark stands higher than its row.
-    let stagger = i32(pcg(vec2<u32>(bitcast<u32>(seed.x), bitcast<u32>(seed.y))).x % 3u) - 1;
+    let index = max(candidates[at] & ~ELSEWHERE, 1u);
+    let twos = firstTrailingBit(index);
+    let stagger = i32((index >> (twos + 1u)) ^ twos) & 1;
     candidates[at + 4u + u32(HALF)] = pack_place(seed);
     for (var side = 0; side < 2; side++) {
         let sign = select(-1.0, 1.0, side == 1);
