@@ -36,6 +36,8 @@ pub struct Inputs<'a> {
     pub ink: &'a Target,
     /// Ink of hatching or of rows; a style without them hands [`NOTHING`].
     pub marks: &'a Target,
+    /// Ink of shores and water lines; a style without water hands [`NOTHING`].
+    pub water_ink: &'a Target,
     /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
     /// fourth channel.
     pub is_sample: bool,
@@ -62,6 +64,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         mark_ink: style.mark_ink().map_or([0.0; 3], |ink| ink.linear()),
         faintest_mark: style.faintest_mark(),
         is_sample: u32::from(inputs.is_sample),
+        water_ink: style.water.as_ref().map_or([0.0; 3], |water| water.ink.linear()),
+        faintest_water: style.water.as_ref().map_or(1.0, |water| water.faintest),
         pad_0: Default::default(),
     };
     let resources = [
@@ -72,6 +76,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("line", inputs.line.into()),
         ("ink", inputs.ink.into()),
         ("marks", inputs.marks.into()),
+        ("water_ink", inputs.water_ink.into()),
         ("picture", inputs.picture.into()),
     ];
     cx.pixels("composite/composite", inputs.picture.size_px(), &resources);

@@ -19,7 +19,7 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees};
+use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees, water};
 use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -60,6 +60,8 @@ struct Shaded {
     balance: Option<balance::Inputs>,
     /// Ink of a style with rows of hachures.
     rows: Option<Target>,
+    /// Ink of shores and water lines, of a style with water.
+    water_ink: Option<Target>,
 }
 
 /// All passes of all eyes. Whether trees may be in view that wind moves.
@@ -321,6 +323,19 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         tone: &tone,
     };
     tones::run(cx, &asked);
+    // Water has no tones of its own, and so no marks.
+    let watered = style.water.as_ref().map(|style| {
+        let water = &targets.whole(gpu, &water::WATER);
+        let (heights, sea_level_m) = (&terrain.resources(), world.sea_level_m());
+        let found = water::Inputs { view, terrain: heights, style, sea_level_m, surface_id, position, water };
+        water::run(cx, &found);
+        let (watered, ink) = (targets.whole(gpu, &tones::water::WATERED), targets.whole(gpu, &tones::water::WATER_INK));
+        let (tone, watered_ref, water_ink) = (&tone, &watered, &ink);
+        let drawn = tones::water::Inputs { view, style, position, water, tone, watered: watered_ref, water_ink };
+        tones::water::run(cx, &drawn);
+        [watered, ink]
+    });
+    let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
         let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
@@ -346,7 +361,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         rows::ribbons::run(cx, &rows::ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
         ink
     });
-    Shaded { colors, balance, rows }
+    Shaded { colors, balance, rows, water_ink }
 }
 
 /// The picture of an eye.
@@ -377,9 +392,22 @@ fn finish(
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, tone) = (marks.or(shaded[eye].rows.as_ref()).unwrap_or(&nothing), &shaded[eye].colors);
+    let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
     let lines = inputs.lines;
-    let drawn =
-        composite::Inputs { view, style, lines, light, position, tone, line, ink, marks, is_sample: false, picture };
+    let drawn = composite::Inputs {
+        view,
+        style,
+        lines,
+        light,
+        position,
+        tone,
+        line,
+        ink,
+        marks,
+        water_ink,
+        is_sample: false,
+        picture,
+    };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);
         return;
