@@ -17,13 +17,17 @@ const LAKE_SAMPLES: f32 = 8.0;
 // For such a square is looked around a place, in four corners so many samples aside, and on two coarser levels.
 const LAKE_LOOKS: i32 = 7;
 const ARM_SAMPLES: f32 = 2.5;
-// Land that is lower than a lake by less than this, rise over run, in so many of sixteen samples of one of so many coarser
-// levels makes a terrace of it.
+// Land that is lower than a lake by less than this, rise over run, in so many of sixteen samples, or lower or higher in so
+// many, of one of so many coarser levels makes a terrace of it.
 const GENTLE: f32 = 0.01;
-const TERRACE_SAMPLES: i32 = 2;
+const TERRACE_SAMPLES: f32 = 2.0;
+const LEVEL_SAMPLES: f32 = 6.0;
 const TERRACE_LOOKS: i32 = 3;
 // Squares of so many levels coarser are lakes, whatever is around.
 const LARGE: i32 = 2;
+// An end of a lake is level country as well: so many samples away in eight directions, and so many times twice as far.
+const END_SAMPLES: f32 = 3.0;
+const ENDS: i32 = 4;
 // What is level at this height is the sea, and no terrace.
 const SEA_M: f32 = 0.5;
 // A world that is no higher is level land, and has no shore to tell a lake by.
@@ -77,6 +81,35 @@ fn window_at(place: LevelPlace, g: vec2<f32>) -> Window {
     return Window(window_row(cell, -1), window_row(cell, 0), window_row(cell, 1), window_row(cell, 2), cell.f, cell.level);
 }
 
+// The same on a level that may be coarser than any: its samples are means over points of the coarsest that there is.
+fn wide_window(level: i32, g: vec2<f32>) -> Window {
+    let last = terrain.level_count - 1;
+    if level <= last {
+        return window_at(place_on_level(level, g), g);
+    }
+    let info = levels[last];
+    let size = f32(1 << u32(level - last));
+    let c = (g * info.scale + info.fraction + vec2<f32>(info.cell) + 0.5) / size - 0.5;
+    let f = fract(c);
+    var rows = array<vec4<f32>, 4>();
+    for (var i = 0; i < 16; i++) {
+        let middle = vec2<f32>(vec2<i32>(i % 4, i / 4) - 1) - f;
+        var sum = 0.0;
+        for (var k = 0; k < 4; k++) {
+            let aside = vec2<f32>(vec2<i32>(k % 2, k / 2)) * 0.5 - 0.25;
+            sum += sample_at(last, g + (middle + aside) * size / info.scale);
+        }
+        rows[i / 4][i % 4] = min(0.25 * sum, VOID);
+    }
+    return Window(rows[0], rows[1], rows[2], rows[3], f, level);
+}
+
+// Level coordinates by g.
+fn wide_scale(level: i32) -> vec2<f32> {
+    let last = min(level, terrain.level_count - 1);
+    return levels[last].scale / f32(1 << u32(level - last));
+}
+
 // The height of the sample that is nearest to a place.
 fn sample_at(level: i32, g: vec2<f32>) -> f32 {
     let cell = cell_at(place_on_level(level, g), g);
@@ -96,10 +129,16 @@ fn all_at(window: Window, height_m: f32, within_m: f32) -> bool {
     return all(away < vec4<f32>(within_m));
 }
 
+fn has_height(window: Window, height_m: f32) -> bool {
+    let away = min(min(abs(window.row_a - height_m), abs(window.row_b - height_m)),
+        min(abs(window.row_c - height_m), abs(window.row_d - height_m)));
+    return any(away < vec4<f32>(LEVEL_WATER_M));
+}
+
 // The first level on which a square of four samples is a lake.
 fn lake_level() -> i32 {
     let samples = min(LAKE_M / terrain.spacing_m, LAKE_SAMPLES);
-    return clamp(i32(round(log2(max(samples, 2.0)))), 1, terrain.level_count - 1);
+    return max(i32(round(log2(max(samples, 2.0)))), 1);
 }
 
 // A level square near a place: its height, or NO_LAKE, and its middle by g.
@@ -110,7 +149,7 @@ struct Square {
 
 // Of the nine squares around a place on a level; the middle one first, then those beside it, then those in the corners.
 fn level_square(g: vec2<f32>, level: i32) -> Square {
-    let window = window_at(place_on_level(level, g), g);
+    let window = wide_window(level, g);
     let north = squares(window.row_a, window.row_b);
     let middle = squares(window.row_b, window.row_c);
     let south = squares(window.row_c, window.row_d);
@@ -123,62 +162,76 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
         found = select(select(row.z, row.y, next.x == 0), row.x, next.x < 0);
         offset = vec2<f32>(next);
     }
-    let centre = g + (offset + 0.5 - window.f) / levels[window.level].scale;
+    let centre = g + (offset + 0.5 - window.f) / wide_scale(window.level);
     if found != NO_LAKE && window.level > 0 {
-        let under = window_at(place_on_level(window.level - 1, centre), centre);
+        let under = wide_window(window.level - 1, centre);
         found = select(NO_LAKE, found, all_at(under, found, LEVEL_MEAN_M));
     }
     return Square(found, centre);
 }
 
-// Whether the land around a level square goes on downward as gently as terraces do. Around a lake it is higher, but for a
-// dam, which is steep, and an outlet, which is narrow.
+// Whether a level square belongs to level country: around it the land goes on downward as gently as terraces do, or most of
+// it is hardly higher. Around a lake land is higher, but for a dam, which is steep, and an outlet, which is narrow.
 fn is_terrace(square: Square, level: i32) -> bool {
     if abs(square.height_m) <= SEA_M {
         return false;
     }
-    var gentle = 0;
-    for (var look = 1; look <= TERRACE_LOOKS; look++) {
-        let wide = min(level + look, terrain.level_count - 1);
-        let window = window_at(place_on_level(wide, square.centre), square.centre);
-        let most_m = GENTLE * terrain.spacing_m * exp2(f32(wide));
-        gentle = max(gentle, lower(window.row_a, square.height_m, most_m) + lower(window.row_b, square.height_m, most_m)
-            + lower(window.row_c, square.height_m, most_m) + lower(window.row_d, square.height_m, most_m));
+    var is_lower = false;
+    for (var look = 1; look <= TERRACE_LOOKS && !is_lower; look++) {
+        let window = wide_window(level + look, square.centre);
+        let most_m = GENTLE * terrain.spacing_m * exp2(f32(level + look));
+        let gentle = gently(window.row_a, square.height_m, most_m) + gently(window.row_b, square.height_m, most_m)
+            + gently(window.row_c, square.height_m, most_m) + gently(window.row_d, square.height_m, most_m);
+        is_lower = gentle.x >= TERRACE_SAMPLES || gentle.x + gentle.y >= LEVEL_SAMPLES;
     }
-    return gentle >= TERRACE_SAMPLES;
+    return is_lower;
 }
 
-// How many are lower, but by no more than that.
-fn lower(row: vec4<f32>, height_m: f32, most_m: f32) -> i32 {
+// How many are lower, and how many higher, but by no more than that.
+fn gently(row: vec4<f32>, height_m: f32, most_m: f32) -> vec2<f32> {
     let by_m = height_m - row;
-    let counted = select(vec4<f32>(0.0), vec4<f32>(1.0), (by_m > vec4<f32>(LEVEL_WATER_M)) & (by_m < vec4<f32>(most_m)));
-    return i32(dot(counted, vec4<f32>(1.0)));
+    let gentle = (abs(by_m) > vec4<f32>(LEVEL_WATER_M)) & (abs(by_m) < vec4<f32>(most_m));
+    let none = vec4<f32>(0.0);
+    let one = vec4<f32>(1.0);
+    return vec2<f32>(dot(select(none, one, gentle & (by_m > none)), one), dot(select(none, one, gentle & (by_m < none)), one));
 }
 
-// The height of the lake that lies at a place or within a few samples of it, on `level` or a coarser one; else NO_LAKE.
+// The height of the lake that lies at a place or within a few samples of it, of which `own` has some; else NO_LAKE.
 //
 // A sample of a coarse level is the mean of those under it. Land around a lake is higher than it, so a mean is the lake's
 // height only where all of it is lake: four such means that are the same, and the sixteen under them, are a square of
 // water. Most terraces are not as wide, and means of slopes are not the same; what is as wide goes on downward.
-fn lake_near(g: vec2<f32>, level: i32) -> f32 {
+fn lake_near(g: vec2<f32>, own: Window) -> f32 {
     if terrain.max_z_m - terrain.min_z_m < LEVEL_WORLD_M {
         return NO_LAKE;
     }
-    let last = terrain.level_count - 1;
-    let first = clamp(lake_level(), level, last);
+    let first = max(lake_level(), own.level);
     var square = Square(NO_LAKE, g);
     var at = first;
     // Squares around the place; then those farther away on the same level, for the arms of a lake; then larger ones.
     for (var look = 0; look < LAKE_LOOKS && square.height_m == NO_LAKE; look++) {
-        at = min(first + max(look - 4, 0), last);
+        at = first + max(look - 4, 0);
         let aside = vec2<f32>(f32((look & 1) * 2 - 1), f32((look & 2) - 1)) * select(0.0, ARM_SAMPLES, look > 0 && look < 5);
-        square = level_square(g + aside / levels[at].scale, at);
+        square = level_square(g + aside / wide_scale(at), at);
+        // The one that is seen here, and not what is level beside it.
+        if !has_height(own, square.height_m) {
+            square.height_m = NO_LAKE;
+        }
     }
     if square.height_m == NO_LAKE || !is_terrace(square, at) {
         return square.height_m;
     }
-    let large = level_square(square.centre, min(first + LARGE, last)).height_m;
-    return select(NO_LAKE, large, abs(large - square.height_m) < LEVEL_WATER_M);
+    // The shallow end of a lake: it goes on to where it is none.
+    var goes_on = abs(level_square(square.centre, first + LARGE).height_m - square.height_m) < LEVEL_WATER_M;
+    for (var i = 0; i < 8 * ENDS && !goes_on; i++) {
+        let angle = f32(i) * 0.78539816;
+        let away = END_SAMPLES * exp2(f32(i / 8)) * vec2<f32>(cos(angle), sin(angle));
+        let other = level_square(square.centre + away / wide_scale(first), first);
+        if abs(other.height_m - square.height_m) < LEVEL_WATER_M {
+            goes_on = !is_terrace(other, first);
+        }
+    }
+    return select(NO_LAKE, square.height_m, goes_on);
 }
 
 // What is water at a place: a lake of that height, and what is no higher than the sea.

@@ -177,7 +177,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(water, pixel, vec4<f32>(0.0));
         return;
     }
-    let here_water = Water(lake_near(point.g, place.level), water_rules.sea_m);
+    let here_water = Water(lake_near(point.g, window), water_rules.sea_m);
     let found = wetness(here_water, window);
     if found.x <= 0.0 {
         textureStore(water, pixel, vec4<f32>(0.0));
