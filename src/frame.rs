@@ -11,6 +11,7 @@ mod left;
 mod passes;
 mod switch;
 mod trees;
+mod water;
 
 use std::borrow::Cow;
 use std::time::Instant;

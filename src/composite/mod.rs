@@ -30,19 +30,26 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Colour and tone.
     pub tone: &'a Target,
-    /// Lines; a style without lines hands [`NOTHING`].
-    pub line: &'a Target,
-    /// Ink of strokes; a style without them hands [`NOTHING`].
-    pub ink: &'a Target,
-    /// Ink of hatching or of rows; a style without them hands [`NOTHING`].
-    pub marks: &'a Target,
-    /// Ink of shores and water lines; a style without water hands [`NOTHING`].
-    pub water_ink: &'a Target,
+    /// Everything that is drawn over it.
+    pub inks: Inks<'a>,
     /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
     /// fourth channel.
     pub is_sample: bool,
     /// Out.
     pub picture: &'a Target,
+}
+
+/// What lies on the paper; for what a style lacks it hands [`NOTHING`].
+#[derive(Clone, Copy)]
+pub struct Inks<'a> {
+    /// Lines.
+    pub line: &'a Target,
+    /// Strokes.
+    pub strokes: &'a Target,
+    /// Hatching, or rows.
+    pub marks: &'a Target,
+    /// Shores and water lines.
+    pub water: &'a Target,
 }
 
 /// Composites.
@@ -73,10 +80,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("composite", cx.uniform("composite", &uniform)),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
-        ("line", inputs.line.into()),
-        ("ink", inputs.ink.into()),
-        ("marks", inputs.marks.into()),
-        ("water_ink", inputs.water_ink.into()),
+        ("line", inputs.inks.line.into()),
+        ("ink", inputs.inks.strokes.into()),
+        ("marks", inputs.inks.marks.into()),
+        ("water_ink", inputs.inks.water.into()),
         ("picture", inputs.picture.into()),
     ];
     cx.pixels("composite/composite", inputs.picture.size_px(), &resources);

@@ -5,6 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
+use super::water as frame_water;
 use super::{EyeMemory, FrameInputs};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -19,7 +20,7 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees, water};
+use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees};
 use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -324,17 +325,8 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     };
     tones::run(cx, &asked);
     // Water has no tones of its own, and so no marks.
-    let watered = style.water.as_ref().map(|style| {
-        let water = &targets.whole(gpu, &water::WATER);
-        let (heights, sea_level_m) = (&terrain.resources(), world.sea_level_m());
-        let found = water::Inputs { view, terrain: heights, style, sea_level_m, surface_id, position, water };
-        water::run(cx, &found);
-        let (watered, ink) = (targets.whole(gpu, &tones::water::WATERED), targets.whole(gpu, &tones::water::WATER_INK));
-        let (tone, watered_ref, water_ink) = (&tone, &watered, &ink);
-        let drawn = tones::water::Inputs { view, style, position, water, tone, watered: watered_ref, water_ink };
-        tones::water::run(cx, &drawn);
-        [watered, ink]
-    });
+    let of_water = frame_water::AtEye { view, surface_id, position, tone: &tone };
+    let watered = frame_water::draw(cx, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
@@ -393,27 +385,23 @@ fn finish(
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, tone) = (marks.or(shaded[eye].rows.as_ref()).unwrap_or(&nothing), &shaded[eye].colors);
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
-    let lines = inputs.lines;
-    let drawn = composite::Inputs {
-        view,
-        style,
-        lines,
-        light,
-        position,
-        tone,
-        line,
-        ink,
-        marks,
-        water_ink,
-        is_sample: false,
-        picture,
-    };
+    let (lines, is_sample) = (inputs.lines, false);
+    let inks = composite::Inks { line, strokes: ink, marks, water: water_ink };
+    let drawn = composite::Inputs { view, style, lines, light, position, tone, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);
         return;
     };
     let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
-    composite::run(cx, &composite::Inputs { ink: &nothing, is_sample: true, picture: sample, ..drawn });
+    composite::run(
+        cx,
+        &composite::Inputs {
+            inks: composite::Inks { strokes: &nothing, ..inks },
+            is_sample: true,
+            picture: sample,
+            ..drawn
+        },
+    );
     let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
     let ink = stroke_ink;
     temporal_aa::run(cx, &temporal_aa::Inputs { view, plan, style, sample, position, motion, ink, histories, picture });
