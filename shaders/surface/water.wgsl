@@ -149,12 +149,17 @@ fn shore_m(here: Here, land_m: vec2<f32>) -> f32 {
     return length(at_m);
 }
 
+fn reaches(window: Window, sea_m: f32) -> bool {
+    let low = min(min(window.row_a, window.row_b), min(window.row_c, window.row_d));
+    return any(low <= vec4<f32>(sea_m));
+}
+
+// Whether samples beside each other are level, or the sea's.
 fn any_level(window: Window, sea_m: f32) -> bool {
     let down = min(min(abs(window.row_a - window.row_b), abs(window.row_b - window.row_c)), abs(window.row_c - window.row_d));
     let across = min(min(abs(window.row_a.xyz - window.row_a.yzw), abs(window.row_b.xyz - window.row_b.yzw)),
         min(abs(window.row_c.xyz - window.row_c.yzw), abs(window.row_d.xyz - window.row_d.yzw)));
-    let low = min(min(window.row_a, window.row_b), min(window.row_c, window.row_d));
-    return any(down < vec4<f32>(LEVEL_MEAN_M)) || any(across < vec3<f32>(LEVEL_MEAN_M)) || any(low <= vec4<f32>(sea_m));
+    return any(down < vec4<f32>(LEVEL_MEAN_M)) || any(across < vec3<f32>(LEVEL_MEAN_M)) || reaches(window, sea_m);
 }
 
 @compute @workgroup_size(8, 8)
@@ -179,7 +184,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let here_water = Water(lake_near(point.g, window), water_rules.sea_m);
     let found = wetness(here_water, window);
-    if found.x <= 0.0 {
+    // Holes of the data are no water by themselves.
+    if found.x <= 0.0 || (here_water.lake_m == NO_LAKE && !reaches(window, water_rules.sea_m)) {
         textureStore(water, pixel, vec4<f32>(0.0));
         return;
     }
