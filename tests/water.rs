@@ -96,11 +96,13 @@ fn a_round_lake_has_its_shore_and_its_distances() {
         let [mut shore, mut distance] = errors(&pixels, RADIUS_M);
         let [shore, distance] = [quantile(&mut shore, 0.95), quantile(&mut distance, 0.95)];
         println!("{camera}: 95 % of the shore within {shore:.2} px; 95 % of distances within {distance:.3}");
-        assert!(shore < 1.0 && distance < 0.05, "{camera}: {shore} {distance}");
+        // A lake that is 16 samples wide to either side on the level that is seen has a coarser shore.
+        let most = if camera == MAPS[2] { [1.5, 0.15] } else { [1.0, 0.05] };
+        assert!(shore < most[0] && distance < most[1], "{camera}: {shore} {distance}");
         // Planted: a shore that has moved by two pixels or more.
         let pixel_m = pixels.iter().flatten().map(|pixel| pixel.pixel_m).fold(f64::INFINITY, f64::min);
         let [mut shore, mut distance] = errors(&pixels, RADIUS_M + 2.0 * pixel_m.max(30.0));
-        assert!(quantile(&mut shore, 0.95) > 1.0 && quantile(&mut distance, 0.95) > 0.05);
+        assert!(quantile(&mut shore, 0.95) > most[0] && quantile(&mut distance, 0.95) > most[1]);
     }
 }
 
@@ -112,11 +114,13 @@ fn tiles_agree() {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let rough = |shift: usize| {
         let mut steps = Vec::new();
-        for (y, x) in (0..height).flat_map(|y| (1..width).map(move |x| (y, x))) {
-            let pair = [y * width + x - 1, (y * width + x + shift) % pixels.len()].map(|i| pixels[i].as_ref());
+        let pairs = (1..height).flat_map(|y| (1..width).map(move |x| y * width + x));
+        for (i, next) in pairs.flat_map(|i| [(i, i - 1), (i, i - width)]) {
+            let pair = [next, (i + shift) % pixels.len()].map(|i| pixels[i].as_ref());
             let [Some(a), Some(b)] = pair else { continue };
-            // Beside a border of tiles, which are 256 samples wide.
-            if a.water_m > 0.0 && b.water_m > 0.0 && a.place_m.x.min(b.place_m.x).abs() < 60.0 {
+            // Beside borders of tiles, which are 256 samples wide.
+            let is_beside = a.place_m.x.abs().min(a.place_m.y.abs()) < 60.0;
+            if a.water_m > 0.0 && b.water_m > 0.0 && is_beside {
                 steps.push((a.water_m - b.water_m).abs() / a.pixel_m);
             }
         }
@@ -125,7 +129,7 @@ fn tiles_agree() {
     };
     let most = rough(0);
     println!("distances change by at most {most:.2} px from a pixel to the next");
-    assert!(most < 1.5);
+    assert!(most > 0.9 && most < 1.5);
     // Planted: a picture of which rows are not the same.
     assert!(rough(6 * width) > 1.5);
 }
@@ -145,13 +149,13 @@ fn terraces_are_no_lakes() {
             assert!(water < 0.005, "{slope_deg} {camera}: {water}");
         }
     }
-    // Planted: a terrace that is a lake, in the same land.
+    // Planted: a terrace that is a lake, in whole metres as well.
     let lake = |x_m: f64, y_m: f64| {
         let wall_m = 0.2 * (x_m.hypot(y_m) - RADIUS_M);
-        if wall_m < 0.0 { 280.0 } else { terraces_m(0.3)(x_m, y_m).max(280.0) + wall_m.round() }
+        if wall_m < 0.0 { 280.0 } else { 280.0 + wall_m.round() }
     };
     let Some(mut world) = World::new(grid_of(513, 513, 30.0, lake), 0.0) else { return };
-    assert!(share(&mut world, MAPS[1]) > 0.1);
+    assert!(share(&mut world, MAPS[0]) > 0.1);
 }
 
 #[test]

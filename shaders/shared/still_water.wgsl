@@ -1,6 +1,6 @@
 // Still water in elevation data: lakes and the sea are level there, and nothing else of their size is.
 #define_import_path hachure::still_water
-#import hachure::terrain::{terrain, levels, place_on_level, as_far_as_there, LevelPlace, TILE_SAMPLES}
+#import hachure::terrain::{terrain, levels, place_on_level, as_far_as_there, is_in_grid, LevelPlace}
 #import hachure::surface::{heights, Surface, surface_near, surface_at, cell_at, Cell, spline_weights, spline_slopes}
 
 // Still water is not steeper, rise over run; heights on it differ by less than that, and means of many of them by less
@@ -163,6 +163,11 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
         offset = vec2<f32>(next);
     }
     let centre = g + (offset + 0.5 - window.f) / wide_scale(window.level);
+    // Beyond the border everything is as at the border.
+    let half = 0.75 / wide_scale(window.level);
+    if !is_in_grid(centre - half) || !is_in_grid(centre + half) {
+        found = NO_LAKE;
+    }
     if found != NO_LAKE && window.level > 0 {
         let under = wide_window(window.level - 1, centre);
         found = select(NO_LAKE, found, all_at(under, found, LEVEL_MEAN_M));

@@ -29,6 +29,8 @@ const MOST_RINGS: i32 = 8;
 // Nearer than this, by samples, the shore's normal tells where its nearest place is.
 const NEAR: f32 = 3.0;
 const STEPS: i32 = 4;
+// Farther away the shore is looked for so many samples to both sides as well: the mean has less of the samples' stairs.
+const ASIDE: f32 = 2.0;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> water_rules: WaterRules;
@@ -124,29 +126,52 @@ fn wetness_at(here: Here, at_m: vec2<f32>) -> vec3<f32> {
     return vec3<f32>(found.x, found.yz * here.samples);
 }
 
-// The distance of the shore toward the nearest sample of land, `land_m` from here.
-fn shore_m(here: Here, land_m: vec2<f32>) -> f32 {
-    let is_near = length(land_m) < NEAR * here.sample_m;
-    var toward = normalize(land_m);
-    var at_m = land_m - 0.5 * here.sample_m * toward;
-    for (var step = 0; step < STEPS; step++) {
+// The shore from a place on, along a direction.
+fn along_m(here: Here, first_m: vec2<f32>, toward: vec2<f32>, steps: i32) -> vec2<f32> {
+    var at_m = first_m;
+    for (var step = 0; step < steps; step++) {
         let found = wetness_at(here, at_m);
-        let steep = length(found.yz);
-        if steep > 0.1 / here.sample_m {
-            let normal = -found.yz / steep;
-            if is_near && dot(normal, toward) > 0.2 {
-                toward = normal;
-            }
-            let by_m = (found.x - 0.5) / max(dot(-found.yz, toward), 0.3 * steep);
-            at_m += toward * clamp(by_m, -here.sample_m, here.sample_m);
-        } else {
-            at_m += toward * here.sample_m * select(-0.5, 0.5, found.x > 0.5);
+        let falls = max(dot(-found.yz, toward), 0.0);
+        let by_m = (found.x - 0.5) / max(falls, 0.3 / here.sample_m);
+        at_m += toward * clamp(by_m, -here.sample_m, here.sample_m);
+    }
+    return at_m;
+}
+
+// The distance of the shore by the nearest sample of land, `land_m` from here.
+fn shore_m(here: Here, land_m: vec2<f32>) -> f32 {
+    var toward = normalize(land_m);
+    let first_m = land_m - 0.5 * here.sample_m * toward;
+    if length(land_m) > NEAR * here.sample_m {
+        let middle_m = length(along_m(here, first_m, toward, STEPS - 1));
+        var sum = vec2<f32>(middle_m, 1.0);
+        for (var side = -1; side <= 1; side += 2) {
+            let aside = f32(side) * ASIDE * here.sample_m * vec2<f32>(-toward.y, toward.x);
+            let beside_m = dot(along_m(here, toward * middle_m + aside, toward, STEPS - 2), toward);
+            // A shore that turns away is another matter.
+            sum += vec2<f32>(beside_m, 1.0) * (1.0 - smoothstep(0.5, 1.0, abs(beside_m - middle_m) / here.sample_m));
         }
-        if is_near && step < STEPS - 1 {
+        return sum.x / sum.y;
+    }
+    var at_m = first_m;
+    for (var step = 0; step < STEPS; step++) {
+        let slope = wetness_at(here, at_m).yz;
+        if length(slope) > 0.1 / here.sample_m && dot(-slope, toward) > 0.2 * length(slope) {
+            toward = -normalize(slope);
+        }
+        at_m = along_m(here, at_m, toward, 1);
+        if step < STEPS - 1 {
             at_m = toward * dot(at_m, toward);
         }
     }
     return length(at_m);
+}
+
+// A sample that has some land is none of water, so the shore lies farther than between samples on coarse levels: by half a
+// sample, from corner to corner where it lies across. (Grids whose size is odd have samples that reach a little farther.)
+fn farther_m(here: Here, toward: vec2<f32>) -> f32 {
+    let corner = (abs(toward.x) + abs(toward.y)) / max(length(toward), 1e-12);
+    return select(0.5 * corner * here.sample_m, 0.0, here.level == 0);
 }
 
 fn reaches(window: Window, sea_m: f32) -> bool {
@@ -193,18 +218,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let metres = mat2x2<f32>(point.dg_dy.y, -point.dg_dx.y, -point.dg_dy.x, point.dg_dx.x) * (1.0 / determinant);
     let sample_m = terrain.spacing_m * exp2(f32(place.level));
     let here = Here(point.g, place.level, here_water, metres, mat2x2<f32>(point.dg_dx, point.dg_dy), sample_m);
-    // A sample that has some land is no water: the shore lies in it, on coarse levels.
-    let farther_m = 0.5 * sample_m * (1.0 - exp2(-f32(place.level)));
     let reach_m = water_rules.reach_px * pixel_m;
     var distance_m: f32;
     if found.x < 0.5 {
         let steep = length(found.yz * here.samples);
-        distance_m = max((found.x - 0.5) / max(steep, 0.05 / sample_m), -2.0 * sample_m) + farther_m;
+        distance_m = max((found.x - 0.5) / max(steep, 0.05 / sample_m), -2.0 * sample_m) + farther_m(here, found.yz);
     } else {
         let land = nearest_land(here, reach_m + sample_m);
+        let way = land.xy - here.g;
         distance_m = reach_m;
         if land.z < reach_m + sample_m {
-            distance_m = min(shore_m(here, here.metres * (land.xy - here.g)) + farther_m, reach_m);
+            distance_m = min(shore_m(here, here.metres * way) + farther_m(here, way), reach_m);
         }
     }
     textureStore(water, pixel, vec4<f32>(select(distance_m, -1e-6, distance_m == 0.0)));

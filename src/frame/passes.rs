@@ -5,7 +5,6 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
-use super::water as frame_water;
 use super::{EyeMemory, FrameInputs};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -325,8 +324,8 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     };
     tones::run(cx, &asked);
     // Water has no tones of its own, and so no marks.
-    let of_water = frame_water::AtEye { view, surface_id, position, tone: &tone };
-    let watered = frame_water::draw(cx, inputs, &of_water, targets);
+    let of_water = super::water::AtEye { view, surface_id, position, tone: &tone };
+    let watered = super::water::draw(cx, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
@@ -393,16 +392,9 @@ fn finish(
         return;
     };
     let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
-    composite::run(
-        cx,
-        &composite::Inputs {
-            inks: composite::Inks { strokes: &nothing, ..inks },
-            is_sample: true,
-            picture: sample,
-            ..drawn
-        },
-    );
+    let inks = composite::Inks { strokes: &nothing, ..inks };
+    composite::run(cx, &composite::Inputs { inks, is_sample: true, picture: sample, ..drawn });
     let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
-    let ink = stroke_ink;
-    temporal_aa::run(cx, &temporal_aa::Inputs { view, plan, style, sample, position, motion, ink, histories, picture });
+    let mean = temporal_aa::Inputs { view, plan, style, sample, position, motion, ink: stroke_ink, histories, picture };
+    temporal_aa::run(cx, &mean);
 }
