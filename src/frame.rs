@@ -10,7 +10,9 @@ mod eye;
 mod left;
 mod passes;
 mod switch;
+mod rows;
 mod trees;
+mod water;
 
 use std::borrow::Cow;
 use std::time::Instant;

@@ -59,7 +59,9 @@ fn marks_on_gentle_land_run_as_the_land_does() {
     let turned = |world: &mut World, form_px, calm_deg| marks(world, form_px, calm_deg).1;
     let (of_pebbles, of_form, calm) =
         (turned(&mut gentle, 1.0, 0.0), turned(&mut gentle, 12.0, 0.0), turned(&mut gentle, 12.0, 17.0));
-    println!("one mark of ten turns by {of_pebbles:.1}° on the ground, {of_form:.1}° on the form, {calm:.1}° in the calm");
+    println!(
+        "one mark of ten turns by {of_pebbles:.1}° on the ground, {of_form:.1}° on the form, {calm:.1}° in the calm"
+    );
     // Planted: the ground itself and the form without calm, which the bound must refuse.
     assert!(of_pebbles > 60.0 && of_form > 9.0, "{of_pebbles} {of_form}");
     assert!(calm < 6.0, "{calm}");

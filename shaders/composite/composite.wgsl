@@ -26,6 +26,9 @@ struct Composite {
     faintest_mark: f32,
     // 1: a sample of a mean: its fourth channel is the ink of lines.
     is_sample: u32,
+    water_ink: vec3<f32>,
+    // How much of the ink of shores and water lines is left in full haze.
+    faintest_water: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -39,8 +42,10 @@ struct Composite {
 @group(0) @binding(6) var marks: texture_2d<f32>;
 // Ink of rows of hachures.
 @group(0) @binding(7) var rows: texture_2d<f32>;
+// Ink of shores and water lines.
+@group(0) @binding(8) var water_ink: texture_2d<f32>;
 // Linear; opaque, or a sample.
-@group(0) @binding(8) var picture: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var picture: texture_storage_2d<rgba16float, write>;
 
 // Clear near, then hazy: what is left of contrast at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
@@ -74,6 +79,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sheet = vec2<f32>(pixel + view.origin_px);
     var color: vec3<f32>;
     var mark_ink = max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r);
+    var shore_ink = textureLoad(water_ink, pixel, 0).r;
     if at.w <= 0.0 {
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
@@ -81,12 +87,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let clear = clearness(distance_from_eye(view, at.xyz), 1.0);
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
         mark_ink *= mix(composite.faintest_mark, 1.0, clear);
+        shore_ink *= mix(composite.faintest_water, 1.0, clear);
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
         color *= 1.0 + composite.grain * paper_grain(sheet);
     }
     color = mix(color, composite.mark_ink, mark_ink);
+    color = mix(color, composite.water_ink, shore_ink);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
         let nearest = nearest_m(pixel);

@@ -5,6 +5,7 @@
 #define_import_path hachure::forest
 #import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there}
 #import hachure::surface::{surface_near, surface_at}
+#import hachure::still_water::{is_level, level_around}
 #import hachure::earth::camera_z_m
 #import hachure::pcg::pcg
 
@@ -98,11 +99,8 @@ struct Site {
 const RULE_M: f32 = 30.0;
 // Hollows and ridges are told by so much wider a look: three levels.
 const AROUND: f32 = 3.0;
-// Still water is not steeper, rise over run, and as level within so far; and at its shore at the scale of RULE_M.
-const STEEPEST_WATER: f32 = 2e-4;
+// The shore of still water is not steeper at the scale of RULE_M, rise over run.
 const STEEPEST_SHORE: f32 = 0.3;
-const WATER_M: f32 = 90.0;
-const LEVEL_WATER_M: f32 = 0.03;
 // Of the noise that the tree line strays by: so many in a tile, so that it fits together.
 const PATCHES: i32 = 4;
 // Above and below its heights a species becomes rarer over as much.
@@ -155,17 +153,7 @@ fn is_still_water(site: Site) -> bool {
         return false;
     }
     let own = surface_at(surface_near(site.g, as_far_as_there(0.0, place_on_level(0, site.g), site.g)));
-    if length(own.gradient) > STEEPEST_WATER * terrain.spacing_m {
-        return false;
-    }
-    var level = 0;
-    for (var i = 0; i < 8; i++) {
-        let angle = f32(i) * 0.78539816;
-        let g = site.g + WATER_M / terrain.spacing_m * vec2<f32>(cos(angle), sin(angle));
-        let there = surface_at(surface_near(g, as_far_as_there(0.0, place_on_level(0, g), g)));
-        level += i32(abs(there.height_m - own.height_m) < LEVEL_WATER_M);
-    }
-    return level >= 3;
+    return is_level(own) && level_around(site.g, own.height_m) >= 3;
 }
 
 // Of the points, those that have trees: it thins out toward the tree line and toward what is too steep. `stray` is that of

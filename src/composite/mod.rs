@@ -30,19 +30,28 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Colour and tone.
     pub tone: &'a Target,
-    /// Lines; a style without lines hands [`NOTHING`].
-    pub line: &'a Target,
-    /// Ink of strokes; a style without them hands [`NOTHING`].
-    pub ink: &'a Target,
-    /// Ink of hatching; a style without it hands [`NOTHING`].
-    pub marks: &'a Target,
-    /// Ink of rows of hachures; a style without them hands [`NOTHING`].
-    pub rows: &'a Target,
+    /// Everything that is drawn over it.
+    pub inks: Inks<'a>,
     /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
     /// fourth channel.
     pub is_sample: bool,
     /// Out.
     pub picture: &'a Target,
+}
+
+/// What lies on the paper; for what a style lacks it hands [`NOTHING`].
+#[derive(Clone, Copy)]
+pub struct Inks<'a> {
+    /// Lines.
+    pub line: &'a Target,
+    /// Strokes.
+    pub strokes: &'a Target,
+    /// Hatching.
+    pub marks: &'a Target,
+    /// Rows of hachures.
+    pub rows: &'a Target,
+    /// Shores and water lines.
+    pub water: &'a Target,
 }
 
 /// Composites.
@@ -64,6 +73,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         mark_ink: style.mark_ink().map_or([0.0; 3], |ink| ink.linear()),
         faintest_mark: style.faintest_mark(),
         is_sample: u32::from(inputs.is_sample),
+        water_ink: style.water.as_ref().map_or([0.0; 3], |water| water.ink.linear()),
+        faintest_water: style.water.as_ref().map_or(1.0, |water| water.faintest),
         pad_0: Default::default(),
     };
     let resources = [
@@ -71,10 +82,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("composite", cx.uniform("composite", &uniform)),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
-        ("line", inputs.line.into()),
-        ("ink", inputs.ink.into()),
-        ("marks", inputs.marks.into()),
-        ("rows", inputs.rows.into()),
+        ("line", inputs.inks.line.into()),
+        ("ink", inputs.inks.strokes.into()),
+        ("marks", inputs.inks.marks.into()),
+        ("rows", inputs.inks.rows.into()),
+        ("water_ink", inputs.inks.water.into()),
         ("picture", inputs.picture.into()),
     ];
     cx.pixels("composite/composite", inputs.picture.size_px(), &resources);

@@ -60,6 +60,8 @@ struct Shaded {
     balance: Option<balance::Inputs>,
     /// Ink of a style with rows of hachures.
     rows: Option<Target>,
+    /// Ink of shores and water lines, of a style with water.
+    water_ink: Option<Target>,
 }
 
 /// All passes of all eyes. Whether trees may be in view that wind moves.
@@ -280,17 +282,12 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let targets = &mut memory.targets;
 
     // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
-    // Where the land has rows, a texture is for what stands on it.
-    let has_standing = world.meshes().is_some() || world.forest().is_some();
-    let hatching = style.hatching.as_ref().filter(|_| style.rows.is_none() || has_standing);
+    let hatching = super::rows::drawn_hatching(inputs);
     let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
     let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
     let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
-    let place_beside = hatching.filter(|_| style.rows.is_some()).map(|_| {
-        let place = targets.whole(gpu, &rows::beside::PLACE_BESIDE);
-        rows::beside::run(cx, view, surface_id, mark_place, &place);
-        place
-    });
+    let place_beside =
+        hatching.and_then(|_| super::rows::place_beside(cx, inputs, view, [surface_id, mark_place], targets));
     let mark_place = place_beside.as_ref().unwrap_or(mark_place);
     let mark_normal = hatching.map(|hatching| {
         let size = mark_normal::mark_normal_size(targets.size_px());
@@ -330,6 +327,10 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         tone: &tone,
     };
     tones::run(cx, &asked);
+    // Water has no tones of its own, and so no marks.
+    let of_water = super::water::AtEye { view, surface_id, position, tone: &tone };
+    let watered = super::water::draw(cx, inputs, &of_water, targets);
+    let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
         let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
@@ -347,15 +348,8 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         balance::count(cx, &balance);
         balance
     });
-    let rows = inputs.rows.map(|plan| {
-        let heights = &terrain.resources();
-        let chosen = rows::marks::Inputs { view, terrain: heights, plan, position, tone: &tone };
-        let marks = &rows::marks::run(cx, &chosen);
-        let ink = targets.whole(gpu, &rows::ribbons::ROW_INK);
-        rows::ribbons::run(cx, &rows::ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
-        ink
-    });
-    Shaded { colors, balance, rows }
+    let rows = super::rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);
+    Shaded { colors, balance, rows, water_ink }
 }
 
 /// The picture of an eye.
@@ -387,16 +381,18 @@ fn finish(
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
     let tone = &shaded[eye].colors;
-    let lines = inputs.lines;
-    let drawn =
-        composite::Inputs { view, style, lines, light, position, tone, line, ink, marks, rows, is_sample: false, picture };
+    let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
+    let (lines, is_sample) = (inputs.lines, false);
+    let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink };
+    let drawn = composite::Inputs { view, style, lines, light, position, tone, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);
         return;
     };
     let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
-    composite::run(cx, &composite::Inputs { ink: &nothing, is_sample: true, picture: sample, ..drawn });
+    let inks = composite::Inks { strokes: &nothing, ..inks };
+    composite::run(cx, &composite::Inputs { inks, is_sample: true, picture: sample, ..drawn });
     let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
-    let ink = stroke_ink;
-    temporal_aa::run(cx, &temporal_aa::Inputs { view, plan, style, sample, position, motion, ink, histories, picture });
+    let mean = temporal_aa::Inputs { view, plan, style, sample, position, motion, ink: stroke_ink, histories, picture };
+    temporal_aa::run(cx, &mean);
 }

@@ -57,6 +57,8 @@ pub struct Scene {
     pub forest: Option<Forest>,
     /// What moves them, if anything does.
     pub wind: Option<Wind>,
+    /// Land that is no higher is the sea, in metres as the file has heights; none is no sea but where it is level.
+    pub sea_level_m: Option<f64>,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
 }
@@ -127,6 +129,7 @@ impl Scene {
             meshes: Vec::new(),
             forest: None,
             wind: None,
+            sea_level_m: None,
             heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }

@@ -39,6 +39,9 @@
 //! # scatter = { count = 500, within = [-900, -900, 900, 900], heights_m = [800, 2000], steepest_deg = 25 }
 //! #   per_ha instead of count; seed = 1; scale = [0.8, 1.2]; turn_deg = [0, 360]; up_m = 0 above the ground
 //!
+//! [water]
+//! sea_level_m = 0                   # land that is no higher is the sea; without it, water is what is level
+//!
 //! [wind]                            # moves trees; without it, they stand still
 //! speed_m_s = 4                     # in the mean, at most 60; without it, 5
 //! from_deg = 240                    # where it comes from, clockwise from north; without it, 270
@@ -136,6 +139,8 @@ struct FileToml {
     meshes: Vec<MeshToml>,
     forest: Option<ForestToml>,
     wind: Option<WindToml>,
+    #[serde(default)]
+    water: WaterToml,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -218,6 +223,12 @@ struct EarthToml {
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
+struct WaterToml {
+    sea_level_m: Option<f64>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
 struct CameraToml {
     start: Option<String>,
 }
@@ -294,6 +305,10 @@ impl Scene {
         if let Some(wind) = &file.wind {
             scene.wind = wind.checked().map_err(|(key, cause)| wrong(&key, &cause))?;
         }
+        if file.water.sea_level_m.is_some_and(|level_m| !(-12_000.0..=9_000.0).contains(&level_m)) {
+            return Err(wrong("water.sea_level_m", "it must lie within -12000 to 9000"));
+        }
+        scene.sea_level_m = file.water.sea_level_m;
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

@@ -13,6 +13,7 @@ pub mod scale;
 mod strokes;
 pub mod texture;
 pub mod tone;
+mod water;
 
 use std::path::{Path, PathBuf};
 
@@ -26,6 +27,7 @@ use parameters::{Range, parameters};
 pub use rows::Rows;
 pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
+pub use water::Water;
 
 /// The styles that come with the program, by name.
 const PRESETS: &[(&str, &str)] = &[
@@ -69,6 +71,8 @@ parameters! {
         hatching: Option<hatching::Hatching>;
         /// Rows of hachures on the land; without the section none are drawn, nor in a style with hatching.
         rows: Option<Rows>;
+        /// Lakes and the sea, where heights show them; without the section they are land.
+        water: Option<Water>;
         /// The sheet that is drawn on.
         paper: Paper;
         /// What is above the horizon.

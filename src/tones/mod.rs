@@ -8,6 +8,7 @@ pub mod light;
 pub mod plain;
 pub mod tonal_art_map;
 pub mod toon;
+pub mod water;
 pub mod watercolor;
 
 use crate::gpu::bind::{Named, Resource};

@@ -28,6 +28,7 @@ pub struct Surfaces {
     tree_models: Vec<Arc<TreeModel>>,
     tree_detail: f64,
     wind: Option<Wind>,
+    sea_level_m: Option<f64>,
 }
 
 impl From<Terrain> for Surfaces {
@@ -41,6 +42,7 @@ impl From<Terrain> for Surfaces {
             tree_models: Vec::new(),
             tree_detail: 1.0,
             wind: None,
+            sea_level_m: None,
         }
     }
 }
@@ -94,6 +96,16 @@ impl Surfaces {
     /// What moves its trees, if anything does.
     pub fn wind(&self) -> Option<Wind> {
         self.wind
+    }
+
+    /// Land that is no higher is the sea, if there is one; in metres, exaggerated as heights are.
+    pub fn sea_level_m(&self) -> Option<f64> {
+        self.sea_level_m
+    }
+
+    /// Lets the sea stand at another height, or nowhere.
+    pub fn set_sea_level(&mut self, sea_level_m: Option<f64>) {
+        self.sea_level_m = sea_level_m;
     }
 
     /// Lets another wind blow, or none.

@@ -282,6 +282,8 @@ impl OpenWorld {
         world.surfaces.set_tree_models(models.map_err(|error| WorldError::TreeModel(error).of(&world.scene))?);
         world.surfaces.set_forest(world.scene.forest.clone());
         world.surfaces.set_wind(world.scene.wind);
+        let factor = world.scene.vertical_exaggeration;
+        world.surfaces.set_sea_level(world.scene.sea_level_m.map(|level_m| level_m * factor));
         Ok(world)
     }
 

@@ -21,6 +21,7 @@ struct Layers {
     ink: Vec<[half::f16; 1]>,
     marks: Vec<f32>,
     rows: Vec<f32>,
+    water: Vec<f32>,
 }
 
 /// A slope that goes far away, sky above it, and some of every ink.
@@ -40,6 +41,7 @@ fn layers() -> Layers {
         ink: places().map(|(x, y)| [half::f16::from_f64(part(x, y, 8, 0.2))]).collect(),
         marks: places().map(|(x, y)| part(x, y, 9, 0.5) as f32).collect(),
         rows: places().map(|(x, y)| part(x, y, 10, 0.3) as f32).collect(),
+        water: places().map(|(x, y)| part(x, y, 11, 0.2) as f32).collect(),
     }
 }
 
@@ -67,6 +69,8 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let i = inside(x, y);
             let here = at(x, y);
             let hatching = style.hatching.as_ref().unwrap();
+            let water = style.water.as_ref().unwrap();
+            let mut shore_ink = f64::from(layers.water[i]);
             let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i]));
             let mut color = if here[3] <= 0.0 {
                 let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
@@ -75,10 +79,12 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                 let [red, green, blue, _] = layers.tone[i].map(half::f16::to_f64);
                 let clear = clearness(away(here), 1.0);
                 mark_ink *= faintest(hatching.faintest, clear);
+                shore_ink *= faintest(water.faintest, clear);
                 mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clear))
             };
             color *= linear(style.paper.color);
             color = mix(color, linear(hatching.ink), mark_ink);
+            color = mix(color, linear(water.ink), shore_ink);
             let drawn = f64::from(layers.line[i]);
             if drawn > 0.0 {
                 let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))).map(|(x, y)| at(x, y));
@@ -99,6 +105,12 @@ fn the_composite_is_its_twin() {
     let mut style = Style::load("ink").unwrap();
     style.strokes = Style::load("pen").unwrap().strokes;
     style.hatching = Style::load("hachures").unwrap().hatching;
+    style.water = Style::parse(
+        "water",
+        "name = \"w\"\ndescription = \"\"\n[water]\nink = \"#103050\"\n[tone]\nkind = \"plain\"\n",
+    )
+    .unwrap()
+    .water;
     style.paper.grain = 0.0;
     let layers = layers();
     let position = bench.picture(&POSITION, SIZE_PX, &layers.position);
@@ -107,6 +119,7 @@ fn the_composite_is_its_twin() {
     let ink = bench.picture(&INK, SIZE_PX, &bits(&layers.ink));
     let marks = bench.picture(&MARKS, SIZE_PX, &layers.marks);
     let rows = bench.picture(&MARKS, SIZE_PX, &layers.rows);
+    let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb };
         let picture = bench.out(&PICTURE);
@@ -114,7 +127,7 @@ fn the_composite_is_its_twin() {
             let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
-            let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
+            let (ink, marks, rows, water, picture) = (&ink, &marks, &rows, &water, &picture);
             let inputs = composite::Inputs {
                 view,
                 style,
@@ -122,10 +135,7 @@ fn the_composite_is_its_twin() {
                 light,
                 position,
                 tone,
-                line,
-                ink,
-                marks,
-                rows,
+                inks: composite::Inks { line, strokes: ink, marks, rows, water },
                 is_sample: false,
                 picture,
             };

@@ -29,6 +29,7 @@ pub(super) struct SceneInfo {
     haze_distance_m: Option<f64>,
     start: Option<String>,
     vertical_exaggeration: f64,
+    sea_level_m: Option<f64>,
     wind: Option<WindInfo>,
     meshes: Vec<MeshInfo>,
     forest: Option<ForestInfo>,
@@ -162,6 +163,7 @@ impl SceneInfo {
             haze_distance_m: scene.haze.distance_m,
             start: scene.start.map(|camera| camera.to_string()),
             vertical_exaggeration: scene.vertical_exaggeration,
+            sea_level_m: scene.sea_level_m,
             wind: scene.wind.map(|Wind { speed_m_s, from_deg }| WindInfo { speed_m_s, from_deg }),
             meshes,
             forest: scene.forest.as_ref().map(ForestInfo::of),
@@ -328,13 +330,15 @@ impl SceneInfo {
         };
         let wind = self.wind.as_ref();
         let wind = wind.map(|wind| format!("wind      {} m/s from {}°\n", wind.speed_m_s, wind.from_deg));
+        let sea = self.sea_level_m.map(|level_m| format!("sea       up to {level_m} m\n"));
         let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{}{meshes}{}{trees}",
+             start     {}\nheights   × {}\n{}{}{meshes}{}{trees}",
             self.start.as_deref().unwrap_or("a view that the extent suggests"),
             self.vertical_exaggeration,
+            sea.unwrap_or_default(),
             wind.unwrap_or_default(),
             forest.unwrap_or_default(),
         )

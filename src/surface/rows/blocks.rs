@@ -106,7 +106,6 @@ impl RowMemory {
             cell_px_m: (spacing_m * focal_px) as f32,
             least_level: LEAST_LEVEL as f32,
             greatest_level: greatest_level as f32,
-            ..RowRules::default()
         };
         let store = terrain.store();
         let address = Arc::as_ptr(store).cast::<()>() as usize;

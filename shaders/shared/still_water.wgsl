@@ -1,0 +1,272 @@
+// Still water in elevation data: lakes and the sea are level there, and nothing else of their size is.
+#define_import_path hachure::still_water
+#import hachure::terrain::{terrain, levels, place_on_level, as_far_as_there, is_in_grid, LevelPlace}
+#import hachure::surface::{heights, Surface, surface_near, surface_at, cell_at, Cell, spline_weights, spline_slopes}
+
+// Still water is not steeper, rise over run; heights on it differ by less than that, and means of many of them by less
+// than this.
+const STEEPEST_WATER: f32 = 2e-4;
+const LEVEL_WATER_M: f32 = 0.03;
+const LEVEL_MEAN_M: f32 = 0.004;
+// As level as that so far around.
+const WATER_M: f32 = 90.0;
+// A lake has a square of twice this, or of twice so many samples; and of four samples in any case. Terraces of land in
+// whole metres are narrower where it slopes by more than 0.25 degrees.
+const LAKE_M: f32 = 120.0;
+const LAKE_SAMPLES: f32 = 8.0;
+// For such a square is looked around a place, in four corners so many samples aside, and on two coarser levels.
+const LAKE_LOOKS: i32 = 7;
+const ARM_SAMPLES: f32 = 2.5;
+// Land that is lower than a lake by less than this, rise over run, in so many of sixteen samples, or lower or higher in so
+// many, of one of so many coarser levels makes a terrace of it.
+const GENTLE: f32 = 0.01;
+const TERRACE_SAMPLES: f32 = 2.0;
+const LEVEL_SAMPLES: f32 = 6.0;
+const TERRACE_LOOKS: i32 = 3;
+// Squares of so many levels coarser are lakes, whatever is around.
+const LARGE: i32 = 2;
+// An end of a lake is level country as well: so many samples away in eight directions, and so many times twice as far.
+const END_SAMPLES: f32 = 3.0;
+const ENDS: i32 = 4;
+// What is level at this height is the sea, and no terrace.
+const SEA_M: f32 = 0.5;
+// A world that is no higher is level land, and has no shore to tell a lake by.
+const LEVEL_WORLD_M: f32 = 0.5;
+const NO_LAKE: f32 = 1e30;
+const VOID: f32 = 2e30;
+
+fn is_level(surface: Surface) -> bool {
+    return length(surface.gradient) <= STEEPEST_WATER * terrain.spacing_m;
+}
+
+// In how many of eight directions the land is as high, WATER_M away.
+fn level_around(g: vec2<f32>, height_m: f32) -> i32 {
+    var level = 0;
+    for (var i = 0; i < 8; i++) {
+        let angle = f32(i) * 0.78539816;
+        let there = g + WATER_M / terrain.spacing_m * vec2<f32>(cos(angle), sin(angle));
+        let surface = surface_at(surface_near(there, as_far_as_there(0.0, place_on_level(0, there), there)));
+        level += i32(abs(surface.height_m - height_m) < LEVEL_WATER_M);
+    }
+    return level;
+}
+
+// Heights above the sea of the sixteen samples around a place, in rows; VOID where the data have none.
+struct Window {
+    row_a: vec4<f32>,
+    row_b: vec4<f32>,
+    row_c: vec4<f32>,
+    row_d: vec4<f32>,
+    // The place between the middle ones, and the level they are of.
+    f: vec2<f32>,
+    level: i32,
+}
+
+// The lowest bit of a void is set.
+fn known(height_m: f32) -> f32 {
+    return select(height_m, VOID, (bitcast<u32>(height_m) & 1u) != 0u);
+}
+
+fn window_row(cell: Cell, row: i32) -> vec4<f32> {
+    let first = cell.texel + vec2<i32>(-1, row);
+    return vec4<f32>(
+        known(textureLoad(heights, first, cell.slot, 0).r),
+        known(textureLoad(heights, first + vec2<i32>(1, 0), cell.slot, 0).r),
+        known(textureLoad(heights, first + vec2<i32>(2, 0), cell.slot, 0).r),
+        known(textureLoad(heights, first + vec2<i32>(3, 0), cell.slot, 0).r));
+}
+
+fn window_at(place: LevelPlace, g: vec2<f32>) -> Window {
+    let cell = cell_at(place, g);
+    return Window(window_row(cell, -1), window_row(cell, 0), window_row(cell, 1), window_row(cell, 2), cell.f, cell.level);
+}
+
+// The same on a level that may be coarser than any: its samples are means over points of the coarsest that there is.
+fn wide_window(level: i32, g: vec2<f32>) -> Window {
+    let last = terrain.level_count - 1;
+    if level <= last {
+        return window_at(place_on_level(level, g), g);
+    }
+    let info = levels[last];
+    let size = f32(1 << u32(level - last));
+    let c = (g * info.scale + info.fraction + vec2<f32>(info.cell) + 0.5) / size - 0.5;
+    let f = fract(c);
+    var rows = array<vec4<f32>, 4>();
+    for (var i = 0; i < 16; i++) {
+        let middle = vec2<f32>(vec2<i32>(i % 4, i / 4) - 1) - f;
+        var sum = 0.0;
+        for (var k = 0; k < 4; k++) {
+            let aside = vec2<f32>(vec2<i32>(k % 2, k / 2)) * 0.5 - 0.25;
+            sum += sample_at(last, g + (middle + aside) * size / info.scale);
+        }
+        rows[i / 4][i % 4] = min(0.25 * sum, VOID);
+    }
+    return Window(rows[0], rows[1], rows[2], rows[3], f, level);
+}
+
+// Level coordinates by g.
+fn wide_scale(level: i32) -> vec2<f32> {
+    let last = min(level, terrain.level_count - 1);
+    return levels[last].scale / f32(1 << u32(level - last));
+}
+
+// The height of the sample that is nearest to a place.
+fn sample_at(level: i32, g: vec2<f32>) -> f32 {
+    let cell = cell_at(place_on_level(level, g), g);
+    return known(textureLoad(heights, cell.texel + vec2<i32>(cell.f + 0.5), cell.slot, 0).r);
+}
+
+// Of the three squares between two rows: the height of those that are level, NO_LAKE of others.
+fn squares(a: vec4<f32>, b: vec4<f32>) -> vec3<f32> {
+    let low = min(min(a.xyz, a.yzw), min(b.xyz, b.yzw));
+    let high = max(max(a.xyz, a.yzw), max(b.xyz, b.yzw));
+    return select(vec3<f32>(NO_LAKE), low, (high - low < vec3<f32>(LEVEL_MEAN_M)) & (high < vec3<f32>(NO_LAKE)));
+}
+
+fn all_at(window: Window, height_m: f32, within_m: f32) -> bool {
+    let away = max(max(abs(window.row_a - height_m), abs(window.row_b - height_m)),
+        max(abs(window.row_c - height_m), abs(window.row_d - height_m)));
+    return all(away < vec4<f32>(within_m));
+}
+
+fn has_height(window: Window, height_m: f32) -> bool {
+    let away = min(min(abs(window.row_a - height_m), abs(window.row_b - height_m)),
+        min(abs(window.row_c - height_m), abs(window.row_d - height_m)));
+    return any(away < vec4<f32>(LEVEL_WATER_M));
+}
+
+// The first level on which a square of four samples is a lake.
+fn lake_level() -> i32 {
+    let samples = min(LAKE_M / terrain.spacing_m, LAKE_SAMPLES);
+    return max(i32(round(log2(max(samples, 2.0)))), 1);
+}
+
+// A level square near a place: its height, or NO_LAKE, and its middle by g.
+struct Square {
+    height_m: f32,
+    centre: vec2<f32>,
+}
+
+// Of the nine squares around a place on a level; the middle one first, then those beside it, then those in the corners.
+fn level_square(g: vec2<f32>, level: i32) -> Square {
+    let window = wide_window(level, g);
+    let north = squares(window.row_a, window.row_b);
+    let middle = squares(window.row_b, window.row_c);
+    let south = squares(window.row_c, window.row_d);
+    var found = middle.y;
+    var offset = vec2<f32>(0.0);
+    for (var i = 0; i < 8 && found == NO_LAKE; i++) {
+        let next = array<vec2<i32>, 8>(vec2<i32>(0, -1), vec2<i32>(-1, 0), vec2<i32>(1, 0), vec2<i32>(0, 1),
+            vec2<i32>(-1, -1), vec2<i32>(1, -1), vec2<i32>(-1, 1), vec2<i32>(1, 1))[i];
+        let row = select(select(south, middle, next.y == 0), north, next.y < 0);
+        found = select(select(row.z, row.y, next.x == 0), row.x, next.x < 0);
+        offset = vec2<f32>(next);
+    }
+    let centre = g + (offset + 0.5 - window.f) / wide_scale(window.level);
+    // Beyond the border everything is as at the border.
+    let half = 0.75 / wide_scale(window.level);
+    if !is_in_grid(centre - half) || !is_in_grid(centre + half) {
+        found = NO_LAKE;
+    }
+    if found != NO_LAKE && window.level > 0 {
+        let under = wide_window(window.level - 1, centre);
+        found = select(NO_LAKE, found, all_at(under, found, LEVEL_MEAN_M));
+    }
+    return Square(found, centre);
+}
+
+// Whether a level square belongs to level country: around it the land goes on downward as gently as terraces do, or most of
+// it is hardly higher. Around a lake land is higher, but for a dam, which is steep, and an outlet, which is narrow.
+fn is_terrace(square: Square, level: i32) -> bool {
+    if abs(square.height_m) <= SEA_M {
+        return false;
+    }
+    var is_lower = false;
+    for (var look = 1; look <= TERRACE_LOOKS && !is_lower; look++) {
+        let window = wide_window(level + look, square.centre);
+        let most_m = GENTLE * terrain.spacing_m * exp2(f32(level + look));
+        let gentle = gently(window.row_a, square.height_m, most_m) + gently(window.row_b, square.height_m, most_m)
+            + gently(window.row_c, square.height_m, most_m) + gently(window.row_d, square.height_m, most_m);
+        is_lower = gentle.x >= TERRACE_SAMPLES || gentle.x + gentle.y >= LEVEL_SAMPLES;
+    }
+    return is_lower;
+}
+
+// How many are lower, and how many higher, but by no more than that.
+fn gently(row: vec4<f32>, height_m: f32, most_m: f32) -> vec2<f32> {
+    let by_m = height_m - row;
+    let gentle = (abs(by_m) > vec4<f32>(LEVEL_WATER_M)) & (abs(by_m) < vec4<f32>(most_m));
+    let none = vec4<f32>(0.0);
+    let one = vec4<f32>(1.0);
+    return vec2<f32>(dot(select(none, one, gentle & (by_m > none)), one), dot(select(none, one, gentle & (by_m < none)), one));
+}
+
+// The height of the lake that lies at a place or within a few samples of it, of which `own` has some; else NO_LAKE.
+//
+// A sample of a coarse level is the mean of those under it. Land around a lake is higher than it, so a mean is the lake's
+// height only where all of it is lake: four such means that are the same, and the sixteen under them, are a square of
+// water. Most terraces are not as wide, and means of slopes are not the same; what is as wide goes on downward.
+fn lake_near(g: vec2<f32>, own: Window) -> f32 {
+    if terrain.max_z_m - terrain.min_z_m < LEVEL_WORLD_M {
+        return NO_LAKE;
+    }
+    let first = max(lake_level(), own.level);
+    var square = Square(NO_LAKE, g);
+    var at = first;
+    // Squares around the place; then those farther away on the same level, for the arms of a lake; then larger ones.
+    for (var look = 0; look < LAKE_LOOKS && square.height_m == NO_LAKE; look++) {
+        at = first + max(look - 4, 0);
+        let aside = vec2<f32>(f32((look & 1) * 2 - 1), f32((look & 2) - 1)) * select(0.0, ARM_SAMPLES, look > 0 && look < 5);
+        square = level_square(g + aside / wide_scale(at), at);
+        // The one that is seen here, and not what is level beside it.
+        if !has_height(own, square.height_m) {
+            square.height_m = NO_LAKE;
+        }
+    }
+    if square.height_m == NO_LAKE || !is_terrace(square, at) {
+        return square.height_m;
+    }
+    // The shallow end of a lake: it goes on to where it is none.
+    var goes_on = abs(level_square(square.centre, first + LARGE).height_m - square.height_m) < LEVEL_WATER_M;
+    for (var i = 0; i < 8 * ENDS && !goes_on; i++) {
+        let angle = f32(i) * 0.78539816;
+        let away = END_SAMPLES * exp2(f32(i / 8)) * vec2<f32>(cos(angle), sin(angle));
+        let other = level_square(square.centre + away / wide_scale(first), first);
+        if abs(other.height_m - square.height_m) < LEVEL_WATER_M {
+            goes_on = !is_terrace(other, first);
+        }
+    }
+    return select(NO_LAKE, square.height_m, goes_on);
+}
+
+// What is water at a place: a lake of that height, and what is no higher than the sea.
+struct Water {
+    lake_m: f32,
+    sea_m: f32,
+}
+
+// 1 for samples that are water, 0 for land. Holes of the data have no shore.
+fn wet(water: Water, heights_m: vec4<f32>) -> vec4<f32> {
+    let is_wet = (abs(heights_m - water.lake_m) < vec4<f32>(LEVEL_WATER_M))
+        | (heights_m <= vec4<f32>(water.sea_m)) | (heights_m == vec4<f32>(VOID));
+    return select(vec4<f32>(0.0), vec4<f32>(1.0), is_wet);
+}
+
+fn is_wet(water: Water, height_m: f32) -> bool {
+    return wet(water, vec4<f32>(height_m)).x > 0.0;
+}
+
+// How much of a window is water, under a B-spline (the shore is where it is half), and its gradient by g.
+fn wetness(water: Water, window: Window) -> vec3<f32> {
+    let x = spline_weights(window.f.x);
+    let y = spline_weights(window.f.y);
+    let slope_x = spline_slopes(window.f.x);
+    let slope_y = spline_slopes(window.f.y);
+    let a = wet(water, window.row_a);
+    let b = wet(water, window.row_b);
+    let c = wet(water, window.row_c);
+    let d = wet(water, window.row_d);
+    let rows = vec4<f32>(dot(x, a), dot(x, b), dot(x, c), dot(x, d));
+    let slopes = vec4<f32>(dot(slope_x, a), dot(slope_x, b), dot(slope_x, c), dot(slope_x, d));
+    return vec3<f32>(dot(y, rows), vec2<f32>(dot(y, slopes), dot(slope_y, rows)) * levels[window.level].scale);
+}

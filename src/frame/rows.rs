@@ -1,0 +1,44 @@
+//! Rows of hachures of an eye, and where the textures of marks lie beside them.
+
+use super::FrameInputs;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, Targets};
+use crate::style::hatching::Hatching;
+use crate::surface::rows::{beside, marks, ribbons};
+
+/// The hatching that a frame draws: where the land has rows, a texture is for what stands on it.
+pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
+    let has_standing = inputs.world.meshes().is_some() || inputs.world.forest().is_some();
+    inputs.style.hatching.as_ref().filter(|_| inputs.style.rows.is_none() || has_standing)
+}
+
+/// Where hatching lies, if the land has rows: a position without the land.
+pub(super) fn place_beside(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    view: &Resource,
+    [surface_id, position]: [&Target; 2],
+    targets: &mut Targets,
+) -> Option<Target> {
+    inputs.style.rows.as_ref()?;
+    let place = targets.whole(cx.gpu(), &beside::PLACE_BESIDE);
+    beside::run(cx, view, surface_id, position, &place);
+    Some(place)
+}
+
+/// Ink of rows, in the tones that are asked for.
+pub(super) fn draw(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    view: &Resource,
+    [surface_id, position, tone]: [&Target; 3],
+    targets: &mut Targets,
+) -> Option<Target> {
+    let plan = inputs.rows?;
+    let heights = &inputs.world.terrain.resources();
+    let marks = &marks::run(cx, &marks::Inputs { view, terrain: heights, plan, position, tone });
+    let ink = targets.whole(cx.gpu(), &ribbons::ROW_INK);
+    ribbons::run(cx, &ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
+    Some(ink)
+}

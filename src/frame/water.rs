@@ -1,0 +1,37 @@
+//! The water of an eye: where it is, and what it looks like.
+
+use super::FrameInputs;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, Targets};
+use crate::surface::water::{self, WATER};
+use crate::tones::water::{self as look, WATER_INK, WATERED};
+
+/// What an eye sees.
+pub(super) struct AtEye<'a> {
+    /// `View`.
+    pub(super) view: &'a Resource,
+    pub(super) surface_id: &'a Target,
+    pub(super) position: &'a Target,
+    /// Of the land.
+    pub(super) tone: &'a Target,
+}
+
+/// Tones with water, and the ink of its shores and lines; none in a style without water.
+pub(super) fn draw(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    eye: &AtEye<'_>,
+    targets: &mut Targets,
+) -> Option<[Target; 2]> {
+    let style = inputs.style.water.as_ref()?;
+    let &AtEye { view, surface_id, position, tone } = eye;
+    let (gpu, world) = (cx.gpu(), inputs.world);
+    let water = &targets.whole(gpu, &WATER);
+    let (terrain, sea_level_m) = (&world.terrain.resources(), world.sea_level_m());
+    water::run(cx, &water::Inputs { view, terrain, style, sea_level_m, surface_id, position, water });
+    let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(gpu, kind));
+    let drawn = look::Inputs { view, style, position, water, tone, watered: &watered, water_ink: &ink };
+    look::run(cx, &drawn);
+    Some([watered, ink])
+}
