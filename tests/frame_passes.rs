@@ -157,19 +157,14 @@ fn traces() -> Option<Traces> {
     traces.add("scenes with a forest in wind", &trace);
     world.surfaces.set_wind(None);
     world.surfaces.set_forest(None);
-    let mut formed = Style::load("crosshatch").unwrap();
-    formed.light.form_px = 12.0;
+    let text = "name = \"water\"\ndescription = \"\"\n[water]\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n";
     let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &formed, [pose; 2]);
-    traces.add("styles with form light", &trace);
-    let text = "name = \"rows\"\ndescription = \"\"\n[rows]\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n";
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &Style::parse("rows", text).unwrap(), [pose; 2]);
-    traces.add("styles with rows of hachures", &trace);
+    let trace = drawing(&mut world, &mut frame, &Style::parse("water", text).unwrap(), [pose; 2]);
+    traces.add("styles with water", &trace);
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
     shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
-    for style in [&style, &Style::load("wash").unwrap()] {
+    for style in [&style, &Style::load("wash").unwrap(), &Style::load("hachures").unwrap()] {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
         traces.add("scenes with meshes", &trace);
