@@ -69,7 +69,7 @@ parameters! {
         watercolor: Option<Watercolor>;
         /// Tones made of marks; without the section none are drawn.
         hatching: Option<hatching::Hatching>;
-        /// Rows of hachures on the land; without the section none are drawn, nor in a style with hatching.
+        /// Rows of hachures on the land; hatching of the same style is then for models and trees.
         rows: Option<Rows>;
         /// Lakes and the sea, where heights show them; without the section they are land.
         water: Option<Water>;
