@@ -8,6 +8,7 @@
 mod antialias;
 mod eye;
 mod left;
+mod mark_layers;
 mod passes;
 mod switch;
 mod rows;
@@ -78,6 +79,8 @@ pub struct Frame {
     submits: Submits,
     /// Whether the motion of every pixel is asked for.
     wants_motion: bool,
+    /// Whether the ink of each layer of marks is asked for.
+    wants_mark_layers: bool,
     /// Of each eye, if there is any.
     hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
@@ -103,6 +106,7 @@ struct FrameInputs<'a> {
     step_s: f64,
     land_changes: bool,
     wants_motion: bool,
+    wants_mark_layers: bool,
     hidden: &'a [HiddenArea],
     /// Of a style with rows of hachures.
     rows: Option<&'a RowPlan>,
@@ -123,6 +127,7 @@ impl Frame {
             step_s: STEP_S,
             submits: Submits::default(),
             wants_motion: false,
+            wants_mark_layers: false,
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
             may_sway: false,
@@ -169,6 +174,11 @@ impl Frame {
     /// Whether [`MOTION`](crate::surface::motion::MOTION) is made, which no style asks for by itself.
     pub fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
+    }
+
+    /// Whether each layer of hatching is drawn by itself as well ([`Frame::mark_layer`]).
+    pub fn set_wants_mark_layers(&mut self, wants_mark_layers: bool) {
+        self.wants_mark_layers = wants_mark_layers;
     }
 
     /// What nobody sees of each eye's picture, and is not drawn; an eye that is not in the list is seen whole.
@@ -289,7 +299,7 @@ impl Frame {
         let light = &light.from_above(rig.origin_m.z - f64::from(world.terrain.range_m()[1]));
         let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
-        let wants_motion = self.wants_motion;
+        let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
         // Of another view than the last one's it need not be known: that is none at rest.
         let sways = self.may_sway && !rig.clock().is_still();
@@ -313,6 +323,7 @@ impl Frame {
             step_s,
             land_changes,
             wants_motion,
+            wants_mark_layers,
             hidden,
             rows: rows.as_ref(),
             temporal_aa,

@@ -68,7 +68,8 @@ struct Hatch {
     softness: f32,
     // Side of the tile in texels: a power of two.
     side: u32,
-    pad_a: u32,
+    // A bit for each layer that is drawn: all, or one whose marks are asked for alone.
+    drawn: u32,
     pad_b: u32,
     pad_c: u32,
 }

@@ -249,7 +249,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
-        if shares[i] > 0.0 {
+        if shares[i] > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
             let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, foot);
             all = united(all, Cover(one.ink, one.reach, one.rise * growth_of_share(shares[i], darkness)));
         }

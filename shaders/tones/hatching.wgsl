@@ -225,7 +225,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
-        if shares.x > 0.0 {
+        if shares.x > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
             let growth = growth_of_share(shares.x, darkness);
             all = united(all, layer_cover(i32(i), shares.x, growth, at.xyz, n, foot));
         }

@@ -38,6 +38,7 @@ use crate::style::Style;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
+use crate::vector::pens::MOST_PENS;
 use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
@@ -54,7 +55,7 @@ pub struct RenderArgs {
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
-    /// .png, .exr, .mp4 or .svg (the strokes of a style that has them), or frames: a pattern like dir/%05d.png
+    /// .png, .exr, .mp4 or .svg (the strokes and marks of a style that has them), or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
     /// Draw a picture that hachure wrote (.png, .exr, .svg or .mp4) again: its world, camera, sun, style, size and dpi,
@@ -122,6 +123,10 @@ pub struct RenderArgs {
     /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
     pub margin: Option<f64>,
+    /// Of an .svg: draw it with so many pens, 1 to 3, each of one width and in full ink; their widths follow from the
+    /// picture
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MOST_PENS as u64))]
+    pub pens: Option<usize>,
     /// Print what it cost, for programs
     #[arg(long)]
     pub json: bool,
@@ -192,6 +197,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let svg = SvgOptions::new(args, &kind, &style)?;
+    if let Some(left_out) = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some()) {
+        tracing::warn!("an .svg has no {left_out}");
+    }
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))

@@ -56,11 +56,11 @@ pub struct Drawing {
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// An XML name.
-    pub id: &'static str,
+    pub id: String,
     /// For people.
-    pub label: &'static str,
+    pub label: String,
     /// Its colour, where it is not the drawing's.
-    pub ink: Option<&'static str>,
+    pub ink: Option<String>,
     /// In drawing order.
     pub strokes: Vec<Stroke>,
 }
@@ -117,8 +117,8 @@ fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std:
         writeln!(out, "<metadata id=\"{KEY}\">{}</metadata>", imprint::escaped(imprint))?;
     }
     for layer in &drawing.layers {
-        writeln!(out, "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"", layer.id, layer.label)?;
-        let ink = layer.ink.unwrap_or(&drawing.ink);
+        writeln!(out, "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"", escaped(&layer.id), escaped(&layer.label))?;
+        let ink = layer.ink.as_ref().unwrap_or(&drawing.ink);
         writeln!(out, "   fill=\"none\" stroke=\"{}\"", escaped(ink))?;
         writeln!(out, "   stroke-linecap=\"round\" stroke-linejoin=\"round\">")?;
         for stroke in &layer.strokes {

@@ -1,5 +1,6 @@
 //! What the last frame left, for windows, files and measurements.
 
+use super::mark_layers::LAYER_INKS;
 use super::{EyeMemory, Frame};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -104,6 +105,12 @@ impl Frame {
             return Ok(None);
         };
         rows::marks::read(gpu, &drawn, &samples).map(Some)
+    }
+
+    /// The ink of a layer of hatching of the first eye, 0 to 1, if it was asked for ([`Frame::set_wants_mark_layers`]) and
+    /// the style has that layer.
+    pub fn mark_layer(&self, layer: usize) -> Option<&Target> {
+        self.target(LAYER_INKS.get(layer)?)
     }
 
     /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where

@@ -5,7 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs};
+use super::{EyeMemory, FrameInputs, mark_layers};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
@@ -15,12 +15,11 @@ use crate::lines::strokes::history::Step;
 use crate::lines::strokes::partner::{Partner, SeenSurface};
 use crate::lines::strokes::{self, FrameStrokes};
 use crate::lines::{self, detector, lsa, smooth, threshold};
-use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
 use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees};
-use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
+use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
 
 /// What an eye sees, and its lines.
 struct Seen {
@@ -340,12 +339,13 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(cx, targets, view, hatching);
         let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
-        let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, cover };
-        match hatching.scale {
-            Scale::Blend => hatching::run(cx, &marks),
-            Scale::Add => fractal_hatching::run(cx, &marks),
-        }
+        let layer = None;
+        let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, layer, cover };
+        mark_layers::hatch(cx, &marks);
         balance::count(cx, &balance);
+        if inputs.wants_mark_layers {
+            mark_layers::draw(cx, &marks, &balance, targets);
+        }
         balance
     });
     let rows = super::rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);

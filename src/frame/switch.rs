@@ -168,7 +168,8 @@ impl Frame {
             let rig = &Rig { eyes, ..*rig };
             let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
-            let (step_s, wants_motion, land_changes) = (self.step_s, self.wants_motion, false);
+            let (step_s, land_changes) = (self.step_s, false);
+            let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
             let rows = style.rows.as_ref().map(|_| RowPlan::rehearsal(gpu));
@@ -182,6 +183,7 @@ impl Frame {
                 step_s,
                 land_changes,
                 wants_motion,
+                wants_mark_layers,
                 hidden,
                 rows: rows.as_ref(),
                 temporal_aa,

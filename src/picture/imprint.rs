@@ -111,6 +111,8 @@ pub struct More {
     pub margin: Option<f64>,
     /// Of an SVG.
     pub tolerance_px: Option<f64>,
+    /// How many draw an SVG.
+    pub pens: Option<usize>,
     /// Of a film: its camera path.
     pub path: Option<String>,
     /// Of a film.

@@ -8,6 +8,7 @@
 pub mod aov;
 pub mod eyes;
 pub mod imprint;
+mod marks;
 pub mod nearest;
 mod report;
 pub mod show;

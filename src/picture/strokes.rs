@@ -1,4 +1,7 @@
-//! The strokes of a picture as lines, for files that hold lines.
+//! The strokes and marks of a picture as lines, for files that hold lines.
+//!
+//! Marks are found in a picture that is [`FINER`] times as large, where that is allowed: what a texture draws is known by
+//! its pixels alone.
 //!
 //! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
 //! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
@@ -8,12 +11,16 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Rig, View};
+use crate::style::Style;
+use crate::vector::Group;
 use crate::world::Surfaces;
 
-use super::{PictureReport, PictureRequest};
+use super::{PictureReport, PictureRequest, marks};
 
 /// Pixels of a picture, at most: some 2.5 GiB on the GPU.
 pub const MOST_PX: u64 = 32 << 20;
+/// How many pixels to a side of a picture's pixel marks are found by.
+pub const FINER: u32 = 2;
 
 /// Why there are no strokes.
 #[derive(Debug, thiserror::Error)]
@@ -21,12 +28,6 @@ pub enum StrokesError {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The style draws none.
-    #[error("the style {style} has no strokes")]
-    NoStrokes {
-        /// Its name.
-        style: String,
-    },
     /// It would need several parts.
     #[error(
         "{}x{} is too large: the strokes of a picture are found in one part, of {side_px} pixels a side and \
@@ -41,8 +42,24 @@ pub enum StrokesError {
     },
 }
 
-/// Renders a picture and reads the strokes of each eye, of a pair the left one's first; the pixels stay on the GPU.
-/// `request.planes` and its samples are not looked at.
+/// What a picture has of lines.
+#[derive(Clone, Debug, Default)]
+pub struct Drawn {
+    /// The strokes of each eye, of a pair the left one's first.
+    pub strokes: Vec<Vec<Polyline>>,
+    /// Hachures, hatching and lines of water, a group for each kind; of a pair none.
+    pub marks: Vec<Group>,
+    /// What rendering did.
+    pub report: PictureReport,
+}
+
+/// Whether a style has marks that can be lines.
+pub fn has_marks(style: &Style) -> bool {
+    style.hatching.is_some() || style.rows.is_some() || style.water.is_some()
+}
+
+/// Renders a picture and reads the strokes of each eye and its marks; the pixels stay on the GPU. `request.planes` and its
+/// samples are not looked at.
 ///
 /// # Errors
 /// [`StrokesError`].
@@ -52,27 +69,40 @@ pub fn render_strokes(
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     pair: Option<&Pair>,
-) -> Result<(Vec<Vec<Polyline>>, PictureReport), StrokesError> {
+) -> Result<Drawn, StrokesError> {
     let start = std::time::Instant::now();
-    let size_px = request.size_px;
     let side_px = gpu.device.limits().max_texture_dimension_2d;
-    if size_px[0].max(size_px[1]) > side_px || u64::from(size_px[0]) * u64::from(size_px[1]) > MOST_PX {
-        return Err(StrokesError::TooLarge { size_px, side_px });
+    let is_possible = |size_px: [u32; 2]| {
+        size_px[0].max(size_px[1]) <= side_px && u64::from(size_px[0]) * u64::from(size_px[1]) <= MOST_PX
+    };
+    if !is_possible(request.size_px) {
+        return Err(StrokesError::TooLarge { size_px: request.size_px, side_px });
     }
+    let wants_marks = has_marks(request.style) && pair.is_none();
+    let finer = request.size_px.map(|side| side.saturating_mul(FINER));
+    let scale = if wants_marks && is_possible(finer) { FINER } else { 1 };
+    let size_px = request.size_px.map(|side| side * scale);
+    let style = &request.style.scaled(scale.into());
+
     let frame = Frame::or_new(frame, gpu)?;
     frame.set_wants_motion(false);
+    frame.set_wants_mark_layers(wants_marks);
     let view = View::whole(request.previous, request.pose, size_px).at(request.clock);
     let rig = pair.map_or_else(|| Rig::mono(view), |pair| pair.rig(&view));
-    let prepared = frame.render_eyes(gpu, world, &rig, request.style, &request.light)?;
-    let of_eye = |eye| {
-        let strokes = frame.eye_strokes(eye);
-        let strokes = strokes.ok_or_else(|| StrokesError::NoStrokes { style: request.style.name.clone() })?;
-        Ok(strokes.read_polylines(gpu)?)
-    };
-    let polylines = (0..rig.eyes.len()).map(of_eye).collect::<Result<Vec<_>, StrokesError>>()?;
+    let prepared = frame.render_eyes(gpu, world, &rig, style, &request.light)?;
+    let read = |eye| frame.eye_strokes(eye).map_or_else(|| Ok(Vec::new()), |strokes| strokes.read_polylines(gpu));
+    let mut strokes = (0..rig.eyes.len()).map(read).collect::<Result<Vec<_>, GpuError>>()?;
+    let light = request.light.from_above(rig.origin_m.z - f64::from(world.terrain.range_m()[1]));
+    let mut marks = if wants_marks { marks::read(gpu, frame, style, &view, light.haze_m)? } else { Vec::new() };
+    frame.set_wants_mark_layers(false);
     gpu.check()?;
+    let all = strokes.iter_mut().flatten().chain(marks.iter_mut().flat_map(|group| &mut group.lines));
+    for point in all.flat_map(|line| &mut line.points) {
+        point.px = point.px.map(|px| px / scale as f32);
+        point.half_width_px /= scale as f32;
+    }
     let mut report = PictureReport::default();
     report.add(&prepared, frame);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
-    Ok((polylines, report))
+    Ok(Drawn { strokes, marks, report })
 }

@@ -39,6 +39,11 @@ impl Style {
         if let Some(rows) = &mut style.rows {
             scale(&mut rows.spacing_px, 2.0, 64.0);
         }
+        if let Some(water) = &mut style.water {
+            scale(&mut water.shore_px, 0.0, 16.0);
+            scale(&mut water.line_px, 0.1, 8.0);
+            scale(&mut water.spacing_px, 2.0, 32.0);
+        }
         if let Some(watercolor) = &mut style.watercolor {
             scale(&mut watercolor.edge_px, 1.0, 16.0);
             scale(&mut watercolor.warp_px, 0.0, 32.0);

@@ -151,6 +151,14 @@ impl Tone {
         }
     }
 
+    /// Whether tones are colours of the picture, and not for marks alone.
+    pub fn is_seen(&self) -> bool {
+        match self {
+            Self::Plain(_) => true,
+            Self::Toon(toon) => toon.wash > 0.0,
+        }
+    }
+
     /// The name of its kind, as a style file has it.
     pub fn name(&self) -> String {
         self.kind_and_keys().0.name()

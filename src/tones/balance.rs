@@ -49,6 +49,7 @@ pub fn reach_px(hatching: &Hatching) -> u32 {
 }
 
 /// The pictures between the passes.
+#[derive(Clone)]
 pub struct Inputs {
     /// `View`.
     pub view: Resource,

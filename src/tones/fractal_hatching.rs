@@ -15,7 +15,8 @@ const CELLS: BufferKind = BufferKind::storage("cells");
 /// Hatches what the inputs show.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
-    let uniform = HatchUniform::new(hatching, (axes::FIRST_OCTAVE, axes::OCTAVES), 1);
+    let ladder = (axes::FIRST_OCTAVE, axes::OCTAVES);
+    let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, 1) };
     let directions = axes::axes(&hatching.layers);
     let mut resources = vec![
         ("hatch", cx.uniform("hatch", &uniform)),

@@ -38,11 +38,18 @@ pub struct Inputs<'a> {
     pub mark_normal: &'a Target,
     /// Its alpha is the tone that is asked for.
     pub tone: &'a Target,
+    /// The one layer whose marks are drawn; none is all.
+    pub layer: Option<usize>,
     /// Out: what marks ink, and would if they were darker.
     pub cover: &'a Target,
 }
 
 impl Inputs<'_> {
+    /// A bit for each layer that is drawn.
+    pub(super) fn drawn(&self) -> u32 {
+        self.layer.map_or(u32::MAX, |layer| 1 << layer)
+    }
+
     /// By the names in the shaders.
     pub(super) fn resources(&self) -> [Named; 6] {
         [
@@ -63,7 +70,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let find = |maps: &MadeMaps| maps.are_of(hatching);
     let Some(made) = cx.kept_beside(find, move |gpu| MadeMaps::new(gpu, &made_of)) else { return };
     let Some(maps) = made.maps() else { return };
-    let uniform = HatchUniform::new(hatching, (axes::FIRST_LEVEL, axes::LEVELS), maps.side_px);
+    let ladder = (axes::FIRST_LEVEL, axes::LEVELS);
+    let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, maps.side_px) };
     let directions = axes::axes(&hatching.layers);
     let phases = axes::phases(&directions, inputs.origin_m, f64::from(maps.side_px));
     let mut resources = vec![

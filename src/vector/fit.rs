@@ -23,6 +23,10 @@ const SAME_PART: f64 = 0.25;
 /// Of the tolerance: between places at which it is measured. Between two of them the distance cannot grow by more than
 /// half of it; that is what [`MEASURED_PART`] leaves.
 const STEP_PART: f64 = 0.2;
+/// A curve is at most so much longer than its stretch: one that runs to and fro may be near, and programs draw it badly.
+const LONGER: f64 = 1.1;
+/// Arms of a curve are at least this part of its chord.
+const SHORT_ARM: f64 = 0.05;
 /// What is measured may be this part of the tolerance.
 const MEASURED_PART: f64 = 0.9;
 
@@ -135,6 +139,12 @@ impl Stretch<'_> {
             let (mut cubic, _) = kurbo::fit_to_cubic(&source, range, self.tolerance)?;
             // To the bit, so that the path has no gaps.
             (cubic.p0, cubic.p3) = (self.at(from), self.at(to));
+            // An arm of no length is a cusp to programs: arms as long as a spline's instead.
+            let chord = cubic.p0.distance(cubic.p3);
+            if (cubic.p1 - cubic.p0).hypot().min((cubic.p3 - cubic.p2).hypot()) < SHORT_ARM * chord {
+                cubic.p1 = cubic.p0 + tangents[from - first] * (chord / 3.0);
+                cubic.p2 = cubic.p3 - tangents[to - first] * (chord / 3.0);
+            }
             let polyline = &self.all[self.kept[from]..=self.kept[to]];
             is_near(cubic, polyline, self.tolerance).then_some(cubic)
         };
@@ -217,8 +227,7 @@ fn is_near(cubic: CubicBez, polyline: &[Point], tolerance: f64) -> bool {
     let limit = MEASURED_PART * tolerance;
     let length = cubic.arclen(0.1 * step);
     let own: f64 = polyline.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    // A curve that runs to and fro may be near and is not wanted.
-    if !length.is_finite() || length > 2.0 * own + tolerance {
+    if !length.is_finite() || length > LONGER * own + 0.5 * tolerance {
         return false;
     }
     // Its derivative is no longer than three times the longest leg of its control polygon.

@@ -2,7 +2,8 @@
 //! [`Polyline`]s, wherever they come from.
 //!
 //! ```text
-//! polylines ─ by kind ─▶ order ─▶ fit ─▶ sheet ─▶ file::svg
+//! pictures of ink ─▶ trace ─▶ polylines
+//! polylines ─ by kind ─▶ pens ─▶ order ─▶ fit ─▶ sheet ─▶ file::svg
 //! ```
 //!
 //! A stroke of the drawing has one width and one opacity, the means of what was drawn, by length: a path has no others,
@@ -15,13 +16,16 @@ pub mod fit;
 pub mod grid;
 pub mod improve;
 pub mod order;
+pub mod pens;
 pub mod sheet;
+pub mod trace;
 
-use kurbo::BezPath;
+use kurbo::{BezPath, Point};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use self::order::{Visit, order, pen_up_px};
+use self::pens::{Pens, pieces};
 use self::sheet::Sheet;
 use crate::file::svg::{Layer, Stroke};
 use crate::lines::strokes::polylines::{EdgeKind, Polyline};
@@ -59,17 +63,57 @@ impl Settings {
         std::f64::consts::FRAC_1_SQRT_2 * 0.1_f64.powi(self.digits() as i32) / self.sheet.units_per_px
     }
 
-    /// The opacity that looks on white, where colours are mixed as they are written, like this part of ink where light
-    /// is mixed.
-    fn opacity(&self, part: f64) -> f64 {
-        let part = part.clamp(0.0, 1.0) as f32;
-        let darkest = self.ink.srgb().into_iter().fold(1.0, f32::min);
-        if darkest > 0.95 {
-            return part.into();
-        }
-        let light = 1.0 + (linear_from_srgb(darkest) - 1.0) * part;
-        f64::from((1.0 - srgb_from_linear(light)) / (1.0 - darkest)).clamp(0.0, 1.0)
+}
+
+/// The opacity that looks on white, where colours are mixed as they are written, like this part of ink where light is
+/// mixed.
+fn opacity(ink: &Color, part: f64) -> f64 {
+    let part = part.clamp(0.0, 1.0) as f32;
+    let darkest = ink.srgb().into_iter().fold(1.0, f32::min);
+    if darkest > 0.95 {
+        return part.into();
     }
+    let light = 1.0 + (linear_from_srgb(darkest) - 1.0) * part;
+    f64::from((1.0 - srgb_from_linear(light)) / (1.0 - darkest)).clamp(0.0, 1.0)
+}
+
+/// Lines of one kind, which are a layer of a drawing, or one for each pen.
+#[derive(Clone, Debug)]
+pub struct Group {
+    /// An XML name.
+    pub id: String,
+    /// For people.
+    pub label: String,
+    /// Their colour.
+    pub ink: Color,
+    /// What they are.
+    pub kind: GroupKind,
+    /// In no order.
+    pub lines: Vec<Polyline>,
+}
+
+/// What lines of a group are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GroupKind {
+    /// Strokes, each of which is one path.
+    Strokes(EdgeKind),
+    /// Marks of a tone, or lines of water: paths end where their width changes.
+    Marks,
+}
+
+/// Strokes as groups by what they follow, those without strokes left out.
+pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
+    let group = |kind: EdgeKind| {
+        let lines = polylines.iter().filter(|line| line.kind == kind && !line.points.is_empty());
+        let (id, label) = match kind {
+            EdgeKind::Contour => ("contours", "Contours"),
+            EdgeKind::Border => ("borders", "Borders"),
+            EdgeKind::Crease => ("creases", "Creases"),
+        };
+        let (id, label) = (id.to_owned(), label.to_owned());
+        Group { id, label, ink, kind: GroupKind::Strokes(kind), lines: lines.cloned().collect() }
+    };
+    EdgeKind::ALL.map(group).into_iter().filter(|group| !group.lines.is_empty()).collect()
 }
 
 /// What came of the strokes.
@@ -83,6 +127,10 @@ pub struct DrawingReport {
     pub borders: u64,
     /// Of them.
     pub creases: u64,
+    /// Of them: hachures, hatching, and lines of water.
+    pub marks: u64,
+    /// Widths of the pens on the sheet, if there are any.
+    pub pens: Vec<f64>,
     /// Curves and lines that paths consist of.
     pub segments: u64,
     /// On the paper.
@@ -100,6 +148,8 @@ impl DrawingReport {
         self.contours += other.contours;
         self.borders += other.borders;
         self.creases += other.creases;
+        self.marks += other.marks;
+        self.pens.clone_from(&other.pens);
         self.segments += other.segments;
         self.pen_down_px += other.pen_down_px;
         self.pen_up_unordered_px += other.pen_up_unordered_px;
@@ -107,61 +157,93 @@ impl DrawingReport {
     }
 }
 
-/// Layers by kind, those without strokes left out: one path for each polyline, in the sheet's unit and within the
-/// tolerance of it, the rounding to [`Settings::digits`] included.
-pub fn layers(polylines: &[Polyline], settings: &Settings) -> (Vec<Layer>, DrawingReport) {
-    let mut report = DrawingReport::default();
+/// A layer for each group, or for each of its pens; those without strokes are left out. Paths are in the sheet's unit and
+/// within the tolerance of the lines, the rounding to [`Settings::digits`] included.
+pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Vec<Layer>, DrawingReport) {
+    let widths = pens.map(|pens| pens.widths_px.iter().map(|px| f64::from(*px) * settings.sheet.units_per_px).collect());
+    let mut report = DrawingReport { pens: widths.unwrap_or_default(), ..DrawingReport::default() };
     let mut layers = Vec::new();
-    for kind in EdgeKind::ALL {
-        let strokes: Vec<&Polyline> =
-            polylines.iter().filter(|line| line.kind == kind && !line.points.is_empty()).collect();
-        if strokes.is_empty() {
+    for group in groups {
+        let Some(pens) = pens else {
+            layers.extend(layer(group, (&group.id, &group.label), &group.lines, settings, &mut report));
             continue;
-        }
-        let given: Vec<Visit> = (0..strokes.len()).map(Visit::as_is).collect();
-        let visits = order(&strokes, CORNER_PX);
-        report.pen_up_unordered_px += pen_up_px(&strokes, &given, CORNER_PX);
-        report.pen_up_px += pen_up_px(&strokes, &visits, CORNER_PX);
-        let drawn: Vec<(Stroke, f64)> = visits.par_iter().map(|visit| stroke(&strokes, visit, settings)).collect();
-        report.pen_down_px += drawn.iter().map(|(_, length_px)| length_px).sum::<f64>();
-        let drawn: Vec<Stroke> = drawn.into_iter().map(|(stroke, _)| stroke).collect();
-        let count = drawn.len() as u64;
-        report.strokes += count;
-        report.segments += drawn.iter().map(|stroke| segments(&stroke.path)).sum::<u64>();
-        let (id, label, counted) = match kind {
-            EdgeKind::Contour => ("contours", "Contours", &mut report.contours),
-            EdgeKind::Border => ("borders", "Borders", &mut report.borders),
-            EdgeKind::Crease => ("creases", "Creases", &mut report.creases),
         };
-        *counted += count;
-        layers.push(Layer { id, label, ink: None, strokes: drawn });
+        let mut by_pen = vec![Vec::new(); pens.widths_px.len()];
+        for line in &group.lines {
+            pens.strokes(line).into_iter().for_each(|(pen, stroke)| by_pen[pen].push(stroke));
+        }
+        for (pen, lines) in by_pen.iter().enumerate() {
+            let number = pen + 1;
+            let (id, label) = (format!("{}-pen-{number}", group.id), format!("{}, pen {number}", group.label));
+            layers.extend(layer(group, (&id, &label), lines, settings, &mut report));
+        }
     }
     (layers, report)
+}
+
+/// Lines of a group as a layer.
+fn layer(
+    group: &Group,
+    (id, label): (&str, &str),
+    lines: &[Polyline],
+    settings: &Settings,
+    report: &mut DrawingReport,
+) -> Option<Layer> {
+    let strokes: Vec<&Polyline> = lines.iter().filter(|line| !line.points.is_empty()).collect();
+    if strokes.is_empty() {
+        return None;
+    }
+    let given: Vec<Visit> = (0..strokes.len()).map(Visit::as_is).collect();
+    let visits = order(&strokes, CORNER_PX);
+    report.pen_up_unordered_px += pen_up_px(&strokes, &given, CORNER_PX);
+    report.pen_up_px += pen_up_px(&strokes, &visits, CORNER_PX);
+    let drawn: Vec<(Stroke, f64)> =
+        visits.par_iter().flat_map_iter(|visit| paths(&strokes, visit, group, settings)).collect();
+    report.pen_down_px += drawn.iter().map(|(_, length_px)| length_px).sum::<f64>();
+    let drawn: Vec<Stroke> = drawn.into_iter().map(|(stroke, _)| stroke).collect();
+    let count = drawn.len() as u64;
+    report.strokes += count;
+    report.segments += drawn.iter().map(|stroke| segments(&stroke.path)).sum::<u64>();
+    *match group.kind {
+        GroupKind::Strokes(EdgeKind::Contour) => &mut report.contours,
+        GroupKind::Strokes(EdgeKind::Border) => &mut report.borders,
+        GroupKind::Strokes(EdgeKind::Crease) => &mut report.creases,
+        GroupKind::Marks => &mut report.marks,
+    } += count;
+    let ink = (group.ink != settings.ink).then(|| group.ink.to_string());
+    Some(Layer { id: id.to_owned(), label: label.to_owned(), ink, strokes: drawn })
 }
 
 /// All strokes of an eye as one layer in an ink: an anaglyph has two of them.
 pub fn layer_of_eye(
     polylines: &[Polyline],
     settings: &Settings,
-    (id, label, ink): (&'static str, &'static str, &'static str),
+    (id, label, ink): (&str, &str, &str),
 ) -> (Layer, DrawingReport) {
-    let (layers, report) = layers(polylines, settings);
+    let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
     let strokes = layers.into_iter().flat_map(|layer| layer.strokes).collect();
-    (Layer { id, label, ink: Some(ink), strokes }, report)
+    (Layer { id: id.to_owned(), label: label.to_owned(), ink: Some(ink.to_owned()), strokes }, report)
 }
 
 fn segments(path: &BezPath) -> u64 {
     path.segments().count() as u64
 }
 
-/// The path of a stroke, and its length in pixels.
-fn stroke(strokes: &[&Polyline], visit: &Visit, settings: &Settings) -> (Stroke, f64) {
-    let line = strokes[visit.stroke];
-    let mut path = fit::fit(&visit.points(strokes), line.is_closed, settings.tolerance_px - settings.rounding_px());
+/// The paths of a line in the order in which they are drawn, and their lengths in pixels.
+fn paths(strokes: &[&Polyline], visit: &Visit, group: &Group, settings: &Settings) -> Vec<(Stroke, f64)> {
+    let line = visit.drawn(strokes);
+    let pieces = if group.kind == GroupKind::Marks { pieces(&line) } else { vec![line] };
+    pieces.iter().map(|piece| path(piece, &group.ink, settings)).collect()
+}
+
+/// The path of a line, and its length in pixels.
+fn path(line: &Polyline, ink: &Color, settings: &Settings) -> (Stroke, f64) {
+    let points: Vec<Point> = line.points.iter().map(|at| Point::new(at.px[0].into(), at.px[1].into())).collect();
+    let mut path = fit::fit(&points, line.is_closed, settings.tolerance_px - settings.rounding_px());
     path.apply_affine(settings.sheet.place());
     let means = Means::of(line);
     let width = 2.0 * means.half_width_px * settings.sheet.units_per_px;
-    (Stroke { path, width, opacity: settings.opacity(means.ink) }, means.length_px)
+    (Stroke { path, width, opacity: opacity(ink, means.ink) }, means.length_px)
 }
 
 /// Of a polyline, by length.

@@ -5,8 +5,6 @@
 //! begins where it is best between the strokes before and after it. If all of that is no gain the strokes stay as they
 //! were.
 
-use kurbo::Point;
-
 use super::grid::{Grid, distance};
 use super::improve::{Stop, improve};
 use crate::lines::strokes::polylines::Polyline;
@@ -28,15 +26,14 @@ impl Visit {
         Self { stroke, is_flipped: false, begin: 0 }
     }
 
-    /// The points in the order in which they are drawn; the first of a closed stroke is not repeated.
-    pub fn points(&self, strokes: &[&Polyline]) -> Vec<Point> {
-        let point = |px: [f32; 2]| Point::new(px[0].into(), px[1].into());
-        let mut points: Vec<Point> = strokes[self.stroke].points.iter().map(|at| point(at.px)).collect();
-        points.rotate_left(self.begin);
+    /// The stroke with its points in the order in which they are drawn; the first of a closed one is not repeated.
+    pub fn drawn(&self, strokes: &[&Polyline]) -> Polyline {
+        let mut line = strokes[self.stroke].clone();
+        line.points.rotate_left(self.begin);
         if self.is_flipped {
-            points.reverse();
+            line.points.reverse();
         }
-        points
+        line
     }
 
     /// Where the pen comes down, and where it goes up.

@@ -6,6 +6,7 @@ mod common;
 mod fit;
 mod order;
 mod svg;
+mod trace;
 
 use std::collections::HashMap;
 

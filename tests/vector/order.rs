@@ -36,7 +36,7 @@ fn way(strokes: &[&Polyline], visits: &[Visit]) -> f64 {
     let mut at = Point::ORIGIN;
     let mut length = 0.0;
     for visit in visits {
-        let points = visit.points(strokes);
+        let points = places(&visit.drawn(strokes));
         length += at.distance(points[0]);
         at = if strokes[visit.stroke].is_closed { points[0] } else { points[points.len() - 1] };
     }
@@ -48,7 +48,7 @@ fn fault(strokes: &[&Polyline], visits: &[Visit]) -> Option<String> {
     let mut seen = vec![0; strokes.len()];
     for visit in visits {
         seen[visit.stroke] += 1;
-        let (mut drawn, own) = (visit.points(strokes), places(strokes[visit.stroke]));
+        let (mut drawn, own) = (places(&visit.drawn(strokes)), places(strokes[visit.stroke]));
         if visit.is_flipped {
             drawn.reverse();
         }
@@ -99,7 +99,7 @@ fn every_stroke_is_drawn_once_as_it_is_and_the_way_is_no_longer() {
 /// As its visit draws it.
 fn reordered(strokes: &[&Polyline], visit: &Visit) -> Polyline {
     let stroke = strokes[visit.stroke];
-    polyline(&visit.points(strokes), stroke.kind, stroke.is_closed)
+    polyline(&places(&visit.drawn(strokes)), stroke.kind, stroke.is_closed)
 }
 
 #[test]

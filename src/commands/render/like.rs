@@ -66,6 +66,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
             all.paper = all.paper.or_else(|| more.paper.clone());
             all.margin = all.margin.or(more.margin);
             all.tolerance_px = all.tolerance_px.or(more.tolerance_px);
+            all.pens = all.pens.or(more.pens);
         }
         _ => {}
     }
@@ -96,7 +97,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.show.clone_from(&args.show);
     if is_svg {
         more.paper.clone_from(&args.paper);
-        (more.margin, more.tolerance_px) = (args.margin, args.tolerance_px);
+        (more.margin, more.tolerance_px, more.pens) = (args.margin, args.tolerance_px, args.pens);
     }
     if is_film {
         more.path = args.path.as_ref().map(|path| path.to_string_lossy().into_owned());

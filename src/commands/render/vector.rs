@@ -1,4 +1,4 @@
-//! `hachure render -o out.svg`: the strokes of a picture as paths.
+//! `hachure render -o out.svg`: the strokes and marks of a picture as paths.
 
 use std::path::Path;
 
@@ -10,11 +10,12 @@ use super::{Job, RenderArgs};
 use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::svg::{self, Drawing, Unit};
-use crate::picture::strokes::render_strokes;
+use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
 use crate::style::Style;
+use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 
@@ -24,7 +25,11 @@ const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
 const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
 
 /// What the options say of an SVG.
-pub(super) struct SvgOptions(Settings);
+pub(super) struct SvgOptions {
+    settings: Settings,
+    /// How many pens draw it; none where paths have the widths and the ink of the picture.
+    pens: Option<usize>,
+}
 
 impl SvgOptions {
     /// None if the output is no SVG.
@@ -34,18 +39,27 @@ impl SvgOptions {
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
         let output = named(&args.output);
         if !matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
-            let given = [("--tolerance-px", args.tolerance_px.is_some()), ("--margin", args.margin.is_some())];
+            let given = [
+                ("--tolerance-px", args.tolerance_px.is_some()),
+                ("--margin", args.margin.is_some()),
+                ("--pens", args.pens.is_some()),
+            ];
             if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
                 return Err(Misuse(format!("{option}: only an .svg has it, and the output is {output}")).into());
             }
             return Ok(None);
         }
-        let Some(strokes) = &style.strokes else {
+        let ink = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink());
+        let Some(ink) = ink.or(style.water.as_ref().map(|water| water.ink)) else {
             let style = shown(&style.name);
-            let misuse =
-                format!("{output}: an .svg holds strokes, and the style {style} has none; --style strokes has");
+            let misuse = format!(
+                "{output}: an .svg holds strokes and marks, and the style {style} has none; --style strokes has"
+            );
             return Err(Misuse(misuse).into());
         };
+        if args.pens.is_some() && args.stereo.eyes().are_merged() {
+            return Err(Misuse("--pens: an anaglyph is drawn in the inks of its two glasses".into()).into());
+        }
         let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX * args.px_per_style_px());
         let sheet = match (&args.paper, args.margin) {
             (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size()).map_err(Misuse)?,
@@ -57,22 +71,25 @@ impl SvgOptions {
                 None => Sheet::pixels(args.size()),
             },
         };
-        Ok(Some(Self(Settings { tolerance_px, sheet, ink: strokes.ink })))
+        Ok(Some(Self { settings: Settings { tolerance_px, sheet, ink }, pens: args.pens }))
     }
 
     /// The length of a pixel on paper.
     pub(super) fn mm_per_px(&self) -> Option<f64> {
-        (self.0.sheet.unit == Unit::Mm).then_some(self.0.sheet.units_per_px)
+        (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.units_per_px)
     }
 
     /// The report in a line.
     pub(super) fn told(&self, drawn: &DrawingReport) -> String {
-        let sheet = &self.0.sheet;
+        let sheet = &self.settings.sheet;
         let unit = sheet.unit.name();
         let length = |px: f64| px * sheet.units_per_px;
+        let marks = if drawn.marks > 0 { format!(", {} marks", drawn.marks) } else { String::new() };
+        let pens: Vec<String> = drawn.pens.iter().map(|width| format!("{width:.2}")).collect();
+        let pens = if pens.is_empty() { String::new() } else { format!("; pens of {} {unit}", pens.join(", ")) };
         format!(
-            "{} strokes ({} contours, {} borders, {} creases) of {} segments; pen down {:.0} {unit}, pen up {:.0} {unit} \
-             ({:.0} {unit} before ordering)",
+            "{} strokes ({} contours, {} borders, {} creases{marks}) of {} segments; pen down {:.0} {unit}, pen up \
+             {:.0} {unit} ({:.0} {unit} before ordering){pens}",
             drawn.strokes,
             drawn.contours,
             drawn.borders,
@@ -85,31 +102,54 @@ impl SvgOptions {
     }
 }
 
+/// What of a style's pictures an SVG leaves out, for people; none if nothing is.
+pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
+    let strokes = style.strokes.as_ref();
+    let parts = [
+        ("lines of pixels", style.lines.is_some()),
+        ("tones", style.tone.is_seen()),
+        ("watercolour", style.watercolor.is_some()),
+        ("the textures of strokes", strokes.is_some_and(|strokes| strokes.texture.is_some())),
+        ("the tint of water", style.water.is_some()),
+        ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
+    ];
+    let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();
+    let (last, others) = parts.split_last()?;
+    Some(if others.is_empty() { (*last).to_owned() } else { format!("{} and {last}", others.join(", ")) })
+}
+
 impl Job<'_> {
     /// Writes the strokes of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let Some(SvgOptions(settings)) = &self.svg else { unreachable!("it was made for this output") };
+        let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("it was made for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, ..still };
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
-        let (eyes, report) = render_strokes(gpu, frame, surfaces, &request, self.pair.as_ref())
+        let lines = render_strokes(gpu, frame, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;
-        let report = self.whole(report)?;
-        let (layers, drawn) = match (self.args.stereo.eyes(), eyes.as_slice()) {
+        let report = self.whole(lines.report)?;
+        let (layers, drawn) = match (self.args.stereo.eyes(), lines.strokes.as_slice()) {
             (Eyes::Anaglyph | Eyes::GreyAnaglyph, [left, right]) => {
                 let (left, mut drawn) = vector::layer_of_eye(left, settings, LEFT_INK);
                 let (right, of_right) = vector::layer_of_eye(right, settings, RIGHT_INK);
                 drawn.append(&of_right);
                 (vec![left, right], drawn)
             }
-            (Eyes::Right, [_, right]) => vector::layers(right, settings),
-            _ => vector::layers(eyes.first().map_or(&[], Vec::as_slice), settings),
+            (shown, eyes) => {
+                let eye = usize::from(shown == Eyes::Right && eyes.len() > 1);
+                let strokes = eyes.get(eye).map_or(&[][..], Vec::as_slice);
+                // Strokes lie on marks.
+                let mut groups = lines.marks;
+                groups.extend(vector::groups(strokes, settings.ink));
+                let pens = pens.map(|count| Pens::chosen(count, groups.iter().flat_map(|group| &group.lines)));
+                vector::layers(&groups, settings, pens.as_ref())
+            }
         };
         let [width, height] = self.args.size();
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),
             description: format!(
-                "Strokes of the style {}, {width}x{height} px, camera {}. Curves are within {} px of the strokes. Pen \
+                "Strokes and marks of the style {}, {width}x{height} px, camera {}. Curves are within {} px of the strokes. Pen \
                  down {:.0} px, pen up {:.0} px.",
                 self.style.name,
                 self.camera_text(pose),

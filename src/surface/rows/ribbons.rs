@@ -6,6 +6,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Draw;
 use crate::gpu::recorder::{Attachments, Clears, Cx};
 use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::surface::rows::ribbons::{BEHIND, BEHIND_PART};
 
 /// It is blended, which 32 bits are not everywhere.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
@@ -68,4 +69,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         drawing.set(pass);
         pass.draw_indirect(&inputs.marks.drawn.raw, 0);
     });
+}
+
+/// How far away a mark may be along the view axis that is seen on land so far away, as in the shader. `spacing` is that of
+/// marks, by the distance.
+pub fn allowed_m(land_m: f32, spacing: f32) -> f32 {
+    land_m * (1.0 + BEHIND_PART) + BEHIND * spacing * land_m
 }

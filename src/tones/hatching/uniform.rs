@@ -63,6 +63,7 @@ impl HatchUniform {
             first_level: ladder.0,
             softness: hatching.softness,
             side,
+            drawn: u32::MAX,
             begins: [f32::MAX; MOST_LAYERS],
             // A layer that is not there likes no slope.
             comes_from: [2.0; MOST_LAYERS],

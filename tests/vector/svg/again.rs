@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use hachure::file::svg::write_svg;
-use hachure::vector::layers;
+use hachure::vector::{groups, layers};
 use hachure::vector::sheet::Sheet;
 use kurbo::{ParamCurve, Point, Shape};
 
@@ -130,7 +130,8 @@ fn librsvg_agrees() {
     let folder = tempfile::tempdir().unwrap();
     let [svg, png] = ["a.svg", "a.png"].map(|name| folder.path().join(name));
     let settings = settings(Sheet::pixels(SIZE_PX));
-    write_svg(&svg, &drawing(layers(&drawn.polylines, &settings).0, &settings)).unwrap();
+    let (layers, _) = layers(&groups(&drawn.polylines, settings.ink), &settings, None);
+    write_svg(&svg, &drawing(layers, &settings)).unwrap();
     let done = Command::new("rsvg-convert").arg(&svg).arg("-o").arg(&png).output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let picture = hachure::file::png::read_rgba8(&png).unwrap();

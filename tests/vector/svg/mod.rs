@@ -11,7 +11,7 @@ use hachure::lines::strokes::polylines::Polyline;
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
 use hachure::style::{Color, Style};
 use hachure::vector::sheet::Sheet;
-use hachure::vector::{DrawingReport, Settings, layers};
+use hachure::vector::{DrawingReport, Settings, groups, layers};
 use kurbo::BezPath;
 use roxmltree::{Document, Node};
 
@@ -60,7 +60,7 @@ fn settings(sheet: Sheet) -> Settings {
 
 /// The text of the file.
 fn written(polylines: &[Polyline], settings: &Settings) -> (String, DrawingReport) {
-    let (layers, report) = layers(polylines, settings);
+    let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.svg");
     write_svg(&path, &drawing(layers, settings)).unwrap();

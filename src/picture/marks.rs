@@ -1,0 +1,152 @@
+//! The marks of a picture as lines: rows of hachures as they were placed, hatching and lines of water as the pens that
+//! draw their ink.
+//!
+//! A row's mark is known by its samples; what hides it is asked of the surface between them, as
+//! `shaders/surface/rows/ribbons.wgsl` asks. What comes from textures is known as ink alone, and is traced
+//! ([`crate::vector::trace`]), each layer of hatching by itself, so that lines of one do not end at those of another.
+
+use rayon::prelude::*;
+
+use crate::frame::Frame;
+use crate::gpu::readback::read_as;
+use crate::gpu::target::Target;
+use crate::gpu::{Gpu, GpuError};
+use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
+use crate::scene::view::View;
+use crate::style::{Color, Style};
+use crate::surface::rows::marks::RowSample;
+use crate::surface::rows::ribbons::allowed_m;
+use crate::surface::id::Kind;
+use crate::surface::{POSITION, SURFACE_ID};
+use crate::tones::water::WATER_INK;
+use crate::vector::trace::{InkPicture, lines};
+use crate::vector::{Group, GroupKind};
+
+/// Lines of rows that are shorter are what is left between two places that hide them.
+const SHORTEST_PX: f32 = 1.5;
+
+/// What a frame shows by pixels.
+struct Surface {
+    size_px: [usize; 2],
+    /// From the eye in metres, and along the view axis; 0 for the sky.
+    position: Vec<[f32; 4]>,
+    haze_m: f32,
+}
+
+impl Surface {
+    fn pixel(&self, px: [f32; 2]) -> Option<usize> {
+        let [x, y] = px.map(|px| px.floor());
+        let [width, height] = self.size_px;
+        let is_inside = x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32;
+        is_inside.then(|| y as usize * width + x as usize)
+    }
+
+    /// What haze leaves of ink at a place, as in `shaders/composite/composite.wgsl`.
+    fn clear(&self, px: [f32; 2], faintest: f32) -> f32 {
+        let Some(at) = self.pixel(px).map(|pixel| self.position[pixel]).filter(|at| at[3] > 0.0) else { return 1.0 };
+        let t = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt() / self.haze_m;
+        faintest + (1.0 - faintest) * (-t * t).exp()
+    }
+
+    /// Lines in the ink that haze leaves.
+    fn hazed(&self, mut lines: Vec<Polyline>, faintest: f32) -> Vec<Polyline> {
+        for point in lines.iter_mut().flat_map(|line| &mut line.points) {
+            point.ink = self.clear(point.px, faintest);
+        }
+        lines
+    }
+}
+
+/// The marks that the last frame drew of its only eye, a group for each kind, those without lines left out. `view` and
+/// `haze_m` are what it was drawn with; it was asked for the layers of marks ([`Frame::set_wants_mark_layers`]).
+///
+/// # Errors
+/// [`GpuError::Readback`] when the device is lost or out of memory.
+pub(super) fn read(
+    gpu: &Gpu,
+    frame: &Frame,
+    style: &Style,
+    view: &View,
+    haze_m: f64,
+) -> Result<Vec<Group>, GpuError> {
+    let Some(position) = frame.target(&POSITION) else { return Ok(Vec::new()) };
+    let size_px = view.part.size_px;
+    let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
+    let surface = Surface { size_px: size_px.map(|side| side as usize), position, haze_m: haze_m as f32 };
+    let mut groups = Vec::new();
+    if let Some(water) = &style.water {
+        let traced = frame.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
+        let lines = surface.hazed(traced.unwrap_or_default(), water.faintest);
+        groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
+    }
+    if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
+        let layers = hatching.layers.iter().zip(1..);
+        let drawn = layers.filter_map(|(layer, number)| Some((layer, number, frame.mark_layer(number - 1)?)));
+        let drawn: Vec<_> = drawn.map(|(layer, number, ink)| Ok((layer, number, picture(gpu, ink, size_px)?))).collect::<Result<_, GpuError>>()?;
+        let drawn: Vec<Group> = drawn.into_par_iter().map(|(layer, number, picture)| {
+            let lines = surface.hazed(lines(&picture), style.faintest_mark());
+            group(&format!("marks-{number}"), format!("Marks {number}, {}", layer.marks), ink, lines)
+        }).collect();
+        groups.extend(drawn);
+    }
+    if let Some(rows) = &style.rows {
+        let ids: Vec<u32> = match frame.target(&SURFACE_ID) {
+            Some(ids) => read_as(gpu, ids, [0, 0], size_px)?,
+            None => Vec::new(),
+        };
+        let spacing = rows.spacing_px / view.focal_px() as f32;
+        let is_shown = |px: [f32; 2], depth_m: f32| {
+            surface.pixel(px).is_some_and(|pixel| {
+                let land_m = surface.position[pixel][3];
+                let is_land = ids.get(pixel).is_some_and(|id| Kind::of(*id) == Kind::Land);
+                land_m > 0.0 && depth_m <= allowed_m(land_m, spacing) && is_land
+            })
+        };
+        let drawn = frame.drawn_rows(gpu)?.unwrap_or_default();
+        let lines: Vec<Polyline> = drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect();
+        groups.push(group("rows", "Hachures".to_owned(), rows.ink, surface.hazed(lines, rows.faintest)));
+    }
+    groups.retain(|group| !group.lines.is_empty());
+    Ok(groups)
+}
+
+fn group(id: &str, label: String, ink: Color, lines: Vec<Polyline>) -> Group {
+    Group { id: id.to_owned(), label, ink, kind: GroupKind::Marks, lines }
+}
+
+fn picture(gpu: &Gpu, ink: &Target, size_px: [u32; 2]) -> Result<InkPicture, GpuError> {
+    Ok(InkPicture { size_px, ink: read_as(gpu, ink, [0, 0], size_px)? })
+}
+
+fn traced(gpu: &Gpu, ink: &Target, size_px: [u32; 2]) -> Result<Vec<Polyline>, GpuError> {
+    Ok(lines(&picture(gpu, ink, size_px)?))
+}
+
+/// What is seen of a mark, asked at each half of a pixel.
+fn seen(mark: &[RowSample], is_shown: impl Fn([f32; 2], f32) -> bool) -> Vec<Polyline> {
+    let mut lines: Vec<Polyline> = Vec::new();
+    let mut points: Vec<PolylinePoint> = Vec::new();
+    let mut end = |points: &mut Vec<PolylinePoint>| {
+        let points = std::mem::take(points);
+        let length = |pair: &[PolylinePoint]| (pair[1].px[0] - pair[0].px[0]).hypot(pair[1].px[1] - pair[0].px[1]);
+        if points.windows(2).map(length).sum::<f32>() > SHORTEST_PX {
+            lines.push(Polyline { points, ..Polyline::default() });
+        }
+    };
+    for (number, pair) in mark.windows(2).enumerate() {
+        let [a, b] = [pair[0], pair[1]];
+        let steps = (2.0 * (b.px[0] - a.px[0]).hypot(b.px[1] - a.px[1])).ceil().max(1.0) as usize;
+        for step in usize::from(number > 0)..=steps {
+            let part = step as f32 / steps as f32;
+            let mix = |a: f32, b: f32| a + (b - a) * part;
+            let px = [mix(a.px[0], b.px[0]), mix(a.px[1], b.px[1])];
+            if is_shown(px, mix(a.depth_m, b.depth_m)) {
+                points.push(PolylinePoint { px, half_width_px: 0.5 * mix(a.width_px, b.width_px), ink: 1.0 });
+            } else {
+                end(&mut points);
+            }
+        }
+    }
+    end(&mut points);
+    lines
+}

@@ -1,0 +1,168 @@
+//! Lines whose width changes, drawn by pens of one width each.
+//!
+//! Without pens a line is cut where its width or its ink has changed by a part, and each piece has their mean. With pens,
+//! a piece is drawn by the one that is nearest to its width, and there is no faint ink: ink counts as width. What is wider
+//! than its pen is drawn by several strokes side by side.
+
+use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
+
+/// Pens, at most.
+pub const MOST_PENS: usize = 3;
+/// From a piece to the next, widths or inks differ by this factor.
+const STEP: f32 = 1.6;
+/// Widths below this part of a line's greatest are ends.
+const THIN_PART: f32 = 0.3;
+/// Pieces are so many times as long as wide, at least.
+const SLENDER: f32 = 2.0;
+/// Widths below this part of the finest pen are left out.
+const FAINT_PART: f32 = 0.35;
+/// A stroke beside another one lies on it by this part of the pen.
+const OVERLAP: f32 = 0.1;
+const ROUNDS: usize = 24;
+
+/// Pens by their widths, the finest first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pens {
+    /// In pixels.
+    pub widths_px: Vec<f32>,
+}
+
+impl Pens {
+    /// So many pens that are nearest to what lines are wide, by their length (Lloyd's rule for numbers). Fewer where lines
+    /// have fewer widths.
+    pub fn chosen<'a>(count: usize, lines: impl Iterator<Item = &'a Polyline>) -> Self {
+        let mut found: Vec<(f32, f32)> = lines.flat_map(|line| segments(line).map(|(a, b)| (mean_width(a, b), length(a, b)))).collect();
+        found.retain(|(width, length)| *width > 0.0 && *length > 0.0);
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: f64 = found.iter().map(|(_, length)| f64::from(*length)).sum();
+        let at = |part: f64| {
+            let mut left = part * all;
+            let reached = found.iter().find(|(_, length)| {
+                left -= f64::from(*length);
+                left <= 0.0
+            });
+            reached.or(found.last()).map(|(width, _)| *width)
+        };
+        let mut widths_px: Vec<f32> = (0..count).filter_map(|i| at((i as f64 + 0.5) / count as f64)).collect();
+        for _ in 0..ROUNDS {
+            let mut sums = vec![[0.0_f64; 2]; widths_px.len()];
+            for (width, length) in &found {
+                let own = &mut sums[nearest(&widths_px, *width)];
+                own[0] += f64::from(*width) * f64::from(*length);
+                own[1] += f64::from(*length);
+            }
+            for (pen, [sum, length]) in widths_px.iter_mut().zip(sums) {
+                *pen = if length > 0.0 { (sum / length) as f32 } else { *pen };
+            }
+        }
+        widths_px.dedup_by(|a, b| (*a - *b).abs() < 0.02 * *b);
+        Self { widths_px }
+    }
+
+    /// What each pen draws of a line: its number, and strokes of its width.
+    pub fn strokes(&self, line: &Polyline) -> Vec<(usize, Polyline)> {
+        let Some(finest) = self.widths_px.first() else { return Vec::new() };
+        let as_width = |at: &PolylinePoint| PolylinePoint { half_width_px: at.half_width_px * at.ink, ink: 1.0, ..*at };
+        let line = Polyline { points: line.points.iter().map(as_width).collect(), ..line.clone() };
+        let mut strokes = Vec::new();
+        for piece in pieces(&line) {
+            let width = mean_of(&piece);
+            if width < FAINT_PART * finest {
+                continue;
+            }
+            let pen = nearest(&self.widths_px, width);
+            let nib = self.widths_px[pen];
+            let beside = if width < 1.5 * nib { 1 } else { ((width - nib) / (nib * (1.0 - OVERLAP))).ceil() as usize + 1 };
+            for i in 0..beside {
+                let aside = if beside == 1 { 0.0 } else { (width - nib) * (i as f32 / (beside - 1) as f32 - 0.5) };
+                strokes.push((pen, moved(&piece, aside, nib)));
+            }
+        }
+        strokes
+    }
+}
+
+fn nearest(widths: &[f32], width: f32) -> usize {
+    // By how many times wider or narrower.
+    let away = |pen: f32| (width.max(1e-6) / pen.max(1e-6)).ln().abs();
+    (0..widths.len()).min_by(|a, b| away(widths[*a]).total_cmp(&away(widths[*b]))).unwrap_or(0)
+}
+
+/// A line as pieces in each of which width and ink change little, in their order; one that stays as it is closed remains.
+pub fn pieces(line: &Polyline) -> Vec<Polyline> {
+    let widest = line.points.iter().map(|at| at.half_width_px).fold(0.0, f32::max);
+    let level = |at: &PolylinePoint| [at.half_width_px.max(THIN_PART * widest), at.ink.max(THIN_PART)];
+    let mut points = line.points.clone();
+    points.extend(line.points.first().filter(|_| line.is_closed));
+    let mut cuts = vec![0];
+    let (mut low, mut high) = ([f32::INFINITY; 2], [0.0_f32; 2]);
+    let mut drawn = 0.0;
+    for i in 0..points.len() {
+        let own = level(&points[i]);
+        if i > 0 {
+            drawn += length(&points[i - 1], &points[i]);
+        }
+        for k in 0..2 {
+            (low[k], high[k]) = (low[k].min(own[k]), high[k].max(own[k]));
+        }
+        let is_other = (0..2).any(|k| high[k] > STEP * low[k]);
+        if is_other && drawn > SLENDER * 2.0 * points[i].half_width_px && i > cuts[cuts.len() - 1] {
+            cuts.push(i);
+            (low, high, drawn) = (own, own, 0.0);
+        }
+    }
+    if cuts.len() == 1 {
+        return vec![line.clone()];
+    }
+    // A short rest goes on with what is before it.
+    if drawn < SLENDER * widest && cuts.len() > 2 {
+        cuts.pop();
+    }
+    let last = points.len() - 1;
+    if cuts[cuts.len() - 1] != last {
+        cuts.push(last);
+    }
+    let piece = |ends: &[usize]| Polyline { points: points[ends[0]..=ends[1]].to_vec(), is_closed: false, ..*line };
+    cuts.windows(2).map(piece).collect()
+}
+
+/// The same line so far to its right, of one width.
+fn moved(line: &Polyline, aside_px: f32, width_px: f32) -> Polyline {
+    let count = line.points.len();
+    let at = |i: usize| {
+        let (before, after) = if line.is_closed {
+            ((i + count - 1) % count, (i + 1) % count)
+        } else {
+            (i.saturating_sub(1), (i + 1).min(count - 1))
+        };
+        let [a, b] = [line.points[before].px, line.points[after].px];
+        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+        let length = dx.hypot(dy).max(1e-6);
+        let [x, y] = line.points[i].px;
+        let px = [x - dy / length * aside_px, y + dx / length * aside_px];
+        PolylinePoint { px, half_width_px: 0.5 * width_px, ink: 1.0 }
+    };
+    Polyline { points: (0..count).map(at).collect(), ..line.clone() }
+}
+
+fn segments(line: &Polyline) -> impl Iterator<Item = (&PolylinePoint, &PolylinePoint)> {
+    let around = line.is_closed.then_some(()).and(line.points.first());
+    line.points.iter().zip(line.points.iter().skip(1).chain(around))
+}
+
+fn length(a: &PolylinePoint, b: &PolylinePoint) -> f32 {
+    (b.px[0] - a.px[0]).hypot(b.px[1] - a.px[1])
+}
+
+fn mean_width(a: &PolylinePoint, b: &PolylinePoint) -> f32 {
+    a.half_width_px * a.ink + b.half_width_px * b.ink
+}
+
+/// Of a line, by length.
+fn mean_of(line: &Polyline) -> f32 {
+    let sum = segments(line).fold([0.0; 2], |[width, all], (a, b)| {
+        let length = length(a, b);
+        [width + length * mean_width(a, b), all + length]
+    });
+    if sum[1] > 0.0 { sum[0] / sum[1] } else { line.points.first().map_or(0.0, |at| mean_width(at, at)) }
+}

@@ -1,0 +1,229 @@
+//! Lines of pixels are followed from end to end, through crossings straight on.
+
+use rustc_hash::FxHashMap;
+
+use super::thin::Mask;
+
+/// Pixels of a line that its direction at a crossing is taken over.
+const AHEAD: usize = 8;
+/// Two lines go on into each other at a crossing if they turn by less than 60 degrees; two that are alone there, if by
+/// less than a right angle.
+const STRAIGHT: f32 = 0.5;
+const BENT: f32 = 0.0;
+/// A twig is shorter than the line that it grows from is deep, times this, and so many pixels.
+const TWIG_PART: f32 = 1.2;
+const TWIG_PX: f32 = 2.5;
+
+/// A line of pixels.
+pub(super) struct Chain {
+    /// Indices of a [`Mask`].
+    pub places: Vec<usize>,
+    /// Whether the last is beside the first.
+    pub is_closed: bool,
+}
+
+/// A line between crossings. A crossing is known by one of its pixels; an end that is free has none.
+struct Piece {
+    places: Vec<usize>,
+    crossings: [Option<usize>; 2],
+}
+
+/// An end of a piece: its number, and whether it is the last place.
+type End = (usize, bool);
+
+/// All lines of a mask that is thin.
+pub(super) fn chains(mask: &Mask, depth: &[f32]) -> Vec<Chain> {
+    let crossings = Crossings::of(mask);
+    let (mut pieces, mut closed) = pieces(mask, &crossings);
+    let is_twig = |piece: &Piece| {
+        let crossing = match piece.crossings {
+            [Some(crossing), None] | [None, Some(crossing)] => crossing,
+            [Some(one), Some(other)] if one == other => one,
+            _ => return false,
+        };
+        (piece.places.len() as f32) < TWIG_PART * depth[crossing] + TWIG_PX
+    };
+    pieces.retain(|piece| !is_twig(piece));
+    closed.extend(joined(mask.stride, &pieces, &crossings));
+    closed
+}
+
+/// Pixels with more than two neighbours, in groups of those beside each other.
+struct Crossings {
+    /// One of the group's pixels, for each.
+    of: FxHashMap<usize, usize>,
+}
+
+impl Crossings {
+    fn of(mask: &Mask) -> Self {
+        let is_crossing = |at: usize| mask.on[at] == 1 && neighbours(mask, at).count() > 2;
+        let mut of = FxHashMap::default();
+        for at in (0..mask.on.len()).filter(|at| is_crossing(*at)) {
+            if of.contains_key(&at) {
+                continue;
+            }
+            let mut open = vec![at];
+            of.insert(at, at);
+            while let Some(next) = open.pop() {
+                for other in neighbours(mask, next).filter(|other| is_crossing(*other)) {
+                    if of.insert(other, at).is_none() {
+                        open.push(other);
+                    }
+                }
+            }
+        }
+        Self { of }
+    }
+
+    fn at(&self, place: usize) -> Option<usize> {
+        self.of.get(&place).copied()
+    }
+}
+
+fn neighbours(mask: &Mask, at: usize) -> impl Iterator<Item = usize> {
+    mask.around(at).into_iter().filter(|other| mask.on[*other] == 1)
+}
+
+/// Lines between crossings and ends, and those that go around.
+fn pieces(mask: &Mask, crossings: &Crossings) -> (Vec<Piece>, Vec<Chain>) {
+    let mut is_done = vec![false; mask.on.len()];
+    let mut pieces = Vec::new();
+    let walk = |first: usize, begin: Option<usize>, is_done: &mut Vec<bool>| {
+        let mut places = vec![first];
+        is_done[first] = true;
+        let mut at = first;
+        loop {
+            let next = neighbours(mask, at).find(|other| !is_done[*other] && crossings.at(*other).is_none());
+            let Some(next) = next else { break };
+            is_done[next] = true;
+            places.push(next);
+            at = next;
+        }
+        // Of a single pixel between two groups each has an end.
+        let is_alone = places.len() == 1 && begin.is_some();
+        let mut near = neighbours(mask, at).filter_map(|other| crossings.at(other));
+        let end = near.find(|other| !is_alone || Some(*other) != begin);
+        Piece { places, crossings: [begin, end] }
+    };
+    let ends = (0..mask.on.len()).filter(|at| mask.on[*at] == 1 && crossings.at(*at).is_none());
+    let ends: Vec<usize> = ends.collect();
+    for &at in ends.iter().filter(|at| neighbours(mask, **at).count() < 2) {
+        if !is_done[at] {
+            // A pixel beside a crossing alone begins there.
+            let piece = walk(at, None, &mut is_done);
+            pieces.push(piece);
+        }
+    }
+    let mut groups: Vec<(usize, usize)> = crossings.of.iter().map(|(at, group)| (*at, *group)).collect();
+    groups.sort_unstable();
+    for (at, group) in groups {
+        for first in neighbours(mask, at) {
+            if !is_done[first] && crossings.at(first).is_none() {
+                let piece = walk(first, Some(group), &mut is_done);
+                pieces.push(piece);
+            }
+        }
+    }
+    let mut closed = Vec::new();
+    for &at in &ends {
+        if !is_done[at] {
+            closed.push(Chain { places: walk(at, None, &mut is_done).places, is_closed: true });
+        }
+    }
+    (pieces, closed)
+}
+
+/// Pieces that go on into each other are one line.
+fn joined(stride: usize, pieces: &[Piece], crossings: &Crossings) -> Vec<Chain> {
+    let partners = partners(stride, pieces);
+    let mut middles: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
+    crossings.of.iter().for_each(|(place, group)| middles.entry(*group).or_default().push(*place));
+    let between = |middle: usize, ends: [usize; 2]| -> usize {
+        let away = |end: usize| (middle % stride).abs_diff(end % stride) + (middle / stride).abs_diff(end / stride);
+        ends.map(away).iter().sum()
+    };
+    let mut is_done = vec![false; pieces.len()];
+    let mut chains = Vec::new();
+    let mut go = |first: usize, begins_last: bool, is_done: &mut Vec<bool>| {
+        let mut places: Vec<usize> = Vec::new();
+        let (mut piece, mut enters_last) = (first, begins_last);
+        loop {
+            is_done[piece] = true;
+            let own = &pieces[piece];
+            if enters_last {
+                places.extend(own.places.iter().rev());
+            } else {
+                places.extend(&own.places);
+            }
+            let leaves = (piece, !enters_last);
+            let Some(&(next, next_last)) = partners.get(&leaves) else { return Chain { places, is_closed: false } };
+            // A line over a crossing has one of its pixels, and no other line has it.
+            let free = own.crossings[usize::from(!enters_last)].and_then(|group| middles.get_mut(&group));
+            let goes_on = &pieces[next].places;
+            let ends = [places[places.len() - 1], goes_on[if next_last { goes_on.len() - 1 } else { 0 }]];
+            if let Some(free) = free {
+                let nearest = (0..free.len()).min_by_key(|at| (between(free[*at], ends), free[*at]));
+                places.extend(nearest.map(|at| free.swap_remove(at)));
+            }
+            if is_done[next] {
+                return Chain { places, is_closed: next == first };
+            }
+            (piece, enters_last) = (next, next_last);
+        }
+    };
+    for piece in 0..pieces.len() {
+        for is_last in [false, true] {
+            if !is_done[piece] && !partners.contains_key(&(piece, is_last)) {
+                chains.push(go(piece, is_last, &mut is_done));
+            }
+        }
+    }
+    // What is left goes around.
+    for piece in 0..pieces.len() {
+        if !is_done[piece] {
+            chains.push(go(piece, false, &mut is_done));
+        }
+    }
+    chains
+}
+
+/// Which end goes on into which.
+fn partners(stride: usize, pieces: &[Piece]) -> FxHashMap<End, End> {
+    let mut at_crossing: FxHashMap<usize, Vec<End>> = FxHashMap::default();
+    for (number, piece) in pieces.iter().enumerate() {
+        for (crossing, is_last) in piece.crossings.iter().zip([false, true]) {
+            if let Some(crossing) = crossing {
+                at_crossing.entry(*crossing).or_default().push((number, is_last));
+            }
+        }
+    }
+    let mut partners = FxHashMap::default();
+    for (crossing, ends) in &at_crossing {
+        let ways: Vec<[f32; 2]> = ends.iter().map(|end| way(stride, pieces, *crossing, *end)).collect();
+        let pairs = (0..ends.len()).flat_map(|i| (i + 1..ends.len()).map(move |j| (i, j)));
+        let mut pairs: Vec<(f32, usize, usize)> =
+            pairs.map(|(i, j)| (-(ways[i][0] * ways[j][0] + ways[i][1] * ways[j][1]), i, j)).collect();
+        pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let least = if ends.len() == 2 { BENT } else { STRAIGHT };
+        for (straight, i, j) in pairs {
+            let is_free = !partners.contains_key(&ends[i]) && !partners.contains_key(&ends[j]);
+            if straight > least && is_free {
+                partners.insert(ends[i], ends[j]);
+                partners.insert(ends[j], ends[i]);
+            }
+        }
+    }
+    partners
+}
+
+/// Where a piece goes from a crossing on: unit.
+fn way(stride: usize, pieces: &[Piece], crossing: usize, (piece, is_last): End) -> [f32; 2] {
+    let places = &pieces[piece].places;
+    let ahead = AHEAD.min(places.len() - 1);
+    let far = if is_last { places.len() - 1 - ahead } else { ahead };
+    let at = |place: usize| [(place % stride) as f32, (place / stride) as f32];
+    let [a, b] = [at(crossing), at(places[far])];
+    let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    let length = dx.hypot(dy).max(1e-6);
+    [dx / length, dy / length]
+}

@@ -1,0 +1,185 @@
+//! Where lines lie between pixels, and how wide they are: by the ink that is theirs.
+
+use super::InkPicture;
+use super::follow::Chain;
+use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
+
+/// Less ink is of no line.
+const LEAST_INK: f32 = 0.03;
+/// A line with less ink is none: pixels.
+const CRUMB_PX: f32 = 0.7;
+/// Places on each side over which a line's place and width are means.
+const AROUND: usize = 4;
+/// Points of a line are so far from each other, and turn by less than what has this cosine; farther away they may.
+const APART_PX: f32 = 1.5;
+const FORWARD: f32 = 0.4;
+const TURN_PX: f32 = 2.5;
+/// Ink of half a round end, by its squared width.
+const HALF_CAP: f32 = std::f32::consts::FRAC_PI_8;
+/// A dot is a line that is shorter than this part of its width.
+const DOT_PART: f32 = 0.5;
+/// As long as it is: some programs leave out what has no length.
+const DOT_PX: f32 = 0.1;
+
+/// The ink that is given to a place of a line, and the sums of its coordinates.
+#[derive(Clone, Copy, Default)]
+struct Ink {
+    sum: f32,
+    x: f32,
+    y: f32,
+}
+
+impl Ink {
+    fn with(self, other: &Self) -> Self {
+        Self { sum: self.sum + other.sum, x: self.x + other.x, y: self.y + other.y }
+    }
+}
+
+/// Lines along chains, whose indices have a border of one place.
+pub(super) fn polylines(picture: &InkPicture, chains: &[Chain]) -> Vec<Polyline> {
+    let owned = given(picture, chains);
+    let mut first = 0;
+    let lines = chains.iter().filter_map(|chain| {
+        let ink = &owned[first..first + chain.places.len()];
+        first += chain.places.len();
+        line(ink, chain.is_closed)
+    });
+    lines.collect()
+}
+
+/// The ink of each place of all chains, one after the other: that of the pixels which are nearer to it than to others, by
+/// steps from pixel to pixel.
+fn given(picture: &InkPicture, chains: &[Chain]) -> Vec<Ink> {
+    let (width, stride) = (picture.width(), picture.width() + 2);
+    let count = chains.iter().map(|chain| chain.places.len()).sum();
+    let mut owned = vec![Ink::default(); count];
+    let mut is_given = vec![false; picture.ink.len()];
+    let places = chains.iter().flat_map(|chain| &chain.places);
+    let mut edge: Vec<(usize, u32)> =
+        places.zip(0..).map(|(place, owner)| ((place / stride - 1) * width + place % stride - 1, owner)).collect();
+    edge.retain(|(pixel, _)| !std::mem::replace(&mut is_given[*pixel], true));
+    let rows = picture.ink.len().checked_div(width).unwrap_or(0);
+    while !edge.is_empty() {
+        let mut next = Vec::new();
+        for &(pixel, owner) in &edge {
+            let (x, y, ink) = (pixel % width, pixel / width, picture.ink[pixel]);
+            let own = &mut owned[owner as usize];
+            own.sum += ink;
+            own.x += ink * (x as f32 + 0.5);
+            own.y += ink * (y as f32 + 0.5);
+            for there in y.saturating_sub(1)..(y + 2).min(rows) {
+                for across in x.saturating_sub(1)..(x + 2).min(width) {
+                    let other = there * width + across;
+                    if !is_given[other] && picture.ink[other] > LEAST_INK {
+                        is_given[other] = true;
+                        next.push((other, owner));
+                    }
+                }
+            }
+        }
+        edge = next;
+    }
+    owned
+}
+
+fn line(ink: &[Ink], is_closed: bool) -> Option<Polyline> {
+    let sum = ink.iter().fold(Ink::default(), Ink::with);
+    if sum.sum < CRUMB_PX {
+        return None;
+    }
+    let (points, shares) = points(ink, is_closed);
+    let lengths = steps(&points, is_closed);
+    let length = lengths.iter().sum::<f32>();
+    // As wide all along, with round ends: length * width + pi / 4 * width^2 = ink.
+    let caps = if is_closed { 0.0 } else { 2.0 * HALF_CAP };
+    let mean = if is_closed {
+        sum.sum / length.max(1e-3)
+    } else {
+        ((length * length + 4.0 * caps * sum.sum).sqrt() - length) / (2.0 * caps)
+    };
+    if length < DOT_PART * mean || points.len() < 2 {
+        let [x, y] = [sum.x / sum.sum, sum.y / sum.sum];
+        let half_width_px = (sum.sum / std::f32::consts::PI).sqrt();
+        let end = |aside: f32| PolylinePoint { px: [x + aside, y], half_width_px, ink: 1.0 };
+        return Some(Polyline { points: vec![end(-0.5 * DOT_PX), end(0.5 * DOT_PX)], ..Polyline::default() });
+    }
+    let widths = widths(&shares, &lengths, is_closed, mean);
+    let point = |(px, width): (&[f32; 2], f32)| PolylinePoint { px: *px, half_width_px: 0.5 * width, ink: 1.0 };
+    Some(Polyline { points: points.iter().zip(widths).map(point).collect(), is_closed, ..Polyline::default() })
+}
+
+/// The middles of the ink along a chain, so far from each other that they go forward, and the ink that each stands for.
+fn points(ink: &[Ink], is_closed: bool) -> (Vec<[f32; 2]>, Vec<f32>) {
+    let count = ink.len();
+    let (mut points, mut shares): (Vec<[f32; 2]>, Vec<f32>) = (Vec::new(), Vec::new());
+    for i in 0..count {
+        // As many to both sides: the ends stay where they are.
+        let reach = if is_closed { AROUND.min(count / 2) } else { AROUND.min(i).min(count - 1 - i) };
+        let near = (0..=2 * reach).map(|k| &ink[(i + count + k - reach) % count]);
+        let near = near.fold(Ink::default(), |sum, one| sum.with(one));
+        let px = [near.x / near.sum.max(1e-6), near.y / near.sum.max(1e-6)];
+        let goes_on = match points.as_slice() {
+            [] => true,
+            [first] => distance(*first, px) >= APART_PX,
+            [.., before, last] => {
+                let [a, b] = [way(*before, *last), way(*last, px)];
+                let away = distance(*last, px);
+                let is_forward = a[0] * b[0] + a[1] * b[1] > FORWARD * away * distance(*before, *last);
+                away >= APART_PX && is_forward || away >= TURN_PX
+            }
+        };
+        if goes_on && near.sum > 0.0 {
+            points.push(px);
+            shares.push(0.0);
+        } else if i + 1 == count && !is_closed && near.sum > 0.0 && points.len() > 1 {
+            // The end stands for what is too near to it.
+            let last = points.len() - 1;
+            points[last] = px;
+        }
+        if let Some(share) = shares.last_mut() {
+            *share += ink[i].sum;
+        }
+    }
+    (points, shares)
+}
+
+fn way(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [b[0] - a[0], b[1] - a[1]]
+}
+
+fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let [x, y] = way(a, b);
+    x.hypot(y)
+}
+
+/// From each point to the next; of a closed line the last to the first.
+fn steps(points: &[[f32; 2]], is_closed: bool) -> Vec<f32> {
+    let next = points.iter().cycle().skip(1);
+    let count = if is_closed { points.len() } else { points.len().saturating_sub(1) };
+    points.iter().zip(next).take(count).map(|(a, b)| distance(*a, *b)).collect()
+}
+
+/// Ink by length around each point, so that all of it together is the line's.
+fn widths(shares: &[f32], lengths: &[f32], is_closed: bool, mean: f32) -> Vec<f32> {
+    let count = shares.len();
+    // Half of the steps to both sides; a round end stands for some more.
+    let own_length = |at: usize| {
+        let before = if at > 0 { lengths[at - 1] } else { lengths.last().copied().filter(|_| is_closed).unwrap_or(0.0) };
+        let after = lengths.get(at).copied().unwrap_or(0.0);
+        let is_end = !is_closed && (at == 0 || at + 1 == count);
+        0.5 * (before + after) + if is_end { HALF_CAP * mean } else { 0.0 }
+    };
+    let of = |i: usize| -> f32 {
+        let all = if is_closed { 0..=2 * AROUND } else { AROUND.saturating_sub(i)..=(AROUND + count - 1 - i).min(2 * AROUND) };
+        let near = all.map(|k| (i + k + count * AROUND - AROUND) % count);
+        let (ink, length) = near.fold((0.0, 0.0), |(ink, length), at| (ink + shares[at], length + own_length(at)));
+        ink / length.max(0.25)
+    };
+    let mut widths: Vec<f32> = (0..count).map(of).collect();
+    let next = widths.iter().cycle().skip(1);
+    let drawn: f32 = widths.iter().zip(next).zip(lengths).map(|((a, b), length)| 0.5 * (a + b) * length).sum();
+    let ends = if is_closed { 0.0 } else { HALF_CAP * (widths[0].powi(2) + widths[count - 1].powi(2)) };
+    let gain = shares.iter().sum::<f32>() / (drawn + ends).max(1e-3);
+    widths.iter_mut().for_each(|width| *width *= gain.clamp(0.5, 2.0));
+    widths
+}
