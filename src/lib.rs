@@ -27,8 +27,8 @@ pub mod lines;
 pub mod tones;
 pub mod composite;
 pub mod frame;
-pub mod picture;
 pub mod vector;
+pub mod picture;
 pub mod measure;
 #[cfg(feature = "window")]
 pub mod window;

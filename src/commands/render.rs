@@ -197,9 +197,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let svg = SvgOptions::new(args, &kind, &style)?;
-    if let Some(left_out) = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some()) {
-        tracing::warn!("an .svg has no {left_out}");
-    }
+    let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
@@ -255,6 +253,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     if report.over_budget > 0 {
         tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error()));
+    }
+    if let Some(left_out) = left_out {
+        tracing::warn!("an .svg has no {left_out}");
     }
     if args.json {
         let report = job.report(&cameras, report);

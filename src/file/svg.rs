@@ -74,6 +74,8 @@ pub struct Stroke {
     pub width: f64,
     /// 0 to 1.
     pub opacity: f64,
+    /// Its colour, where it is not its layer's.
+    pub ink: Option<String>,
 }
 
 /// Writes a drawing, whole or not at all.
@@ -117,7 +119,12 @@ fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std:
         writeln!(out, "<metadata id=\"{KEY}\">{}</metadata>", imprint::escaped(imprint))?;
     }
     for layer in &drawing.layers {
-        writeln!(out, "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"", escaped(&layer.id), escaped(&layer.label))?;
+        writeln!(
+            out,
+            "<g id=\"{0}\" inkscape:groupmode=\"layer\" inkscape:label=\"{1}\"",
+            escaped(&layer.id),
+            escaped(&layer.label)
+        )?;
         let ink = layer.ink.as_ref().unwrap_or(&drawing.ink);
         writeln!(out, "   fill=\"none\" stroke=\"{}\"", escaped(ink))?;
         writeln!(out, "   stroke-linecap=\"round\" stroke-linejoin=\"round\">")?;
@@ -125,6 +132,9 @@ fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std:
             write!(out, "<path stroke-width=\"{}\"", number(stroke.width))?;
             if stroke.opacity < 0.9995 {
                 write!(out, " stroke-opacity=\"{}\"", self::number(stroke.opacity, 3))?;
+            }
+            if let Some(ink) = &stroke.ink {
+                write!(out, " stroke=\"{}\"", escaped(ink))?;
             }
             writeln!(out, " d=\"{}\"/>", path_data(&stroke.path, drawing.digits))?;
         }

@@ -24,12 +24,7 @@ pub(super) fn hatch(cx: &mut Cx<'_>, marks: &hatching::Inputs<'_>) {
 }
 
 /// Each layer alone, as dark as it is among the others: their balance counts.
-pub(super) fn draw(
-    cx: &mut Cx<'_>,
-    marks: &hatching::Inputs<'_>,
-    balance: &balance::Inputs,
-    targets: &mut Targets,
-) {
+pub(super) fn draw(cx: &mut Cx<'_>, marks: &hatching::Inputs<'_>, balance: &balance::Inputs, targets: &mut Targets) {
     let cover = &targets.whole(cx.gpu(), &LAYER_COVER);
     for (layer, kind) in LAYER_INKS.iter().enumerate().take(marks.hatching.layers.len()) {
         hatch(cx, &hatching::Inputs { layer: Some(layer), cover, ..*marks });

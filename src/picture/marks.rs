@@ -14,12 +14,12 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::scene::view::View;
 use crate::style::{Color, Style};
+use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
-use crate::surface::id::Kind;
 use crate::surface::{POSITION, SURFACE_ID};
 use crate::tones::water::WATER_INK;
-use crate::vector::trace::{InkPicture, lines};
+use crate::vector::trace::{InkPicture, dots, lines};
 use crate::vector::{Group, GroupKind};
 
 /// Lines of rows that are shorter are what is left between two places that hide them.
@@ -62,13 +62,7 @@ impl Surface {
 ///
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
-pub(super) fn read(
-    gpu: &Gpu,
-    frame: &Frame,
-    style: &Style,
-    view: &View,
-    haze_m: f64,
-) -> Result<Vec<Group>, GpuError> {
+pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m: f64) -> Result<Vec<Group>, GpuError> {
     let Some(position) = frame.target(&POSITION) else { return Ok(Vec::new()) };
     let size_px = view.part.size_px;
     let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
@@ -82,11 +76,18 @@ pub(super) fn read(
     if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
         let layers = hatching.layers.iter().zip(1..);
         let drawn = layers.filter_map(|(layer, number)| Some((layer, number, frame.mark_layer(number - 1)?)));
-        let drawn: Vec<_> = drawn.map(|(layer, number, ink)| Ok((layer, number, picture(gpu, ink, size_px)?))).collect::<Result<_, GpuError>>()?;
-        let drawn: Vec<Group> = drawn.into_par_iter().map(|(layer, number, picture)| {
-            let lines = surface.hazed(lines(&picture), style.faintest_mark());
-            group(&format!("marks-{number}"), format!("Marks {number}, {}", layer.marks), ink, lines)
-        }).collect();
+        let drawn: Vec<_> = drawn
+            .map(|(layer, number, ink)| Ok((layer, number, picture(gpu, ink, size_px)?)))
+            .collect::<Result<_, GpuError>>()?;
+        let drawn: Vec<Group> = drawn
+            .into_par_iter()
+            .map(|(layer, number, picture)| {
+                let has_dots = layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots());
+                let traced = if has_dots { dots(&picture) } else { lines(&picture) };
+                let lines = surface.hazed(traced, style.faintest_mark());
+                group(&format!("marks-{number}"), format!("Marks {number}, {}", layer.marks), ink, lines)
+            })
+            .collect();
         groups.extend(drawn);
     }
     if let Some(rows) = &style.rows {
@@ -104,7 +105,7 @@ pub(super) fn read(
         };
         let drawn = frame.drawn_rows(gpu)?.unwrap_or_default();
         let lines: Vec<Polyline> = drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect();
-        groups.push(group("rows", "Hachures".to_owned(), rows.ink, surface.hazed(lines, rows.faintest)));
+        groups.push(group("hachures", "Hachures".to_owned(), rows.ink, surface.hazed(lines, rows.faintest)));
     }
     groups.retain(|group| !group.lines.is_empty());
     Ok(groups)

@@ -17,6 +17,11 @@ impl Color {
         self.srgb().map(linear_from_srgb)
     }
 
+    /// From channels as they are written, 0 to 1; what is beyond is taken as the nearest.
+    pub fn from_srgb(channels: [f32; 3]) -> Self {
+        Self(channels.map(|value| (255.0 * value.clamp(0.0, 1.0)).round() as u8))
+    }
+
     /// As it is written, each from 0 to 1.
     pub fn srgb(self) -> [f32; 3] {
         self.0.map(|value| f32::from(value) / 255.0)

@@ -59,6 +59,13 @@ choices! {
     }
 }
 
+impl Kind {
+    /// Whether marks are as long as wide.
+    pub fn is_of_dots(self) -> bool {
+        matches!(self, Self::Stipple | Self::Halftone)
+    }
+}
+
 parameters! {
     /// How a tonal art map is made. Everything that has no unit is a part of something, 0 to 1.
     ///

@@ -35,6 +35,8 @@ use crate::style::color::{linear_from_srgb, srgb_from_linear};
 /// How near paths are to the strokes, unless somebody says otherwise.
 pub const TOLERANCE_PX: f64 = 0.25;
 
+/// Tones of faint ink of marks.
+const FAINT_STEPS: f64 = 32.0;
 /// Where a pen waits: the upper left corner of the picture.
 const CORNER_PX: [f64; 2] = [0.0; 2];
 /// Numbers are rounded to this part of the tolerance.
@@ -62,7 +64,6 @@ impl Settings {
     fn rounding_px(&self) -> f64 {
         std::f64::consts::FRAC_1_SQRT_2 * 0.1_f64.powi(self.digits() as i32) / self.sheet.units_per_px
     }
-
 }
 
 /// The opacity that looks on white, where colours are mixed as they are written, like this part of ink where light is
@@ -160,7 +161,8 @@ impl DrawingReport {
 /// A layer for each group, or for each of its pens; those without strokes are left out. Paths are in the sheet's unit and
 /// within the tolerance of the lines, the rounding to [`Settings::digits`] included.
 pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Vec<Layer>, DrawingReport) {
-    let widths = pens.map(|pens| pens.widths_px.iter().map(|px| f64::from(*px) * settings.sheet.units_per_px).collect());
+    let widths =
+        pens.map(|pens| pens.widths_px.iter().map(|px| f64::from(*px) * settings.sheet.units_per_px).collect());
     let mut report = DrawingReport { pens: widths.unwrap_or_default(), ..DrawingReport::default() };
     let mut layers = Vec::new();
     for group in groups {
@@ -174,7 +176,8 @@ pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Ve
         }
         for (pen, lines) in by_pen.iter().enumerate() {
             let number = pen + 1;
-            let (id, label) = (format!("{}-pen-{number}", group.id), format!("{}, pen {number}", group.label));
+            // Programs of plotters take the number with which a layer's name begins for its pen.
+            let (id, label) = (format!("{}-pen-{number}", group.id), format!("{number}. pen: {}", group.label));
             layers.extend(layer(group, (&id, &label), lines, settings, &mut report));
         }
     }
@@ -233,17 +236,29 @@ fn segments(path: &BezPath) -> u64 {
 fn paths(strokes: &[&Polyline], visit: &Visit, group: &Group, settings: &Settings) -> Vec<(Stroke, f64)> {
     let line = visit.drawn(strokes);
     let pieces = if group.kind == GroupKind::Marks { pieces(&line) } else { vec![line] };
-    pieces.iter().map(|piece| path(piece, &group.ink, settings)).collect()
+    pieces.iter().map(|piece| path(piece, group, settings)).collect()
 }
 
 /// The path of a line, and its length in pixels.
-fn path(line: &Polyline, ink: &Color, settings: &Settings) -> (Stroke, f64) {
+fn path(line: &Polyline, Group { ink, kind, .. }: &Group, settings: &Settings) -> (Stroke, f64) {
     let points: Vec<Point> = line.points.iter().map(|at| Point::new(at.px[0].into(), at.px[1].into())).collect();
     let mut path = fit::fit(&points, line.is_closed, settings.tolerance_px - settings.rounding_px());
     path.apply_affine(settings.sheet.place());
     let means = Means::of(line);
     let width = 2.0 * means.half_width_px * settings.sheet.units_per_px;
-    (Stroke { path, width, opacity: opacity(ink, means.ink) }, means.length_px)
+    let (opacity, ink) = match kind {
+        GroupKind::Strokes(_) => (opacity(ink, means.ink), None),
+        GroupKind::Marks => (1.0, faint(ink, means.ink)),
+    };
+    (Stroke { path, width, opacity, ink }, means.length_px)
+}
+
+/// The colour of faint ink on white; none of full ink. Pieces of a mark lie on each other where they meet, which shows
+/// if light shines through.
+fn faint(ink: &Color, part: f64) -> Option<String> {
+    let part = (part * FAINT_STEPS).round() / FAINT_STEPS;
+    let on_white = |own: f32| srgb_from_linear(1.0 + (linear_from_srgb(own) - 1.0) * part as f32);
+    (part < 1.0).then(|| Color::from_srgb(ink.srgb().map(on_white)).to_string())
 }
 
 /// Of a polyline, by length.

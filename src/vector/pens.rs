@@ -28,17 +28,20 @@ pub struct Pens {
 }
 
 impl Pens {
-    /// So many pens that are nearest to what lines are wide, by their length (Lloyd's rule for numbers). Fewer where lines
+    /// So many pens that are nearest to what lines are wide, by their ink (Lloyd's rule for numbers). Fewer where lines
     /// have fewer widths.
     pub fn chosen<'a>(count: usize, lines: impl Iterator<Item = &'a Polyline>) -> Self {
-        let mut found: Vec<(f32, f32)> = lines.flat_map(|line| segments(line).map(|(a, b)| (mean_width(a, b), length(a, b)))).collect();
+        let mut found: Vec<(f32, f32)> =
+            lines.flat_map(segments).map(|(a, b)| (mean_width(a, b), length(a, b))).collect();
         found.retain(|(width, length)| *width > 0.0 && *length > 0.0);
+        // Ends that taper are long and have hardly any ink.
+        found.iter_mut().for_each(|(width, weight)| *weight *= *width);
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let all: f64 = found.iter().map(|(_, length)| f64::from(*length)).sum();
+        let all: f64 = found.iter().map(|(_, weight)| f64::from(*weight)).sum();
         let at = |part: f64| {
             let mut left = part * all;
-            let reached = found.iter().find(|(_, length)| {
-                left -= f64::from(*length);
+            let reached = found.iter().find(|(_, weight)| {
+                left -= f64::from(*weight);
                 left <= 0.0
             });
             reached.or(found.last()).map(|(width, _)| *width)
@@ -46,13 +49,13 @@ impl Pens {
         let mut widths_px: Vec<f32> = (0..count).filter_map(|i| at((i as f64 + 0.5) / count as f64)).collect();
         for _ in 0..ROUNDS {
             let mut sums = vec![[0.0_f64; 2]; widths_px.len()];
-            for (width, length) in &found {
+            for (width, weight) in &found {
                 let own = &mut sums[nearest(&widths_px, *width)];
-                own[0] += f64::from(*width) * f64::from(*length);
-                own[1] += f64::from(*length);
+                own[0] += f64::from(*width) * f64::from(*weight);
+                own[1] += f64::from(*weight);
             }
-            for (pen, [sum, length]) in widths_px.iter_mut().zip(sums) {
-                *pen = if length > 0.0 { (sum / length) as f32 } else { *pen };
+            for (pen, [sum, weight]) in widths_px.iter_mut().zip(sums) {
+                *pen = if weight > 0.0 { (sum / weight) as f32 } else { *pen };
             }
         }
         widths_px.dedup_by(|a, b| (*a - *b).abs() < 0.02 * *b);
@@ -72,7 +75,8 @@ impl Pens {
             }
             let pen = nearest(&self.widths_px, width);
             let nib = self.widths_px[pen];
-            let beside = if width < 1.5 * nib { 1 } else { ((width - nib) / (nib * (1.0 - OVERLAP))).ceil() as usize + 1 };
+            let beside =
+                if width < 1.5 * nib { 1 } else { ((width - nib) / (nib * (1.0 - OVERLAP))).ceil() as usize + 1 };
             for i in 0..beside {
                 let aside = if beside == 1 { 0.0 } else { (width - nib) * (i as f32 / (beside - 1) as f32 - 0.5) };
                 strokes.push((pen, moved(&piece, aside, nib)));

@@ -31,6 +31,16 @@ impl InkPicture {
     }
 }
 
+/// Ink of a dot.
+const DOT: f32 = 0.35;
+
+/// Dots that have the ink of a picture, in no order: round, as large as the marks that they stand for. They are lines of
+/// hardly any length. Coordinates are pixels of this picture.
+pub fn dots(picture: &InkPicture) -> Vec<Polyline> {
+    let dots = thin::Mask::darker(picture, DOT).areas();
+    measure::dots(picture, &dots)
+}
+
 /// Lines that have the ink of a picture, in no order; dots are lines of hardly any length. Coordinates are pixels of this
 /// picture.
 pub fn lines(picture: &InkPicture) -> Vec<Polyline> {

@@ -57,6 +57,54 @@ fn strokes_are_written_as_paths() {
     assert_eq!(paths(&fs::read_to_string(place.path("sky.svg")).unwrap()), 0);
 }
 
+/// The names of layers, and the widths, opacities and colours of the paths in each.
+fn layers(text: &str) -> Vec<(String, Vec<[Option<String>; 3]>)> {
+    let document = Document::parse(text).unwrap();
+    let groups = document.descendants().filter(|node| node.has_tag_name("g"));
+    let of_paths = |group: roxmltree::Node<'_, '_>| {
+        let paths = group.children().filter(|node| node.has_tag_name("path"));
+        paths
+            .map(|path| {
+                ["stroke-width", "stroke-opacity", "stroke"].map(|name| path.attribute(name).map(str::to_owned))
+            })
+            .collect()
+    };
+    groups.map(|group| (group.attribute("id").unwrap().to_owned(), of_paths(group))).collect()
+}
+
+#[test]
+fn marks_are_written_as_paths() {
+    let place = Place::empty();
+    let view = ["--size", "240x135", "--camera", "0,-9600,3200,4,-9,42"];
+    let render = |arguments: &[&'static str]| [&["render"][..], arguments, &view].concat();
+    let output = place.hachure(&render(&["-o", "a.svg", "--style", "crosshatch"]));
+    let [said, warned] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert!(said.contains(" marks)") && !said.contains("pens"), "{said}");
+    assert!(warned.contains("an .svg has no textures of strokes"), "{warned}");
+    let drawn = layers(&fs::read_to_string(place.path("a.svg")).unwrap());
+    let names: Vec<&str> = drawn.iter().map(|(name, _)| name.as_str()).collect();
+    assert!(names.starts_with(&["marks-1", "marks-2"]) && names.contains(&"contours"), "{names:?}");
+    assert!(drawn.iter().all(|(_, paths)| !paths.is_empty()));
+
+    // Pens have one width each, and no faint ink.
+    let report = place.json(&render(&["-o", "b.svg", "--style", "hachures", "--pens", "2", "--json"]));
+    assert_eq!(report["svg"]["pens"].as_array().unwrap().len(), 2);
+    assert!(report["svg"]["marks"].as_u64().unwrap() > 100, "{report}");
+    for (name, paths) in layers(&fs::read_to_string(place.path("b.svg")).unwrap()) {
+        assert!(
+            ["hachures", "contours", "borders"].iter().any(|kind| name.starts_with(&format!("{kind}-pen-"))),
+            "{name}"
+        );
+        assert!(paths.windows(2).all(|pair| pair[0] == pair[1]) && paths[0][1..] == [None, None], "{name}");
+    }
+    // The same again, of what the file says of itself.
+    place.text(&["render", "--like", "b.svg", "-o", "c.svg"]);
+    let paths = |name: &str| layers(&fs::read_to_string(place.path(name)).unwrap());
+    assert_eq!(paths("b.svg"), paths("c.svg"));
+    // Planted: another style.
+    assert_ne!(paths("a.svg"), paths("c.svg"));
+}
+
 #[test]
 fn frames_of_a_path_are_files() {
     let place = Place::empty();
@@ -81,6 +129,8 @@ fn wrong_options_are_one_line() {
         (&["--paper", "b9"], "--paper", "WIDTHxHEIGHT"),
         (&["--paper", "a4", "--margin", "200"], "--margin 200", "297x210 mm"),
         (&["--margin", "5"], "--margin 5", "--paper"),
+        (&["--pens", "4"], "--pens \"4\"", "from 1 to 3"),
+        (&["--pens", "1", "--eyes", "anaglyph"], "--pens", "glasses"),
         (&["--aov", "depth"], "--aov", "out.svg"),
     ] {
         let line = place.misuse(&[&strokes[..], more].concat());
@@ -94,6 +144,7 @@ fn wrong_options_are_one_line() {
         (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
         (&["-o", "out/%d.svg", "--style", "plain", "--path", "p.csv"], "out/%d.svg", "the style plain has none"),
         (&["-o", "out.png", "--margin", "4"], "--margin", "only an .svg"),
+        (&["-o", "out.png", "--pens", "1"], "--pens", "only an .svg"),
         (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only an .svg"),
     ] {
         let line = place.misuse(&[&["render"][..], arguments].concat());

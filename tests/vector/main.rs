@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod fit;
+mod marks;
 mod order;
 mod svg;
 mod trace;

@@ -1,7 +1,7 @@
 //! Ink becomes the lines that it was drawn by.
 
 use hachure::lines::strokes::polylines::Polyline;
-use hachure::vector::trace::{InkPicture, lines};
+use hachure::vector::trace::{InkPicture, dots, lines};
 
 /// Ink of a function that tells how far a place is from the border of a mark, inside above 0, in pixels.
 fn picture(size_px: [u32; 2], inside_px: impl Fn(f32, f32) -> f32) -> InkPicture {
@@ -23,9 +23,7 @@ fn bar(turn_deg: f32, width_px: f32, ink: f32) -> (InkPicture, impl Fn([f32; 2])
     let (sin, cos) = turn_deg.to_radians().sin_cos();
     let away = move |x: f32, y: f32| (x - 100.3) * sin - (y - 99.8) * cos;
     let along = move |x: f32, y: f32| (x - 100.3) * cos + (y - 99.8) * sin;
-    let mut picture = picture([200, 200], |x, y| {
-        (0.5 * width_px - away(x, y).abs()).min(70.0 - along(x, y).abs())
-    });
+    let mut picture = picture([200, 200], |x, y| (0.5 * width_px - away(x, y).abs()).min(70.0 - along(x, y).abs()));
     picture.ink.iter_mut().for_each(|own| *own *= ink);
     (picture, move |px: [f32; 2]| away(px[0], px[1]).abs())
 }
@@ -35,14 +33,48 @@ fn a_bar_is_one_line_in_its_middle() {
     for turn_deg in (0..180).step_by(7).map(|turn| turn as f32) {
         for (width_px, ink) in [(1.0, 1.0), (2.0, 1.0), (3.5, 1.0), (6.0, 1.0), (1.5, 0.3), (3.0, 0.5)] {
             let (picture, away) = bar(turn_deg, width_px, ink);
-            let found = lines(&picture);
-            let lengths: Vec<f32> = found.iter().map(length).collect();
-            let off = found[0].points.iter().skip(4).rev().skip(4).map(|at| away(at.px)).fold(0.0, f32::max);
-            let middle = &found[0].points[found[0].points.len() / 2];
-            let drawn = 2.0 * middle.half_width_px / (width_px * ink);
-            if found.len() != 1 || off > 0.3 || (lengths[0] - 140.0 + width_px).abs() > 3.0 || (drawn - 1.0).abs() > 0.15 {
-                println!("{turn_deg} {width_px} {ink}: {lengths:?} {off} {drawn}");
-            }
+            let mut found = lines(&picture);
+            found.sort_by(|a, b| length(b).total_cmp(&length(a)));
+            let [line, rest @ ..] = found.as_slice() else { panic!("{turn_deg} {width_px} {ink}: nothing") };
+            let name = format!("{turn_deg} degrees, {width_px} px, ink {ink}");
+            assert!(rest.iter().map(length).sum::<f32>() < 1.0, "{name}: {} more", rest.len());
+            assert!((length(line) - 140.0 + width_px).abs() < 5.0, "{name}: {}", length(line));
+            let inner = line.points.iter().skip(3).rev().skip(3);
+            let off = inner.map(|at| away(at.px)).fold(0.0, f32::max);
+            assert!(off < 0.45, "{name}: {off} px from its middle");
+            let drawn = 2.0 * line.points[line.points.len() / 2].half_width_px / (width_px * ink);
+            assert!((drawn - 1.0).abs() < 0.15, "{name}: {drawn} times as wide");
         }
     }
+}
+
+#[test]
+fn lines_that_cross_go_on() {
+    let straight = |x: f32, y: f32, turn_deg: f32| {
+        let (sin, cos) = f32::to_radians(turn_deg).sin_cos();
+        1.25 - ((x - 100.0) * sin - (y - 100.0) * cos).abs()
+    };
+    let crossed = picture([200, 200], |x, y| straight(x, y, 20.0).max(straight(x, y, 80.0)));
+    let lengths: Vec<f32> = lines(&crossed).iter().map(length).collect();
+    assert_eq!(lengths.iter().filter(|length| **length > 190.0).count(), 2, "{lengths:?}");
+    // Planted: they do not cross.
+    let beside =
+        picture([200, 200], |x, y| straight(x, y, 20.0).max(if x < 100.0 { -1.0 } else { straight(x, y, 80.0) }));
+    assert_eq!(lines(&beside).iter().filter(|line| length(line) > 190.0).count(), 1);
+}
+
+#[test]
+fn a_ring_is_closed_and_dots_are_dots() {
+    let ring = lines(&picture([100, 100], |x, y| 1.5 - ((x - 50.0).hypot(y - 50.0) - 30.0).abs()));
+    assert!(ring.len() == 1 && ring[0].is_closed, "{}", ring.len());
+    assert!(ring[0].points.iter().all(|at| ((at.px[0] - 50.0).hypot(at.px[1] - 50.0) - 30.0).abs() < 0.3));
+    let far = |x: f32, y: f32| (x.rem_euclid(12.0) - 6.0).hypot(y.rem_euclid(12.0) - 6.0);
+    let found = dots(&picture([120, 120], |x, y| 2.5 - far(x, y)));
+    assert_eq!(found.len(), 100);
+    let is_right = |line: &Polyline| {
+        line.points.iter().all(|at| (at.half_width_px - 2.5).abs() < 0.1 && far(at.px[0], at.px[1]) < 0.2)
+    };
+    assert!(found.iter().all(is_right));
+    // Planted: larger ones.
+    assert!(!dots(&picture([120, 120], |x, y| 3.0 - far(x, y))).iter().all(is_right));
 }

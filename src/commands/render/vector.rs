@@ -109,8 +109,8 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
         ("lines of pixels", style.lines.is_some()),
         ("tones", style.tone.is_seen()),
         ("watercolour", style.watercolor.is_some()),
-        ("the textures of strokes", strokes.is_some_and(|strokes| strokes.texture.is_some())),
-        ("the tint of water", style.water.is_some()),
+        ("textures of strokes", strokes.is_some_and(|strokes| strokes.texture.is_some())),
+        ("tint of water", style.water.is_some()),
         ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
     ];
     let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();

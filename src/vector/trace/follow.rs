@@ -14,6 +14,10 @@ const BENT: f32 = 0.0;
 const TWIG_PART: f32 = 1.2;
 const TWIG_PX: f32 = 2.5;
 
+/// A bridge between two crossings that are one is no longer than the lines there are deep, times this, and so many pixels.
+const BRIDGE_PART: f32 = 2.0;
+const BRIDGE_PX: f32 = 1.0;
+
 /// A line of pixels.
 pub(super) struct Chain {
     /// Indices of a [`Mask`].
@@ -33,8 +37,9 @@ type End = (usize, bool);
 
 /// All lines of a mask that is thin.
 pub(super) fn chains(mask: &Mask, depth: &[f32]) -> Vec<Chain> {
-    let crossings = Crossings::of(mask);
+    let mut crossings = Crossings::of(mask);
     let (mut pieces, mut closed) = pieces(mask, &crossings);
+    crossings.unite(&mut pieces, depth);
     let is_twig = |piece: &Piece| {
         let crossing = match piece.crossings {
             [Some(crossing), None] | [None, Some(crossing)] => crossing,
@@ -77,6 +82,31 @@ impl Crossings {
 
     fn at(&self, place: usize) -> Option<usize> {
         self.of.get(&place).copied()
+    }
+
+    /// Where two wide lines cross, thinning leaves two crossings and a bridge between them: they become one.
+    fn unite(&mut self, pieces: &mut Vec<Piece>, depth: &[f32]) {
+        let mut now: FxHashMap<usize, usize> = FxHashMap::default();
+        let of = |now: &FxHashMap<usize, usize>, mut group: usize| {
+            while let Some(next) = now.get(&group) {
+                group = *next;
+            }
+            group
+        };
+        pieces.retain(|piece| {
+            let [Some(one), Some(other)] = piece.crossings else { return true };
+            let is_bridge = (piece.places.len() as f32) < BRIDGE_PART * depth[one].max(depth[other]) + BRIDGE_PX;
+            let [one, other] = [one, other].map(|group| of(&now, group));
+            if is_bridge && one != other {
+                now.insert(one, other);
+                piece.places.iter().for_each(|place| _ = self.of.insert(*place, other));
+            }
+            !is_bridge || one == other
+        });
+        self.of.values_mut().for_each(|group| *group = of(&now, *group));
+        for crossing in pieces.iter_mut().flat_map(|piece| &mut piece.crossings) {
+            *crossing = crossing.map(|group| of(&now, group));
+        }
     }
 }
 

@@ -47,6 +47,27 @@ pub(super) fn polylines(picture: &InkPicture, chains: &[Chain]) -> Vec<Polyline>
     lines.collect()
 }
 
+/// A dot for each area.
+pub(super) fn dots(picture: &InkPicture, areas: &[Chain]) -> Vec<Polyline> {
+    let owned = given(picture, areas);
+    let mut first = 0;
+    let dots = areas.iter().filter_map(|area| {
+        let ink = &owned[first..first + area.places.len()];
+        first += area.places.len();
+        let sum = ink.iter().fold(Ink::default(), Ink::with);
+        (sum.sum >= CRUMB_PX).then(|| dot(sum))
+    });
+    dots.collect()
+}
+
+/// As large as its ink.
+fn dot(ink: Ink) -> Polyline {
+    let [x, y] = [ink.x / ink.sum, ink.y / ink.sum];
+    let half_width_px = (ink.sum / std::f32::consts::PI).sqrt();
+    let end = |aside: f32| PolylinePoint { px: [x + aside, y], half_width_px, ink: 1.0 };
+    Polyline { points: vec![end(-0.5 * DOT_PX), end(0.5 * DOT_PX)], ..Polyline::default() }
+}
+
 /// The ink of each place of all chains, one after the other: that of the pixels which are nearer to it than to others, by
 /// steps from pixel to pixel.
 fn given(picture: &InkPicture, chains: &[Chain]) -> Vec<Ink> {
@@ -98,10 +119,7 @@ fn line(ink: &[Ink], is_closed: bool) -> Option<Polyline> {
         ((length * length + 4.0 * caps * sum.sum).sqrt() - length) / (2.0 * caps)
     };
     if length < DOT_PART * mean || points.len() < 2 {
-        let [x, y] = [sum.x / sum.sum, sum.y / sum.sum];
-        let half_width_px = (sum.sum / std::f32::consts::PI).sqrt();
-        let end = |aside: f32| PolylinePoint { px: [x + aside, y], half_width_px, ink: 1.0 };
-        return Some(Polyline { points: vec![end(-0.5 * DOT_PX), end(0.5 * DOT_PX)], ..Polyline::default() });
+        return Some(dot(sum));
     }
     let widths = widths(&shares, &lengths, is_closed, mean);
     let point = |(px, width): (&[f32; 2], f32)| PolylinePoint { px: *px, half_width_px: 0.5 * width, ink: 1.0 };
@@ -164,13 +182,18 @@ fn widths(shares: &[f32], lengths: &[f32], is_closed: bool, mean: f32) -> Vec<f3
     let count = shares.len();
     // Half of the steps to both sides; a round end stands for some more.
     let own_length = |at: usize| {
-        let before = if at > 0 { lengths[at - 1] } else { lengths.last().copied().filter(|_| is_closed).unwrap_or(0.0) };
+        let before =
+            if at > 0 { lengths[at - 1] } else { lengths.last().copied().filter(|_| is_closed).unwrap_or(0.0) };
         let after = lengths.get(at).copied().unwrap_or(0.0);
         let is_end = !is_closed && (at == 0 || at + 1 == count);
         0.5 * (before + after) + if is_end { HALF_CAP * mean } else { 0.0 }
     };
     let of = |i: usize| -> f32 {
-        let all = if is_closed { 0..=2 * AROUND } else { AROUND.saturating_sub(i)..=(AROUND + count - 1 - i).min(2 * AROUND) };
+        let all = if is_closed {
+            0..=2 * AROUND
+        } else {
+            AROUND.saturating_sub(i)..=(AROUND + count - 1 - i).min(2 * AROUND)
+        };
         let near = all.map(|k| (i + k + count * AROUND - AROUND) % count);
         let (ink, length) = near.fold((0.0, 0.0), |(ink, length), at| (ink + shares[at], length + own_length(at)));
         ink / length.max(0.25)

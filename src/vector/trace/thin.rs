@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::InkPicture;
+use super::follow::Chain;
 
 /// Ink that is a mark whatever is beside it, and what is too faint for one.
 const FULL: f32 = 0.3;
@@ -67,19 +68,43 @@ impl Mask {
         Self { stride, on }
     }
 
+    /// Where a picture has more ink than that.
+    pub fn darker(picture: &InkPicture, least: f32) -> Self {
+        let [width, height] = picture.size_px.map(|side| side as usize);
+        let stride = width + 2;
+        let mut on = vec![0; stride * (height + 2)];
+        for (row, ink) in on.chunks_exact_mut(stride).skip(1).zip(picture.ink.chunks_exact(width.max(1))) {
+            row[1..].iter_mut().zip(ink).for_each(|(on, ink)| *on = u8::from(*ink > least));
+        }
+        Self { stride, on }
+    }
+
+    /// Places that hang together.
+    pub fn areas(mut self) -> Vec<Chain> {
+        let mut areas = Vec::new();
+        for first in 0..self.on.len() {
+            if self.on[first] == 0 {
+                continue;
+            }
+            self.on[first] = 0;
+            let (mut places, mut open) = (vec![first], vec![first]);
+            while let Some(at) = open.pop() {
+                for other in [at - 1, at + 1, at - self.stride, at + self.stride] {
+                    if std::mem::take(&mut self.on[other]) == 1 {
+                        places.push(other);
+                        open.push(other);
+                    }
+                }
+            }
+            areas.push(Chain { places, is_closed: false });
+        }
+        areas
+    }
+
     /// The eight places around one, from north clockwise.
     pub fn around(&self, at: usize) -> [usize; 8] {
         let stride = self.stride;
-        [
-            at - stride,
-            at - stride + 1,
-            at + 1,
-            at + stride + 1,
-            at + stride,
-            at + stride - 1,
-            at - 1,
-            at - stride - 1,
-        ]
+        [at - stride, at - stride + 1, at + 1, at + stride + 1, at + stride, at + stride - 1, at - 1, at - stride - 1]
     }
 
     /// How far each place is from one without ink, in pixels, by steps of 3 and 4 thirds (Borgefors 1986).
@@ -120,7 +145,8 @@ impl Mask {
             .into_par_iter()
             .flat_map_iter(|row| {
                 let this = &*self;
-                (row * stride + 1..(row + 1) * stride - 1).filter(move |at| this.on[*at] == 1 && this.goes(*at, is_second))
+                (row * stride + 1..(row + 1) * stride - 1)
+                    .filter(move |at| this.on[*at] == 1 && this.goes(*at, is_second))
             })
             .collect();
         goes.iter().for_each(|at| self.on[*at] = 0);
@@ -144,7 +170,8 @@ impl Mask {
     /// Pixels of a line have two neighbours: where it goes around a corner, what lies in the corner is left out.
     fn clear_corners(&mut self) {
         for at in self.stride + 1..self.on.len().saturating_sub(self.stride + 1) {
-            let has_two = self.on[at] == 1 && self.around(at).into_iter().filter(|other| self.on[*other] == 1).count() > 1;
+            let has_two =
+                self.on[at] == 1 && self.around(at).into_iter().filter(|other| self.on[*other] == 1).count() > 1;
             if has_two && self.parts_without(at) == 1 {
                 self.on[at] = 0;
             }

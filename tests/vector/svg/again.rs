@@ -3,8 +3,8 @@
 use std::process::Command;
 
 use hachure::file::svg::write_svg;
-use hachure::vector::{groups, layers};
 use hachure::vector::sheet::Sheet;
+use hachure::vector::{groups, layers};
 use kurbo::{ParamCurve, Point, Shape};
 
 use super::{HILL, RAINIER, Read, SIZE_PX, drawing, hill, read, settings, strokes_of, written};
@@ -12,7 +12,12 @@ use crate::common::World;
 
 /// The paths drawn with the pen of the shader: coverage by the distance from the middle, the darker one stays.
 fn rasterised(paths: &[Read]) -> Vec<f32> {
-    let [width, height] = SIZE_PX.map(|side| side as usize);
+    rasterised_at(paths, SIZE_PX)
+}
+
+/// The same on a sheet of another size.
+pub fn rasterised_at(paths: &[Read], size_px: [u32; 2]) -> Vec<f32> {
+    let [width, height] = size_px.map(|side| side as usize);
     let mut ink = vec![0.0_f32; width * height];
     for read in paths {
         let mut stamp = |at: Point| {

@@ -122,8 +122,13 @@ fn nothing_to_draw_is_a_file_without_paths() {
 fn what_is_no_number_is_not_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.svg");
-    let stroke = Stroke { path: BezPath::from_svg("M1,2 L3,4").unwrap(), width: 1.0, opacity: 0.5 };
-    let with = |stroke: Stroke| Layer { id: "contours".to_owned(), label: "Contours".to_owned(), ink: None, strokes: vec![stroke] };
+    let stroke = Stroke { path: BezPath::from_svg("M1,2 L3,4").unwrap(), width: 1.0, opacity: 0.5, ink: None };
+    let with = |stroke: Stroke| Layer {
+        id: "contours".to_owned(),
+        label: "Contours".to_owned(),
+        ink: None,
+        strokes: vec![stroke],
+    };
     let settings = settings(Sheet { size: [1.0; 2], unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] });
     let write = |stroke: Stroke, path: &Path| write_svg(path, &drawing(vec![with(stroke)], &settings));
     let mut nowhere = stroke.clone();

@@ -1,9 +1,10 @@
 //! SVG files: read by an XML parser, drawn again, and held against the ink of the same frame.
 
-mod again;
+pub mod again;
 mod file;
 mod strokes;
 
+pub use self::again::rasterised_at;
 use hachure::file::svg::{Drawing, Layer, write_svg};
 use hachure::frame::Frame;
 use hachure::gpu::readback::read_as;
@@ -61,11 +62,16 @@ fn settings(sheet: Sheet) -> Settings {
 /// The text of the file.
 fn written(polylines: &[Polyline], settings: &Settings) -> (String, DrawingReport) {
     let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
+    (written_layers(layers, settings), report)
+}
+
+/// The text of a file of layers.
+pub fn written_layers(layers: Vec<Layer>, settings: &Settings) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.svg");
     write_svg(&path, &drawing(layers, settings)).unwrap();
     assert_eq!(folder.path().read_dir().unwrap().count(), 1, "nothing else is left there");
-    (std::fs::read_to_string(&path).unwrap(), report)
+    std::fs::read_to_string(&path).unwrap()
 }
 
 fn drawing(layers: Vec<Layer>, settings: &Settings) -> Drawing {
@@ -81,15 +87,15 @@ fn drawing(layers: Vec<Layer>, settings: &Settings) -> Drawing {
 }
 
 /// A path of a file.
-struct Read {
+pub struct Read {
     layer: String,
     path: BezPath,
-    width: f64,
+    pub width: f64,
     opacity: f64,
 }
 
 /// The paths of a file, in its order; what is not as it should be fails.
-fn read(text: &str) -> Vec<Read> {
+pub fn read(text: &str) -> Vec<Read> {
     assert!(!text.contains("NaN") && !text.contains("inf"));
     let document = Document::parse(text).unwrap();
     let root = document.root_element();
@@ -99,8 +105,10 @@ fn read(text: &str) -> Vec<Read> {
     for layer in root.children().filter(|node| node.has_tag_name("g")) {
         assert_eq!(layer.attribute((NAMESPACE, "groupmode")), Some("layer"));
         let id = layer.attribute("id").unwrap();
-        assert_eq!(layer.attribute((NAMESPACE, "label")).unwrap().to_lowercase(), id);
-        assert_eq!((layer.attribute("fill"), layer.attribute("stroke")), (Some("none"), Some("#14120f")));
+        let label = layer.attribute((NAMESPACE, "label")).unwrap().to_lowercase();
+        let label = label.split_once(". pen: ").map_or(label.as_str(), |(_, label)| label);
+        assert_eq!(label.split([' ', ',']).next(), id.split('-').next());
+        assert!(layer.attribute("fill") == Some("none") && layer.attribute("stroke").unwrap().starts_with('#'));
         assert_eq!(
             (layer.attribute("stroke-linecap"), layer.attribute("stroke-linejoin")),
             (Some("round"), Some("round"))
