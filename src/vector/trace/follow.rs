@@ -37,9 +37,8 @@ type End = (usize, bool);
 
 /// All lines of a mask that is thin.
 pub(super) fn chains(mask: &Mask, depth: &[f32]) -> Vec<Chain> {
-    let mut crossings = Crossings::of(mask);
-    let (mut pieces, mut closed) = pieces(mask, &crossings);
-    crossings.unite(&mut pieces, depth);
+    let (mut pieces, mut closed) = pieces(mask, &Crossings::of(mask));
+    unite(&mut pieces, depth);
     let is_twig = |piece: &Piece| {
         let crossing = match piece.crossings {
             [Some(crossing), None] | [None, Some(crossing)] => crossing,
@@ -49,7 +48,7 @@ pub(super) fn chains(mask: &Mask, depth: &[f32]) -> Vec<Chain> {
         (piece.places.len() as f32) < TWIG_PART * depth[crossing] + TWIG_PX
     };
     pieces.retain(|piece| !is_twig(piece));
-    closed.extend(joined(mask.stride, &pieces, &crossings));
+    closed.extend(joined(mask.stride, &pieces));
     closed
 }
 
@@ -83,30 +82,29 @@ impl Crossings {
     fn at(&self, place: usize) -> Option<usize> {
         self.of.get(&place).copied()
     }
+}
 
-    /// Where two wide lines cross, thinning leaves two crossings and a bridge between them: they become one.
-    fn unite(&mut self, pieces: &mut Vec<Piece>, depth: &[f32]) {
-        let mut now: FxHashMap<usize, usize> = FxHashMap::default();
-        let of = |now: &FxHashMap<usize, usize>, mut group: usize| {
-            while let Some(next) = now.get(&group) {
-                group = *next;
-            }
-            group
-        };
-        pieces.retain(|piece| {
-            let [Some(one), Some(other)] = piece.crossings else { return true };
-            let is_bridge = (piece.places.len() as f32) < BRIDGE_PART * depth[one].max(depth[other]) + BRIDGE_PX;
-            let [one, other] = [one, other].map(|group| of(&now, group));
-            if is_bridge && one != other {
-                now.insert(one, other);
-                piece.places.iter().for_each(|place| _ = self.of.insert(*place, other));
-            }
-            !is_bridge || one == other
-        });
-        self.of.values_mut().for_each(|group| *group = of(&now, *group));
-        for crossing in pieces.iter_mut().flat_map(|piece| &mut piece.crossings) {
-            *crossing = crossing.map(|group| of(&now, group));
+/// Where two wide lines cross, thinning leaves two crossings and a bridge between them: they become one.
+fn unite(pieces: &mut Vec<Piece>, depth: &[f32]) {
+    let mut now: FxHashMap<usize, usize> = FxHashMap::default();
+    let of = |now: &FxHashMap<usize, usize>, mut crossing: usize| {
+        while let Some(next) = now.get(&crossing) {
+            crossing = *next;
         }
+        crossing
+    };
+    pieces.retain(|piece| {
+        let [Some(one), Some(other)] = piece.crossings else { return true };
+        let is_bridge = (piece.places.len() as f32) < BRIDGE_PART * depth[one].max(depth[other]) + BRIDGE_PX;
+        let [one, other] = [one, other].map(|crossing| of(&now, crossing));
+        if is_bridge && one != other {
+            now.insert(one, other);
+            return false;
+        }
+        true
+    });
+    for crossing in pieces.iter_mut().flat_map(|piece| &mut piece.crossings) {
+        *crossing = crossing.map(|crossing| of(&now, crossing));
     }
 }
 
@@ -164,17 +162,11 @@ fn pieces(mask: &Mask, crossings: &Crossings) -> (Vec<Piece>, Vec<Chain>) {
 }
 
 /// Pieces that go on into each other are one line.
-fn joined(stride: usize, pieces: &[Piece], crossings: &Crossings) -> Vec<Chain> {
+fn joined(stride: usize, pieces: &[Piece]) -> Vec<Chain> {
     let partners = partners(stride, pieces);
-    let mut middles: FxHashMap<usize, Vec<usize>> = FxHashMap::default();
-    crossings.of.iter().for_each(|(place, group)| middles.entry(*group).or_default().push(*place));
-    let between = |middle: usize, ends: [usize; 2]| -> usize {
-        let away = |end: usize| (middle % stride).abs_diff(end % stride) + (middle / stride).abs_diff(end / stride);
-        ends.map(away).iter().sum()
-    };
     let mut is_done = vec![false; pieces.len()];
     let mut chains = Vec::new();
-    let mut go = |first: usize, begins_last: bool, is_done: &mut Vec<bool>| {
+    let go = |first: usize, begins_last: bool, is_done: &mut Vec<bool>| {
         let mut places: Vec<usize> = Vec::new();
         let (mut piece, mut enters_last) = (first, begins_last);
         loop {
@@ -187,14 +179,11 @@ fn joined(stride: usize, pieces: &[Piece], crossings: &Crossings) -> Vec<Chain> 
             }
             let leaves = (piece, !enters_last);
             let Some(&(next, next_last)) = partners.get(&leaves) else { return Chain { places, is_closed: false } };
-            // A line over a crossing has one of its pixels, and no other line has it.
-            let free = own.crossings[usize::from(!enters_last)].and_then(|group| middles.get_mut(&group));
+            // Straight over the crossing: what is inked there is the line's that comes first.
             let goes_on = &pieces[next].places;
-            let ends = [places[places.len() - 1], goes_on[if next_last { goes_on.len() - 1 } else { 0 }]];
-            if let Some(free) = free {
-                let nearest = (0..free.len()).min_by_key(|at| (between(free[*at], ends), free[*at]));
-                places.extend(nearest.map(|at| free.swap_remove(at)));
-            }
+            let end = goes_on[if next_last { goes_on.len() - 1 } else { 0 }];
+            let begin = places[places.len() - 1];
+            places.extend(between(stride, begin, end));
             if is_done[next] {
                 return Chain { places, is_closed: next == first };
             }
@@ -215,6 +204,15 @@ fn joined(stride: usize, pieces: &[Piece], crossings: &Crossings) -> Vec<Chain> 
         }
     }
     chains
+}
+
+/// The places on the straight way between two, without these.
+fn between(stride: usize, a: usize, b: usize) -> impl Iterator<Item = usize> {
+    let at = move |place: usize| [(place % stride) as i64, (place / stride) as i64];
+    let [[ax, ay], [bx, by]] = [at(a), at(b)];
+    let steps = (bx - ax).abs().max((by - ay).abs()).max(1);
+    let part = move |from: i64, to: i64, i: i64| from + ((to - from) * i + (to - from).signum() * steps / 2) / steps;
+    (1..steps).map(move |i| part(ay, by, i) as usize * stride + part(ax, bx, i) as usize)
 }
 
 /// Which end goes on into which.
