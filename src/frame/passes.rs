@@ -19,7 +19,7 @@ use crate::style::hatching::Scale;
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees};
+use crate::surface::{self, form, lakes, land, mark_normal, meshes, motion, rows, trees};
 use crate::tones::{self, Local, TONE, balance, fractal_hatching, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -177,6 +177,10 @@ fn see(
     let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     if let (true, Some(tiles)) = (is_first, horizon_tiles) {
         land::horizons::run(cx, heights, tiles);
+    }
+    let water_tiles = terrain.water_maps().filter(|_| style.water.is_some());
+    if let (true, Some(tiles)) = (is_first, water_tiles) {
+        lakes::make(cx, heights, tiles);
     }
     // Rows of hachures on land that has none yet: the same.
     if let (true, Some(plan)) = (is_first, inputs.rows) {

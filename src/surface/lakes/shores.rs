@@ -1,0 +1,19 @@
+//! Water → where its shore is beside each sample. See `shaders/surface/lakes/shores.wgsl`.
+
+use super::Inputs;
+use crate::gpu::recorder::Cx;
+use crate::gpu::wgsl::surface::lakes::shores::GROUPS;
+
+/// Finds shores.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let mut resources = vec![
+        ("jobs", inputs.job_list.binding()),
+        ("classes", inputs.classes.binding()),
+        ("found", inputs.found.binding()),
+        ("shores", inputs.shores.binding()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    // Tiles stand below each other.
+    let tiles = inputs.jobs.len() as u32;
+    cx.groups("surface/lakes/shores", [GROUPS, GROUPS * tiles], &resources);
+}
