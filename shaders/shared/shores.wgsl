@@ -4,6 +4,18 @@
 #import hachure::map_job::MapJob
 #import hachure::water_maps::{AROUND, SIDE}
 
+// Tiles that are made at once. What was found of them: whether there is water in each, how many squares of samples may
+// have a lake, how many tiles have water, which, and how many are made.
+const SQUARES: u32 = 4u;
+const WET_TILES: u32 = 5u;
+const FIRST_WET: u32 = 6u;
+const JOBS: u32 = 10u;
+const FOUND: u32 = 11u;
+// Squares of four samples along a side of a tile and what is around it.
+const BLOCKS: i32 = 162;
+// A square in the list of those that may have a lake: its number, and above that the tile's.
+const JOB_SHIFT: u32 = 16u;
+
 const IS_SHORE: u32 = 1u;
 const IS_WATER: u32 = 2u;
 // Steps of a sample, and the farthest that a shore is from its sample.

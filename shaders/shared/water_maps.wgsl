@@ -47,11 +47,12 @@ fn distances_of(codes: vec4<f32>) -> vec4<f32> {
     return min(off, vec4<f32>(0.0)) * (-FAR_LAND / LAND_CODES) + water * (NEAR_STEP + FAR_STEP * water);
 }
 
-fn row_of_distances(slot: i32, first: i32, row: i32) -> vec4<f32> {
+// Four samples of a row.
+fn codes_in(slot: i32, first: i32, row: i32) -> u32 {
     let low = textureLoad(water_maps, vec2<i32>(first >> 2u, row), slot, 0).r;
     let high = textureLoad(water_maps, vec2<i32>((first >> 2u) + 1, row), slot, 0).r;
     let shift = u32(first & 3) * 8u;
-    return distances_of(unpack4x8unorm(select((low >> shift) | (high << ((32u - shift) & 31u)), low, shift == 0u)));
+    return select((low >> shift) | (high << ((32u - shift) & 31u)), low, shift == 0u);
 }
 
 // The distance from the shore in a tile, in samples: below 0 on land.
@@ -60,11 +61,17 @@ fn shore_in(slot: i32, place: LevelPlace) -> f32 {
         return FAR_LAND;
     }
     let first = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER - 1;
+    let middle = vec2<u32>(codes_in(slot, first.x, first.y + 1), codes_in(slot, first.x, first.y + 2));
+    // Land far from any shore.
+    if all(middle == vec2<u32>(0u)) {
+        return FAR_LAND;
+    }
     let f = clamp(place.f, vec2<f32>(0.0), vec2<f32>(1.0));
     let along = spline_weights(f.x);
     let rows = vec4<f32>(
-        dot(along, row_of_distances(slot, first.x, first.y)), dot(along, row_of_distances(slot, first.x, first.y + 1)),
-        dot(along, row_of_distances(slot, first.x, first.y + 2)), dot(along, row_of_distances(slot, first.x, first.y + 3)));
+        dot(along, distances_of(unpack4x8unorm(codes_in(slot, first.x, first.y)))),
+        dot(along, distances_of(unpack4x8unorm(middle.x))), dot(along, distances_of(unpack4x8unorm(middle.y))),
+        dot(along, distances_of(unpack4x8unorm(codes_in(slot, first.x, first.y + 3)))));
     return dot(spline_weights(f.y), rows);
 }
 

@@ -7,6 +7,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::water::WaterRules;
 use crate::style::Water;
+use crate::surface::lakes;
 
 /// Metres to the shore on water, at most as many as are asked for; on land beside it below 0; 0 elsewhere.
 pub const WATER: TargetKind = TargetKind::storage("water", wgpu::TextureFormat::R32Float);
@@ -38,5 +39,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("water", inputs.water.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/water", inputs.water.size_px(), &resources);
+    let arguments = lakes::seen::run(cx, inputs.terrain, inputs.water.size_px());
+    cx.indirect("surface/water", &arguments, 0, &resources);
+    cx.indirect("surface/dry", &arguments, lakes::seen::DRY, &[("water", inputs.water.into())]);
 }

@@ -1,10 +1,7 @@
 // Of each column of samples the shore that is nearest to each of them: the first half of a distance transform that takes
 // one axis after the other (Felzenszwalb and Huttenlocher 2012, "Distance Transforms of Sampled Functions").
 #import hachure::water_maps::{SIDE, SHORE_REACH}
-#import hachure::shores::{IS_SHORE, ROW_SHIFT, ROW_ZERO}
-
-// Workgroups of 64 columns.
-const GROUPS: u32 = 6u;
+#import hachure::shores::{IS_SHORE, ROW_SHIFT, ROW_ZERO, FIRST_WET}
 
 @group(0) @binding(0) var<storage, read> found: array<u32>;
 @group(0) @binding(1) var<storage, read_write> shores: array<u32>;
@@ -12,10 +9,10 @@ const GROUPS: u32 = 6u;
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
     let column = i32(id.x);
-    if found[group.y] == 0u || column >= SIDE {
+    if column >= SIDE {
         return;
     }
-    let first = i32(group.y) * SIDE * SIDE + column;
+    let first = i32(found[FIRST_WET + group.y]) * SIDE * SIDE + column;
     var above = -SIDE;
     for (var row = 0; row < SIDE; row++) {
         let at = first + row * SIDE;

@@ -5,7 +5,7 @@
 #import hachure::map_job::MapJob
 #import hachure::water_maps::{code_of, AROUND, SIDE, SHORE_REACH, MAP_WORDS, MAP_ROWS, FAR_LAND, FAR_WATER}
 #import hachure::terrain::TILE_BORDER
-#import hachure::shores::{unpacked_shore, extents, IS_SHORE, IS_WATER, ROW_SHIFT, ROW_ZERO}
+#import hachure::shores::{unpacked_shore, extents, IS_SHORE, IS_WATER, ROW_SHIFT, ROW_ZERO, FIRST_WET}
 
 // Workgroups of 8 x 8 texels along y.
 const GROUPS: u32 = 33u;
@@ -91,13 +91,11 @@ fn distance_of(first: i32, place: vec2<i32>, world: mat2x2<f32>) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
-    let number = group.y / GROUPS;
+    let turn = group.y / GROUPS;
+    let number = found[FIRST_WET + turn];
     let job = jobs[number];
-    let texel = vec2<i32>(vec2<u32>(id.x, id.y - number * GROUPS * 8u));
-    if texel.y == MAP_ROWS - 1 && texel.x == 0 {
-        textureStore(water_maps, texel, job.slot, vec4<u32>(found[number], 0u, 0u, 0u));
-    }
-    if found[number] == 0u || texel.x >= MAP_WORDS || texel.y >= MAP_ROWS - 1 {
+    let texel = vec2<i32>(vec2<u32>(id.x, id.y - turn * GROUPS * 8u));
+    if texel.x >= MAP_WORDS || texel.y >= MAP_ROWS - 1 {
         return;
     }
     let first = i32(number) * SIDE * SIDE;

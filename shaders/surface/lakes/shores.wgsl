@@ -3,7 +3,7 @@
 #import hachure::surface::{spline_weights, spline_slopes}
 #import hachure::map_job::MapJob
 #import hachure::water_maps::SIDE
-#import hachure::shores::{Shore, packed_shore, extents, IS_SHORE, IS_WATER, FARTHEST_OFFSET}
+#import hachure::shores::{Shore, packed_shore, extents, IS_SHORE, IS_WATER, FARTHEST_OFFSET, FIRST_WET}
 #import hachure::still_water::{LEVEL_WATER_M, NO_LAKE, VOID}
 
 // Workgroups of 8 x 8 samples along a side.
@@ -72,9 +72,10 @@ fn wetness(first: i32, at: vec2<f32>, lake: f32) -> vec3<f32> {
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
-    let number = group.y / GROUPS;
-    let place = vec2<i32>(vec2<u32>(id.x, id.y - number * GROUPS * 8u));
-    if found[number] == 0u || any(place >= vec2<i32>(SIDE)) {
+    let turn = group.y / GROUPS;
+    let number = found[FIRST_WET + turn];
+    let place = vec2<i32>(vec2<u32>(id.x, id.y - turn * GROUPS * 8u));
+    if any(place >= vec2<i32>(SIDE)) {
         return;
     }
     let first = i32(number) * SIDE * SIDE;

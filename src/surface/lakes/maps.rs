@@ -1,9 +1,7 @@
 //! The nearest shores of columns → how far each sample is from the shore. See `shaders/surface/lakes/maps.wgsl`.
 
 use super::Inputs;
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
-use crate::gpu::wgsl::surface::lakes::maps::GROUPS;
-use crate::tiles::water_maps::WATER_MAP_SIZE;
+use crate::gpu::recorder::Cx;
 
 /// Writes the maps.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
@@ -14,7 +12,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("water_maps", inputs.water_maps.clone()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    // Tiles stand below each other.
-    let tiles = inputs.jobs.len() as u32;
-    cx.groups("surface/lakes/maps", [WATER_MAP_SIZE[0].div_ceil(WORKGROUP_PX), GROUPS * tiles], &resources);
+    cx.indirect("surface/lakes/maps", &inputs.arguments, 36, &resources);
 }

@@ -2,7 +2,6 @@
 
 use super::Inputs;
 use crate::gpu::recorder::Cx;
-use crate::gpu::wgsl::surface::lakes::shores::GROUPS;
 
 /// Finds shores.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
@@ -13,7 +12,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("shores", inputs.shores.binding()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    // Tiles stand below each other.
-    let tiles = inputs.jobs.len() as u32;
-    cx.groups("surface/lakes/shores", [GROUPS, GROUPS * tiles], &resources);
+    cx.indirect("surface/lakes/shores", &inputs.arguments, 12, &resources);
 }
