@@ -2,7 +2,7 @@
 //
 // Lakes are asked for between four samples, of which all are of the lake that is found there or of none. The places that
 // are asked lie a little beside samples of all levels, so that it does not depend on the camera which ones are nearest.
-#import hachure::terrain::{levels, place_on_level}
+#import hachure::terrain::{levels, place_on_level, first_sample, last_sample}
 #import hachure::map_job::MapJob
 #import hachure::lake_blocks::{block_place, block_g, sample_of}
 #import hachure::shores::{BLOCKS, JOB_SHIFT, SQUARES}
@@ -25,7 +25,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let job = jobs[number];
     let g = block_g(job, block);
     let window = window_at(place_on_level(job.level, g), g);
-    let lake_m = lake_near(g + BESIDE / levels[job.level].scale, window);
+    // Beyond the border everything is as at the border.
+    let inside = clamp(g, first_sample(), last_sample());
+    let lake_m = lake_near(inside + BESIDE / levels[job.level].scale, window);
     var is_water = false;
     for (var i = 0; i < 4; i++) {
         let corner = vec2<i32>(i & 1, i >> 1u);
