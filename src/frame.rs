@@ -8,6 +8,7 @@
 mod antialias;
 mod eye;
 mod left;
+mod land_maps;
 mod mark_layers;
 mod passes;
 mod switch;
@@ -54,9 +55,11 @@ pub fn terrain_view_of(rig: &Rig) -> TerrainView {
     }
 }
 
-/// Tiles and patches of a rig's next frame, with the horizons that the style's shadows ask for.
+/// Tiles and patches of a rig's next frame, with the maps that the style's shadows and water ask for.
 pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light: &Light) -> Prepared {
+    let sea_level_m = world.sea_level_m();
     let terrain = &mut world.terrain;
+    terrain.map_water(gpu, style.water.as_ref().map(|_| sea_level_m));
     terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig))
 }

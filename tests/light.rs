@@ -18,7 +18,8 @@ use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 use hachure::surface::NORMAL;
 use hachure::tiles::Terrain;
-use hachure::tiles::horizon_maps::{HORIZON_MAP_BYTES, MAPS_AT_ONCE};
+use hachure::tiles::horizon_maps::HORIZON_MAP_BYTES;
+use hachure::tiles::slot_maps::MAPS_AT_ONCE;
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 use hachure::tones::TONE;
 
@@ -74,7 +75,7 @@ fn drawing(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, p
         place_m,
         normal,
         passes: times.into_iter().map(|time| time.name).collect(),
-        jobs: world.surfaces.terrain.horizon_maps().map_or(0, |seen| seen.jobs().len()),
+        jobs: world.surfaces.terrain.horizon_maps().map_or(0, |seen| seen.maps.jobs().len()),
         late: prepared.tiles.late,
         toon_ms,
     }
@@ -393,7 +394,7 @@ fn only_who_asks_pays() {
         quickest_lit = quickest_lit.min(drawing(&mut world, &mut frame, &lit, &light, pose).toon_ms);
     }
     let more = world.surfaces.terrain.gpu_bytes() - bytes;
-    let tiles = world.surfaces.terrain.horizon_maps().unwrap().bytes();
+    let tiles = world.surfaces.terrain.horizon_maps().unwrap().maps.bytes();
     println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / HORIZON_MAP_BYTES);
     // The tables may grow by what lies beside the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");

@@ -4,14 +4,20 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::draw::{draw, floats, halves, north_west, places_m, still};
 use common::{World, grid_of, quantile};
 use glam::DVec3;
 use hachure::frame::{Frame, Light};
+use hachure::scene::Scene;
 use hachure::scene::scene_file::SceneError;
-use hachure::scene::{Scene, view::View};
+use hachure::scene::view::{Part, Pose, Rig, View};
 use hachure::style::Style;
 use hachure::surface::water::WATER;
+use hachure::tiles::Terrain;
+use hachure::tiles::slot_maps::MAPS_AT_ONCE;
+use hachure::tiles::terrain::{Loading, TerrainOptions};
 use hachure::tones::balance::MARKS;
 use hachure::tones::water::{WATER_INK, WATERED};
 
@@ -134,6 +140,101 @@ fn tiles_agree() {
     assert!(rough(6 * width) > 1.5);
 }
 
+/// The bowl, as a window loads it.
+fn streamed() -> Option<World> {
+    let mut world = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0)?;
+    let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
+    world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
+    Some(world)
+}
+
+/// Flies from a map to an oblique view, in frames that do not wait, until nothing is late: what it shows then, and the most
+/// maps that were made in a frame. `loses` plans every second frame and draws it not, so its maps are never made.
+fn flown(loses: bool) -> Option<(Vec<Option<Pixel>>, usize)> {
+    let mut world = streamed()?;
+    let (mut frame, style) = (Frame::new(&world.gpu).unwrap(), style());
+    let light = Light { haze_m: 1e9, ..north_west() };
+    let mut most = 0;
+    for camera in [MAPS[1], OBLIQUE] {
+        let view = still(world.pose(camera), SIZE_PX);
+        let mut settles = false;
+        for _ in 0..200 {
+            if loses {
+                hachure::frame::prepare(&world.gpu, &mut world.surfaces, &Rig::mono(view), &style, &light);
+            }
+            let drawn = draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &light);
+            most = most.max(world.surfaces.terrain.water_maps().unwrap().jobs().len());
+            settles = !drawn.tiles.late;
+            if settles {
+                break;
+            }
+        }
+        assert!(settles, "{camera}: it is still late");
+    }
+    let view = still(world.pose(OBLIQUE), SIZE_PX);
+    Some((pixels(&world, &frame, &view), most))
+}
+
+/// How many pixels of two pictures differ by more than a hundredth of a pixel.
+fn differing<'a>(a: impl Iterator<Item = &'a Option<Pixel>>, b: impl Iterator<Item = &'a Option<Pixel>>) -> usize {
+    let pairs = a.zip(b).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
+    pairs.filter(|(a, b)| (a.water_m - b.water_m).abs() > 0.01 * a.pixel_m).count()
+}
+
+#[test]
+fn maps_that_are_kept_are_as_those_made_anew() {
+    let Some((kept, most)) = flown(false) else { return };
+    assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let (anew, _) = water_of(&mut world, OBLIQUE);
+    let differ = differing(kept.iter(), anew.iter());
+    println!("{differ} pixels differ after a flight");
+    assert!(differ < 20);
+    // Planted: maps that count as made and are not.
+    let Some((lost, _)) = flown(true) else { return };
+    assert!(differing(lost.iter(), anew.iter()) > 200);
+}
+
+#[test]
+fn parts_and_eyes_have_the_water_of_the_whole() {
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let (whole, mut frame) = water_of(&mut world, OBLIQUE);
+    let light = Light { haze_m: 1e9, ..north_west() };
+    let view = still(world.pose(OBLIQUE), SIZE_PX);
+    let (left, top, width, height) = (250, 90, 170, 120);
+    let part = Part { origin_px: [left, top], size_px: [width, height] };
+    let view_of_part = View { part, ..view };
+    draw(&world.gpu, &mut world.surfaces, &mut frame, &view_of_part, &style(), &light);
+    let part = pixels(&world, &frame, &view_of_part);
+    let within = |left: i32| {
+        let at = move |i: usize| {
+            (top as usize + i / width as usize) * SIZE_PX[0] as usize + left as usize + i % width as usize
+        };
+        (0..part.len()).map(at).collect::<Vec<usize>>()
+    };
+    let of_whole = |left: i32| differing(within(left).into_iter().map(|i| &whole[i]), part.iter());
+    println!("{} of {} pixels of a part differ", of_whole(left), part.len());
+    assert!(part.iter().flatten().filter(|pixel| pixel.water_m > 0.0).count() > 2000);
+    assert!(of_whole(left) < 20);
+    // Planted: a part that lies two pixels aside.
+    assert!(of_whole(left + 2) > 200);
+
+    // Of two eyes, the second is as if it were alone.
+    let aside = DVec3::new(40.0, 0.0, 0.0);
+    let other = View { pose: Pose { position_m: view.pose.position_m + aside, ..view.pose }, ..view };
+    let rig = Rig { origin_m: view.pose.position_m + 0.5 * aside, eyes: vec![other, view] };
+    frame.render_eyes(&world.gpu, &mut world.surfaces, &rig, &style(), &light).unwrap();
+    let eye: Vec<f64> =
+        floats::<1>(&world.gpu, frame.eye_target(1, &WATER).unwrap()).into_iter().map(|[m]| m.into()).collect();
+    let off = |shift: usize| {
+        let pairs = whole.iter().zip(eye.iter().skip(shift)).filter_map(|(pixel, eye)| Some((pixel.as_ref()?, eye)));
+        pairs.filter(|(pixel, water_m)| (pixel.water_m - *water_m).abs() > 0.05 * pixel.pixel_m).count()
+    };
+    println!("{} pixels of an eye differ", off(0));
+    assert!(off(0) < 200);
+    assert!(off(2) > 1000);
+}
+
 /// Land in whole metres, at a steady slope.
 fn terraces_m(slope_deg: f64) -> impl Fn(f64, f64) -> f64 {
     move |x_m, y_m| (300.0 + slope_deg.to_radians().tan() * (0.8 * x_m + 0.6 * y_m)).round()
@@ -231,8 +332,10 @@ fn water_has_a_tint_and_lines_and_no_marks() {
     assert!(rings[0] > 0.6 && rings[4].max(rings[5]) > 0.5 && rings[11].max(rings[12]) > 0.3);
     assert!(rings[2] < 0.1 && rings[8] < 0.1);
 
-    let dry = hachure::style::preset_text("crosshatch").unwrap().replace("level_deg = 2", "level_deg = 0");
-    let wet = Style::parse("wet", &format!("{dry}\n[water]\nshore_px = 1\n")).unwrap();
+    let text = hachure::style::preset_text("crosshatch").unwrap().replace("level_deg = 2", "level_deg = 0");
+    let wet = Style::parse("wet", &text).unwrap();
+    let (before, section) = text.split_once("[water]").unwrap();
+    let dry = format!("{before}{}", &section[section.find("[paper]").unwrap()..]);
     let marked = |world: &mut World, style: &Style| {
         let view = still(world.pose(MAPS[1]), SIZE_PX);
         let mut frame = Frame::new(&world.gpu).unwrap();

@@ -4,15 +4,13 @@
 // shadow then lies between texels, and is as smooth as the horizon is. The level is that of the pixel's footprint: it
 // is a function of place and distance alone, as the surface's is, so nothing pops.
 #define_import_path hachure::horizon_maps
-#import hachure::terrain::{terrain, tiles, place_on_level, between_corners, grid_from_world, LevelPlace, TILE_SAMPLES}
+#import hachure::terrain::{terrain, tiles, place_on_level, between_corners, grid_from_world, LevelPlace, TILE_SAMPLES, NO_MAP}
 #import hachure::earth::unbend
 
 // Texels of a tile along a side, those outside of it at either end, and samples between texels.
 const MAP_SIDE: i32 = 130;
 const MAP_BORDER: i32 = 1;
 const MAP_SPACING: i32 = 2;
-// What a tile without a map says.
-const NO_MAP: u32 = 0xffffffffu;
 // Half of the sun's width, and what the horizon's own texels add, in radians.
 const PENUMBRA_RAD: f32 = 0.008;
 

@@ -1,7 +1,7 @@
 // Still water in elevation data: lakes and the sea are level there, and nothing else of their size is.
 #define_import_path hachure::still_water
 #import hachure::terrain::{terrain, levels, place_on_level, as_far_as_there, is_in_grid, LevelPlace}
-#import hachure::surface::{heights, Surface, surface_near, surface_at, cell_at, Cell, spline_weights, spline_slopes}
+#import hachure::surface::{heights, Surface, surface_near, surface_at, cell_at, Cell}
 
 // Still water is not steeper, rise over run; heights on it differ by less than that, and means of many of them by less
 // than this.
@@ -32,6 +32,8 @@ const ENDS: i32 = 4;
 const SEA_M: f32 = 0.5;
 // A world that is no higher is level land, and has no shore to tell a lake by.
 const LEVEL_WORLD_M: f32 = 0.5;
+// Places that are asked lie so far beside samples and the middles between them: which are nearest is no matter of rounding.
+const BESIDE: f32 = 0.13;
 const NO_LAKE: f32 = 1e30;
 const VOID: f32 = 2e30;
 
@@ -162,7 +164,7 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
         found = select(select(row.z, row.y, next.x == 0), row.x, next.x < 0);
         offset = vec2<f32>(next);
     }
-    let centre = g + (offset + 0.5 - window.f) / wide_scale(window.level);
+    let centre = g + (offset + 0.5 - window.f + BESIDE) / wide_scale(window.level);
     // Beyond the border everything is as at the border.
     let half = 0.75 / wide_scale(window.level);
     if !is_in_grid(centre - half) || !is_in_grid(centre + half) {
@@ -237,36 +239,4 @@ fn lake_near(g: vec2<f32>, own: Window) -> f32 {
         }
     }
     return select(NO_LAKE, square.height_m, goes_on);
-}
-
-// What is water at a place: a lake of that height, and what is no higher than the sea.
-struct Water {
-    lake_m: f32,
-    sea_m: f32,
-}
-
-// 1 for samples that are water, 0 for land. Holes of the data have no shore.
-fn wet(water: Water, heights_m: vec4<f32>) -> vec4<f32> {
-    let is_wet = (abs(heights_m - water.lake_m) < vec4<f32>(LEVEL_WATER_M))
-        | (heights_m <= vec4<f32>(water.sea_m)) | (heights_m == vec4<f32>(VOID));
-    return select(vec4<f32>(0.0), vec4<f32>(1.0), is_wet);
-}
-
-fn is_wet(water: Water, height_m: f32) -> bool {
-    return wet(water, vec4<f32>(height_m)).x > 0.0;
-}
-
-// How much of a window is water, under a B-spline (the shore is where it is half), and its gradient by g.
-fn wetness(water: Water, window: Window) -> vec3<f32> {
-    let x = spline_weights(window.f.x);
-    let y = spline_weights(window.f.y);
-    let slope_x = spline_slopes(window.f.x);
-    let slope_y = spline_slopes(window.f.y);
-    let a = wet(water, window.row_a);
-    let b = wet(water, window.row_b);
-    let c = wet(water, window.row_c);
-    let d = wet(water, window.row_d);
-    let rows = vec4<f32>(dot(x, a), dot(x, b), dot(x, c), dot(x, d));
-    let slopes = vec4<f32>(dot(slope_x, a), dot(slope_x, b), dot(slope_x, c), dot(slope_x, d));
-    return vec3<f32>(dot(y, rows), vec2<f32>(dot(y, slopes), dot(slope_y, rows)) * levels[window.level].scale);
 }

@@ -44,9 +44,13 @@ struct TileRecord {
     slot: u32,
     // 1 where nothing finer exists.
     is_finest: u32,
-    // As `blocked`, by how much of a level horizons have to stay above this tile's map; all ones where it has none: see
-    // `seen`.
+    // As `blocked`, by how much of a level horizons, and shores, have to stay above this tile's map; NO_MAP where it has
+    // none: see `horizon_maps` and `water_maps`.
     unlit: u32,
+    shoreless: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
 }
 
 struct Terrain {
@@ -87,6 +91,8 @@ const TILE_SAMPLES: i32 = 256;
 const TILE_SHIFT: vec2<u32> = vec2<u32>(8u, 8u);
 const TILE_BORDER: i32 = 2;
 const NO_SLOT: u32 = 0xffffffffu;
+// What a tile without a map says.
+const NO_MAP: u32 = 0xffffffffu;
 
 // Grid coordinates of the first and the last sample.
 fn first_sample() -> vec2<f32> {

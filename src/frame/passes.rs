@@ -5,7 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs, mark_layers};
+use super::{EyeMemory, FrameInputs, land_maps, mark_layers};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
@@ -18,7 +18,7 @@ use crate::lines::{self, detector, lsa, smooth, threshold};
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, land, mark_normal, meshes, motion, rows, trees};
+use crate::surface::{self, form, land, mark_normal, meshes, motion, trees};
 use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -172,14 +172,8 @@ fn see(
         let tree_step = trees.as_ref().and_then(SeenTrees::step);
         motion::run(cx, &motion::Inputs { view: &view, position: &position, surface_id, tree_step, motion });
     }
-    // What the land sees of the sun and of the sky, where that is not known yet: once for all eyes.
-    let horizon_tiles = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
-    if let (true, Some(tiles)) = (is_first, horizon_tiles) {
-        land::horizons::run(cx, heights, tiles);
-    }
-    // Rows of hachures on land that has none yet: the same.
-    if let (true, Some(plan)) = (is_first, inputs.rows) {
-        rows::make(cx, plan, heights);
+    if is_first {
+        land_maps::make(cx, inputs);
     }
 
     // Lines: detect, threshold.

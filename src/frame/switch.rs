@@ -135,9 +135,9 @@ impl Frame {
         self.switch.shown = Some(shown);
         self.record_ms += rehearsal_ms;
         if !drawn? {
-            // As if it had not been: its strokes begin anew, and its horizon maps are made by another frame.
+            // As if it had not been: its strokes begin anew, and its maps are made by another frame.
             self.forget();
-            world.terrain.forget_planned_horizons();
+            world.terrain.forget_planned_maps();
         }
         Ok(prepared)
     }
@@ -153,6 +153,10 @@ impl Frame {
     ) -> Result<bool, GpuError> {
         if style.asks_for_horizons() {
             world.terrain.map_horizons(gpu, Some(light.to_sun));
+        }
+        if style.water.is_some() {
+            let sea_level_m = world.sea_level_m();
+            world.terrain.map_water(gpu, Some(sea_level_m));
         }
         let known = self.switch.rehearsal.take().filter(|(known, _)| known == style);
         let (_, memories) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), Vec::new())));

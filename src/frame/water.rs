@@ -28,8 +28,8 @@ pub(super) fn draw(
     let &AtEye { view, surface_id, position, tone } = eye;
     let (gpu, world) = (cx.gpu(), inputs.world);
     let water = &targets.whole(gpu, &WATER);
-    let (terrain, sea_level_m) = (&world.terrain.resources(), world.sea_level_m());
-    water::run(cx, &water::Inputs { view, terrain, style, sea_level_m, surface_id, position, water });
+    let terrain = &world.terrain.water_map_resources()?;
+    water::run(cx, &water::Inputs { view, terrain, style, surface_id, position, water });
     let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(gpu, kind));
     let drawn = look::Inputs { view, style, position, water, tone, watered: &watered, water_ink: &ink };
     look::run(cx, &drawn);

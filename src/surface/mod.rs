@@ -12,6 +12,7 @@ pub mod meshes;
 pub mod trees;
 pub mod mark_normal;
 pub mod form;
+pub mod lakes;
 pub mod water;
 pub mod rows;
 pub mod motion;

@@ -1,7 +1,7 @@
-//! What a tile's horizons look at: tiles of its own level and of all coarser ones, near enough for the march of
-//! `shaders/surface/land/horizons.wgsl` to read them.
+//! What a tile's maps look at: tiles of its own level and of all coarser ones, near enough for
+//! `shaders/surface/land/horizons.wgsl` and `shaders/surface/lakes` to read them.
 //!
-//! The march reads a level at most sixteen samples away, so a tile touches nine tiles of its own level and four of each
+//! Horizons read a level at most sixteen samples away, and lakes sixty, so a tile touches nine tiles of its own level and four of each
 //! coarser one at most. They have fixed places in a list, so a set of them is a number.
 
 use rustc_hash::FxHashSet;
@@ -10,8 +10,9 @@ use super::needed::Needed;
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
-/// How far a level is read, in its samples: sixteen, and more where the samples of a geographic grid are narrow.
-const REACH: i64 = 40;
+/// How far a level is read, in its samples. (The sixteen of horizons are up to forty where the samples of a geographic grid
+/// are narrow.)
+const REACH: i64 = 60;
 
 /// Which of the tiles around one are there: a bit for each.
 pub type Around = u128;
@@ -39,7 +40,7 @@ pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (
     })
 }
 
-/// The tiles that horizons of `needed` tiles look at and that the view does not need itself, coarser ones first.
+/// The tiles that maps of `needed` tiles look at and that the view does not need itself, coarser ones first.
 pub fn beside(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
     let mut met: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).collect();
     let mut found = Vec::new();

@@ -5,14 +5,15 @@
 //! Why: `docs/decisions/page-table.md`.
 
 use bytemuck::Zeroable;
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
-use super::horizon_maps::HorizonMaps;
 use super::needed::children;
 use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
+use super::slot_maps::SlotMaps;
+use super::water_maps::WaterMaps;
 pub use crate::gpu::wgsl::shared::terrain::Level as LevelInfo;
 pub use crate::gpu::wgsl::shared::terrain::TileRecord;
 pub use crate::gpu::wgsl::shared::terrain::TileRow;
@@ -20,13 +21,22 @@ use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
 /// What a record says of a tile that is not there.
 const NO_SLOT: u32 = crate::gpu::wgsl::shared::terrain::NO_SLOT;
-/// What a record says of a tile that has no horizon map, and of one whose horizon map is not used: nearly 1 at each
-/// corner is as good as 1.
-const NO_MAP: u32 = crate::gpu::wgsl::shared::horizon_maps::NO_MAP;
-const ALL_UNLIT: u32 = 0xfefe_fefe;
+/// What a record says of a tile that has no map of a kind, and of one whose map is not used: nearly 1 at each corner is
+/// as good as 1.
+const NO_MAP: u32 = crate::gpu::wgsl::shared::terrain::NO_MAP;
+const ALL_BLOCKED: u32 = 0xfefe_fefe;
 /// The record of a tile that the surface does not use.
-const NOTHING: TileRecord =
-    TileRecord { errors_m: [0.0; 4], blocked: u32::MAX, slot: NO_SLOT, is_finest: 0, unlit: NO_MAP };
+const NOTHING: TileRecord = TileRecord {
+    errors_m: [0.0; 4],
+    blocked: u32::MAX,
+    slot: NO_SLOT,
+    is_finest: 0,
+    unlit: NO_MAP,
+    shoreless: NO_MAP,
+    pad_a: 0,
+    pad_b: 0,
+    pad_c: 0,
+};
 
 /// The whole table, as three lists for the GPU.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,7 +54,8 @@ impl PageTable {
     pub fn new(
         store: &dyn TileStore,
         residency: &Residency,
-        horizon_maps: Option<&HorizonMaps>,
+        horizon_maps: Option<&SlotMaps<Vec2>>,
+        water_maps: Option<&WaterMaps>,
         anchor: DVec2,
     ) -> Self {
         let (atlas, floor) = (&residency.atlas, &residency.floor);
@@ -72,13 +83,15 @@ impl PageTable {
                 while let Some(tile) = next.next_if(|tile| (tile.level, tile.y) == (first.level, first.y)) {
                     table.tiles.resize(first_tile + (tile.x - first.x) as usize, NOTHING);
                     let mut record = if beside.contains(&tile) {
-                        // The surface goes by what the view needs; only horizons look at this one.
+                        // The surface goes by what the view needs; only its maps look at this one.
                         TileRecord { slot: atlas.get(tile).map_or(NO_SLOT, |resident| resident.slot), ..NOTHING }
                     } else {
                         record(store, atlas, floor, tile, corner_errors.as_ref())
                     };
                     let unlit = horizon_maps.and_then(|maps| maps.floor_at(atlas, tile));
-                    record.unlit = unlit.map_or(NO_MAP, |unlit| unlit_where_blocked(record.blocked, unlit));
+                    record.unlit = unlit.map_or(NO_MAP, |unlit| without_map(record.blocked, unlit));
+                    let shoreless = water_maps.and_then(|maps| maps.floor_at(atlas, tile));
+                    record.shoreless = shoreless.map_or(NO_MAP, |floor| without_map(record.blocked, floor));
                     table.tiles.push(record);
                 }
                 table.rows.push(TileRow {
@@ -143,7 +156,7 @@ fn record(
         errors_m = [at(0), at(1), at(2), at(3)];
     }
     let blocked = u32::from_le_bytes(floor.at(tile).map(byte));
-    TileRecord { errors_m, blocked, slot, is_finest: u32::from(is_finest(store, tile)), unlit: NO_MAP }
+    TileRecord { errors_m, blocked, slot, is_finest: u32::from(is_finest(store, tile)), ..NOTHING }
 }
 
 /// 0 to 1 in 8 bits; only 0 is 0.
@@ -151,11 +164,11 @@ fn byte(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0).ceil() as u8
 }
 
-/// Of a tile with a horizon map: it is used where its surface is, and where those around it are there.
-fn unlit_where_blocked(blocked: u32, unlit: [f32; 4]) -> u32 {
+/// Of a tile with a map: it is used where its surface is, and where those around it are there.
+fn without_map(blocked: u32, floor: [f32; 4]) -> u32 {
     let blocked = blocked.to_le_bytes();
-    let bytes = std::array::from_fn(|corner| byte(unlit[corner]).max(blocked[corner]));
-    if bytes == [255; 4] { ALL_UNLIT } else { u32::from_le_bytes(bytes) }
+    let bytes = std::array::from_fn(|corner| byte(floor[corner]).max(blocked[corner]));
+    if bytes == [255; 4] { ALL_BLOCKED } else { u32::from_le_bytes(bytes) }
 }
 
 /// Whether somewhere in this tile nothing finer exists.
@@ -169,10 +182,10 @@ mod tests {
 
     #[test]
     fn a_map_is_used_where_its_surface_is() {
-        assert_eq!(unlit_where_blocked(0, [0.0; 4]), 0);
-        assert_eq!(unlit_where_blocked(0x40, [0.0, 0.5, 0.0, 1.0]).to_le_bytes(), [0x40, 128, 0, 255]);
-        assert_eq!(unlit_where_blocked(0x40, [0.5; 4]).to_le_bytes(), [128; 4]);
+        assert_eq!(without_map(0, [0.0; 4]), 0);
+        assert_eq!(without_map(0x40, [0.0, 0.5, 0.0, 1.0]).to_le_bytes(), [0x40, 128, 0, 255]);
+        assert_eq!(without_map(0x40, [0.5; 4]).to_le_bytes(), [128; 4]);
         // A map that is there and not used is told from none.
-        assert!(unlit_where_blocked(u32::MAX, [0.0; 4]) != NO_MAP && unlit_where_blocked(0, [1.0; 4]) != NO_MAP);
+        assert!(without_map(u32::MAX, [0.0; 4]) != NO_MAP && without_map(0, [1.0; 4]) != NO_MAP);
     }
 }

@@ -66,8 +66,8 @@ pub struct Movement {
     pub frame_s: f64,
     /// Tiles that the mesh wants, and how urgently.
     pub asked: FxHashMap<TileAddress, f64>,
-    /// Whether horizon maps are made: they look at tiles beside the view.
-    pub maps_horizons: bool,
+    /// Whether maps are made: they look at tiles beside the view.
+    pub looks_beside: bool,
 }
 
 struct Failure {
@@ -90,7 +90,7 @@ pub struct Residency {
     pub floor: ResidencyFloor,
     /// What the view of this frame needs, coarse levels first.
     pub needed: Vec<Needed>,
-    /// What only its horizons look at.
+    /// What only its maps look at.
     pub beside: Vec<TileAddress>,
     /// The tiles of which these are beside.
     beside_of: Vec<TileAddress>,
@@ -186,7 +186,7 @@ impl Residency {
         urgent.extend(
             movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
         );
-        self.look_beside(movement.maps_horizons);
+        self.look_beside(movement.looks_beside);
         urgent.extend(self.beside.iter().map(|address| Needed { address: *address, urgency: BESIDE_URGENCY }));
         let mut soon = Vec::new();
         if fade_step_s.is_some() {
@@ -224,9 +224,9 @@ impl Residency {
         loaded
     }
 
-    /// Finds what the horizons of needed tiles look at, as far as there is room.
-    fn look_beside(&mut self, maps_horizons: bool) {
-        if !maps_horizons {
+    /// Finds what the maps of needed tiles look at, as far as there is room.
+    fn look_beside(&mut self, looks_beside: bool) {
+        if !looks_beside {
             self.beside.clear();
             self.beside_of.clear();
             return;

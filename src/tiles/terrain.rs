@@ -15,6 +15,7 @@ use super::grid_projection::GridProjection;
 use super::horizon_maps::HorizonMaps;
 use super::residency::Residency;
 use super::terrain_buffers::TerrainBuffers;
+use super::water_maps::{NO_SEA_M, WaterMaps, water_maps};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::pyramid::store::Ground;
@@ -52,8 +53,8 @@ impl Default for TerrainOptions {
     }
 }
 
-/// Horizon maps are kept for so many frames in which nobody asks for them.
-const KEEP_HORIZON_FRAMES: u64 = 3600;
+/// Maps are kept for so many frames in which nobody asks for them.
+const KEEP_MAPS_FRAMES: u64 = 3600;
 
 /// Samples along a side: what f32 still counts one by one.
 const MOST_SAMPLES: u32 = 1 << 24;
@@ -112,6 +113,10 @@ pub struct Terrain {
     /// Whether the next frame asks for them, and the last frame that did.
     asks_for_horizons: bool,
     horizons_asked_in: u64,
+    /// The same of a style with water.
+    water_maps: Option<WaterMaps>,
+    asks_for_water: bool,
+    water_asked_in: u64,
 }
 
 impl Terrain {
@@ -143,6 +148,9 @@ impl Terrain {
             horizon_maps: None,
             asks_for_horizons: false,
             horizons_asked_in: 0,
+            water_maps: None,
+            asks_for_water: false,
+            water_asked_in: 0,
         })
     }
 
@@ -235,8 +243,9 @@ impl Terrain {
 
     /// Bytes that the terrain holds on the GPU.
     pub fn gpu_bytes(&self) -> u64 {
-        let horizon_maps = self.horizon_maps.as_ref().map_or(0, HorizonMaps::bytes);
-        self.residency.atlas.bytes() + self.buffers.bytes() + horizon_maps
+        let horizon_maps = self.horizon_maps.as_ref().map_or(0, |horizons| horizons.maps.bytes());
+        let water_maps = self.water_maps.as_ref().map_or(0, WaterMaps::bytes);
+        self.residency.atlas.bytes() + self.buffers.bytes() + horizon_maps + water_maps
     }
 
     /// In the next frame horizon maps toward a sun in that direction are there. None asks for nothing: what is known
@@ -249,14 +258,33 @@ impl Terrain {
                 maps.set_sun(to_sun.truncate());
                 self.horizons_asked_in = self.frame;
             }
-            None if self.frame > self.horizons_asked_in + KEEP_HORIZON_FRAMES => self.horizon_maps = None,
+            None if self.frame > self.horizons_asked_in + KEEP_MAPS_FRAMES => self.horizon_maps = None,
             None => {}
         }
     }
 
-    /// The frame for which the terrain was prepared was not drawn: its horizon maps are still to be made.
-    pub fn forget_planned_horizons(&mut self) {
-        if let Some(maps) = &mut self.horizon_maps {
+    /// In the next frame water maps are there, with a sea of that height if there is one: `Some(None)` is water without
+    /// a sea. None asks for nothing: what is known stays for a while.
+    pub fn map_water(&mut self, gpu: &Gpu, sea_level_m: Option<Option<f64>>) {
+        self.asks_for_water = sea_level_m.is_some();
+        match sea_level_m {
+            Some(sea_level_m) => {
+                let sea_m = sea_level_m.map_or(NO_SEA_M, |level_m| level_m as f32);
+                let atlas = &self.residency.atlas;
+                self.water_maps.get_or_insert_with(|| water_maps(gpu, atlas, sea_m)).set_key(sea_m);
+                self.water_asked_in = self.frame;
+            }
+            None if self.frame > self.water_asked_in + KEEP_MAPS_FRAMES => self.water_maps = None,
+            None => {}
+        }
+    }
+
+    /// The frame for which the terrain was prepared was not drawn: its maps are still to be made.
+    pub fn forget_planned_maps(&mut self) {
+        if let Some(horizons) = &mut self.horizon_maps {
+            horizons.maps.forget_planned();
+        }
+        if let Some(maps) = &mut self.water_maps {
             maps.forget_planned();
         }
     }
@@ -264,6 +292,11 @@ impl Terrain {
     /// The horizon maps; none while nobody asks for them.
     pub fn horizon_maps(&self) -> Option<&HorizonMaps> {
         self.horizon_maps.as_ref()
+    }
+
+    /// The water maps; none while nobody asks for them.
+    pub fn water_maps(&self) -> Option<&WaterMaps> {
+        self.water_maps.as_ref()
     }
 
     /// The earth as a camera at a height sees it.
@@ -297,8 +330,15 @@ impl Terrain {
             levels,
             rows,
             tiles,
-            ("horizon_maps", Resource::Texture("horizon maps", maps.view().clone())),
+            ("horizon_maps", Resource::Texture("horizon maps", maps.maps.view().clone())),
             ("horizon_sampler", Resource::Sampler(maps.sampler().clone())),
         ])
+    }
+
+    /// What `shaders/shared/water_maps.wgsl` needs; none if nobody has asked for water maps.
+    pub fn water_map_resources(&self) -> Option<[Named; 5]> {
+        let maps = self.water_maps.as_ref()?;
+        let [terrain, levels, rows, tiles, _] = self.resources();
+        Some([terrain, levels, rows, tiles, ("water_maps", Resource::Texture("water maps", maps.view().clone()))])
     }
 }

@@ -13,6 +13,7 @@
 #import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
 #import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT, is_in_grid}
 #import hachure::surface::{heights, camera_relative_m}
+#import hachure::map_job::MapJob
 #import hachure::horizon_maps::{MAP_BORDER, MAP_SPACING, MAP_SIDE}
 
 // Steps in each octave of the distance: toward the sun, and for the sky.
@@ -32,16 +33,8 @@ struct Horizons {
     pad_b: f32,
 }
 
-// A tile that is made.
-struct HorizonJob {
-    slot: i32,
-    level: i32,
-    // The tile's place in its level.
-    tile: vec2<i32>,
-}
-
 @group(0) @binding(0) var<uniform> horizons: Horizons;
-@group(0) @binding(1) var<storage, read> jobs: array<HorizonJob>;
+@group(0) @binding(1) var<storage, read> jobs: array<MapJob>;
 // In 16 bits each: the sine of the horizon's elevation toward the sun, -1 to 1, and the visible part of the sky.
 @group(0) @binding(2) var horizon_maps: texture_storage_2d_array<r32uint, write>;
 

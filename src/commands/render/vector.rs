@@ -14,7 +14,7 @@ use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
-use crate::style::Style;
+use crate::style::{Color, Style};
 use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
@@ -110,7 +110,7 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
         ("tones", style.tone.is_seen()),
         ("watercolour", style.watercolor.is_some()),
         ("textures of strokes", strokes.is_some_and(|strokes| strokes.texture.is_some())),
-        ("tint of water", style.water.is_some()),
+        ("tint of water", style.water.as_ref().is_some_and(|water| water.tint != Color::WHITE)),
         ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
     ];
     let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();

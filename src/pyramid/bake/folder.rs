@@ -40,12 +40,15 @@ impl Folder {
         let name = out.file_name().unwrap_or_default().to_string_lossy();
         let text = format!("{FIRST_LINE}\n{bake:016x}\n{name}\n{identity}\n");
         if folder.path.symlink_metadata().is_ok() {
-            let Ok(found) = fs::read_to_string(folder.path.join(ABOUT)) else {
-                // Another process may be about to describe it.
-                let begun = |entry: fs::DirEntry| entry.file_name().to_string_lossy().ends_with(".part");
-                let ours =
-                    fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(begun)));
-                return if ours { folder.describe(&text) } else { Err(refused("is no work folder of a bake")) };
+            let about = folder.path.join(ABOUT);
+            let begun = |entry: fs::DirEntry| entry.file_name().to_string_lossy().ends_with(".part");
+            let is_begun =
+                || fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(begun)));
+            let found = match fs::read_to_string(&about) {
+                Ok(found) => found,
+                // Another process may be about to describe it, and may have done so between the two looks.
+                Err(_) if is_begun() => return folder.describe(&text),
+                Err(_) => fs::read_to_string(&about).map_err(|_| refused("is no work folder of a bake"))?,
             };
             let lines: Vec<&str> = found.lines().collect();
             if lines.first() != Some(&FIRST_LINE) || lines.get(2) != Some(&&*name) {

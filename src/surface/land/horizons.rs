@@ -4,16 +4,18 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::{Cx, WORKGROUP_PX};
 pub(crate) use crate::gpu::wgsl::surface::land::horizons::Horizons as HorizonsUniform;
-use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps, MAPS_AT_ONCE};
+use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
+use crate::tiles::slot_maps::MAPS_AT_ONCE;
 
 /// The tiles to make.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 
-/// Makes the maps that `maps` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file
+/// Makes the maps that `horizons` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file
 /// may have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for
 /// long.
-pub fn run(cx: &mut Cx<'_>, terrain: &[Named], maps: &HorizonMaps) {
-    let uniform = HorizonsUniform { to_sun: maps.to_sun().to_array(), pad_a: 0.0, pad_b: 0.0 };
+pub fn run(cx: &mut Cx<'_>, terrain: &[Named], horizons: &HorizonMaps) {
+    let maps = &horizons.maps;
+    let uniform = HorizonsUniform { to_sun: maps.key().to_array(), pad_a: 0.0, pad_b: 0.0 };
     // A rehearsal asks, for maps that will be planned.
     let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());

@@ -14,13 +14,13 @@ use super::{Loading, Terrain};
 use crate::gpu::Gpu;
 use crate::scene::frustum::Frustum;
 use crate::tiles::budget::{Budget, Search, most_patches};
-use crate::tiles::horizon_maps::{HorizonStep, MAPS_AT_ONCE};
 use crate::tiles::needed::LevelRule;
 use crate::tiles::page_table::PageTable;
 use crate::tiles::patches::ResidentPatches;
 use crate::tiles::residency::{Loaded, Movement};
 use crate::tiles::select::select_within;
 use crate::tiles::selection::{Selection, Viewpoint};
+use crate::tiles::slot_maps::{MAPS_AT_ONCE, MapStep};
 use crate::tiles::terrain_buffers::TerrainUniform;
 
 /// Of the allowed error, the part that the choice of the level may use: positions are on the level's surface exactly,
@@ -79,7 +79,7 @@ struct Fitted {
     tiles: Loaded,
     jumped: bool,
     detail: Detail,
-    /// See [`HorizonStep::fade_step_s`].
+    /// See [`MapStep::fade_step_s`].
     fade_step_s: Option<f64>,
 }
 
@@ -100,12 +100,15 @@ impl Terrain {
     /// the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
-        let fitted = self.fit(gpu, view, self.asks_for_horizons);
+        let fitted = self.fit(gpu, view, self.asks_for_horizons || self.asks_for_water);
         let Fitted { rule, selection, mut tiles, jumped, detail, fade_step_s } = fitted;
-        if let Some(maps) = self.horizon_maps.as_mut().filter(|_| self.asks_for_horizons) {
-            let streams = self.options.loading == Loading::Stream;
-            let most = if streams { MAPS_AT_ONCE } else { usize::MAX };
-            let step = HorizonStep { frame: self.frame, most, fade_step_s };
+        let streams = self.options.loading == Loading::Stream;
+        let most = if streams { MAPS_AT_ONCE } else { usize::MAX };
+        let step = MapStep { frame: self.frame, most, fade_step_s };
+        if let Some(horizons) = self.horizon_maps.as_mut().filter(|_| self.asks_for_horizons) {
+            tiles.late |= horizons.maps.plan(&self.residency, self.store.levels(), step);
+        }
+        if let Some(maps) = self.water_maps.as_mut().filter(|_| self.asks_for_water) {
             tiles.late |= maps.plan(&self.residency, self.store.levels(), step);
         }
         self.write_buffers(gpu, &rule);
@@ -113,7 +116,7 @@ impl Terrain {
     }
 
     /// Brings tiles and chooses patches.
-    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, maps_horizons: bool) -> Fitted {
+    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, looks_beside: bool) -> Fitted {
         self.frame += 1;
         let mut now_s = self.start.elapsed().as_secs_f64();
         let rule = LevelRule {
@@ -133,13 +136,8 @@ impl Terrain {
         let mut rounds = 0;
         loop {
             let asked = std::mem::take(&mut self.asked);
-            let movement = Movement {
-                rule: rule.clone(),
-                velocity_m: step.velocity_m,
-                frame_s: step.step_s,
-                asked,
-                maps_horizons,
-            };
+            let movement =
+                Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, looks_beside };
             let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
@@ -227,7 +225,9 @@ impl Terrain {
     /// Writes what the shaders read.
     fn write_buffers(&mut self, gpu: &Gpu, rule: &LevelRule) {
         let anchor = self.grid_projection.anchor(rule.camera_m.truncate());
-        let page_table = PageTable::new(&*self.store, &self.residency, self.horizon_maps.as_ref(), anchor);
+        let horizon_maps = self.horizon_maps.as_ref().map(|horizons| &horizons.maps);
+        let water_maps = self.water_maps.as_ref();
+        let page_table = PageTable::new(&*self.store, &self.residency, horizon_maps, water_maps, anchor);
         let uniform = TerrainUniform::new(&*self.store, &self.grid_projection, anchor, rule);
         self.buffers.write(gpu, page_table, uniform);
     }

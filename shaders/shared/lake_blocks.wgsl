@@ -1,0 +1,30 @@
+// Squares of four samples of a tile and of what is around it.
+#define_import_path hachure::lake_blocks
+#import hachure::terrain::{levels, TILE_SAMPLES}
+#import hachure::map_job::MapJob
+#import hachure::water_maps::{AROUND, SIDE}
+#import hachure::still_water::Window
+
+// The height that stands for the sea.
+const SEA: f32 = -1e30;
+
+// The middle of a square.
+fn block_g(job: MapJob, block: vec2<i32>) -> vec2<f32> {
+    let info = levels[job.level];
+    let sample = job.tile * TILE_SAMPLES - AROUND + 2 * block;
+    return (vec2<f32>(sample - info.cell) + 0.5 - info.fraction) / info.scale;
+}
+
+// Where one of its samples is among all of the tiles that are made.
+fn block_place(number: u32, block: vec2<i32>, corner: vec2<i32>) -> i32 {
+    let place = 2 * block + corner;
+    return (i32(number) * SIDE + place.y) * SIDE + place.x;
+}
+
+// One of its samples; beyond the border, and where a coarser level stands in, the nearest one.
+fn sample_of(window: Window, level: i32, corner: vec2<i32>) -> f32 {
+    let ratio = levels[window.level].scale / levels[level].scale;
+    let nearest = vec2<i32>(floor(window.f + (vec2<f32>(corner) - 0.5) * ratio + 0.5));
+    let row = select(window.row_b.yz, window.row_c.yz, nearest.y > 0);
+    return select(row.x, row.y, nearest.x > 0);
+}

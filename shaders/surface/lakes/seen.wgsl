@@ -1,0 +1,42 @@
+// Whether any tile of the view has water: then `surface/water` looks at all pixels, and else none is looked at.
+#import hachure::terrain::{terrain, levels, tile_rows, tiles, NO_MAP}
+#import hachure::water_maps::{water_maps, MAP_ROWS}
+
+struct Seen {
+    // Workgroups of a picture.
+    groups: vec2<u32>,
+    pad_a: u32,
+    pad_b: u32,
+}
+
+@group(0) @binding(0) var<uniform> picture: Seen;
+// Three numbers for `surface/water`, and three for `surface/dry`.
+@group(0) @binding(1) var<storage, read_write> arguments: array<u32>;
+
+var<workgroup> is_wet: atomic<u32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(local_invocation_index) thread: u32) {
+    for (var level = 0; level < terrain.level_count; level++) {
+        let info = levels[level];
+        for (var y = 0; y < info.row_count; y++) {
+            let row = tile_rows[info.first_row + y];
+            for (var x = i32(thread); x < row.count; x += 64) {
+                let tile = tiles[row.first_tile + x];
+                if tile.shoreless != NO_MAP && textureLoad(water_maps, vec2<i32>(0, MAP_ROWS - 1), i32(tile.slot), 0).r != 0u {
+                    atomicStore(&is_wet, 1u);
+                }
+            }
+        }
+    }
+    workgroupBarrier();
+    if thread == 0u {
+        let groups = vec4<u32>(picture.groups, picture.groups) * select(vec4<u32>(0u, 0u, 1u, 1u), vec4<u32>(1u, 1u, 0u, 0u), atomicLoad(&is_wet) != 0u);
+        arguments[0] = groups.x;
+        arguments[1] = groups.y;
+        arguments[2] = 1u;
+        arguments[3] = groups.z;
+        arguments[4] = groups.w;
+        arguments[5] = 1u;
+    }
+}

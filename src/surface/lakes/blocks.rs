@@ -1,0 +1,20 @@
+//! Heights → the sea, and where lakes may be. See `shaders/surface/lakes/blocks.wgsl`.
+
+use super::Inputs;
+use crate::gpu::recorder::Cx;
+use crate::gpu::wgsl::surface::lakes::blocks::{GROUPS, Sea};
+
+/// Tells the sea from land, and lists squares that are level.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let sea = Sea { sea_m: inputs.sea_m, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
+    let mut resources = vec![
+        ("sea", cx.uniform("sea", &sea)),
+        ("jobs", inputs.job_list.binding()),
+        ("classes", inputs.classes.binding()),
+        ("found", inputs.found.binding()),
+        ("squares", inputs.squares.binding()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    // Tiles stand below each other.
+    cx.groups("surface/lakes/blocks", [GROUPS, GROUPS * inputs.jobs.len() as u32], &resources);
+}

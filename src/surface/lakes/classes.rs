@@ -1,0 +1,16 @@
+//! Squares of samples → the lakes that they belong to. See `shaders/surface/lakes/classes.wgsl`.
+
+use super::Inputs;
+use crate::gpu::recorder::Cx;
+
+/// Tells lakes from land.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let mut resources = vec![
+        ("jobs", inputs.job_list.binding()),
+        ("squares", inputs.squares.binding()),
+        ("classes", inputs.classes.binding()),
+        ("found", inputs.found.binding()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.indirect("surface/lakes/classes", &inputs.arguments, 0, &resources);
+}

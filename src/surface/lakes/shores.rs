@@ -1,0 +1,16 @@
+//! Water → where its shore is beside each sample. See `shaders/surface/lakes/shores.wgsl`.
+
+use super::Inputs;
+use crate::gpu::recorder::Cx;
+
+/// Finds shores.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let mut resources = vec![
+        ("jobs", inputs.job_list.binding()),
+        ("classes", inputs.classes.binding()),
+        ("found", inputs.found.binding()),
+        ("shores", inputs.shores.binding()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.indirect("surface/lakes/shores", &inputs.arguments, 12, &resources);
+}
