@@ -19,7 +19,7 @@ struct Sample {
     shown_px: f32,
     // Whose it is; lasts across frames. Not 0. When a stroke falls into several, all of them keep it.
     stroke: u32,
-    // FIRST, LAST, FADING, IS_CLOSED, and the kind of edge from bit 8 on.
+    // FIRST, LAST, FADING, IS_CLOSED, RUNS_OFF, and the kind of edge from bit 8 on.
     flags: u32,
     // How far from its own place it is held by the line before: a part of `px`.
     held_px: vec2<f32>,
@@ -96,12 +96,16 @@ struct Temporal {
     padding_c: u32,
     camera_rest_m: vec3<f32>,
     padding_d: u32,
+    // Takes this frame's positions to the clip space of the last update.
+    updated_clip_from_camera: mat4x4<f32>,
 }
 
 const FIRST: u32 = 1u;
 const LAST: u32 = 2u;
 const FADING: u32 = 4u;
 const IS_CLOSED: u32 = 8u;
+// The first or last of a stroke, at the picture's border: the stroke runs on, out of it.
+const RUNS_OFF: u32 = 16u;
 const KIND_SHIFT: u32 = 8u;
 
 // Samples are at most so far apart along a stroke.

@@ -84,12 +84,27 @@ pub fn grows(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), St
 }
 
 /// From a frame to the next of a slow flight, with an update between them or without: lines begin to grow in a place,
-/// or go on from where they were shown.
-pub fn comes_from(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), String> {
-    now.iter().enumerate().filter(|(_, own)| own.flags & Sample::FADING == 0).try_for_each(|(at, own)| {
+/// or go on from where they were shown. What lay outside of the picture at the update before, of which `updated` is the
+/// view, may come at once.
+pub fn comes_from(
+    before: &[Sample],
+    updated: &View,
+    (view, now): (&View, &[Sample]),
+    growth_px: f32,
+) -> Result<(), String> {
+    let is_new = |own: &Sample| own.flags & Sample::FADING == 0 && was_in_picture(updated, view, own);
+    now.iter().enumerate().filter(|(_, own)| is_new(own)).try_for_each(|(at, own)| {
         let goes_on = own.shown_px <= growth_px || own.shown_px <= reached_px(before, own) + growth_px + FRAME_PX;
         check(goes_on, || named(at, now, "comes at once"))
     })
+}
+
+/// Whether a sample of `view` lies on what the picture of `updated` showed, a pixel at its border aside.
+pub fn was_in_picture(updated: &View, view: &View, own: &Sample) -> bool {
+    let step_m = view.pose.position_m - updated.pose.position_m;
+    let before_px = updated.place_px(Vec3::from(own.position_m).as_dvec3() + step_m);
+    let size_px = SIZE_PX.map(f64::from);
+    before_px.is_some_and(|px| (1.0..size_px[0] - 1.0).contains(&px.x) && (1.0..size_px[1] - 1.0).contains(&px.y))
 }
 
 /// As far as what was shown before reaches: [`Sample::shown_px`] at the place of a sample.

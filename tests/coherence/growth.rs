@@ -1,8 +1,9 @@
 //! Lines come and go along themselves, by a bounded step in a frame.
 
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
+use hachure::scene::view::View;
 
-use crate::checks::{comes_from, grows, growth_px, reached_px};
+use crate::checks::{comes_from, grows, growth_px, reached_px, was_in_picture};
 use crate::{Flight, mountains, pose, strokes};
 
 #[test]
@@ -42,11 +43,12 @@ fn lines_grow_no_faster_than_their_speed() {
         let mut flight = Flight::new(&world, strokes(|own| own.update_every = update_every));
         let growth_px = growth_px(&flight.style);
         let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
+        let (mut updated, mut before_counts): (Option<View>, Option<SampleCounts>) = (None, None);
         let (mut between, mut growing) = (0, 0);
         for frame in 0..40 {
-            let (_, counts, samples) = flight.fly(&mut world, frame);
-            if let Some((old_counts, old)) = before {
-                assert_eq!(comes_from(&old, &samples, growth_px), Ok(()), "frame {frame}");
+            let (view, counts, samples) = flight.fly(&mut world, frame);
+            if let (Some((old_counts, old)), Some(updated)) = (before, &updated) {
+                assert_eq!(comes_from(&old, updated, (&view, &samples), growth_px), Ok(()), "frame {frame}");
                 growing += samples.iter().filter(|own| own.flags & Sample::FADING == 0 && own.shown_px < 0.0).count();
                 // Counts are those of the last update.
                 if update_every > 1 && old_counts == counts {
@@ -54,6 +56,10 @@ fn lines_grow_no_faster_than_their_speed() {
                     between += 1;
                 }
             }
+            if before_counts != Some(counts) {
+                updated = Some(view);
+            }
+            before_counts = Some(counts);
             before = Some((counts, samples));
         }
         assert!(growing > 50, "{growing} samples that grow");
@@ -104,23 +110,24 @@ fn lines_that_come_at_once_are_found() {
     let Some(mut world) = mountains() else { return };
     let mut flight = Flight::new(&world, strokes(|own| own.update_every = 1));
     let growth_px = growth_px(&flight.style);
-    let mut old = flight.fly(&mut world, 0).2;
+    let (mut updated, _, mut old) = flight.fly(&mut world, 0);
     for frame in 1..60 {
-        let new = flight.fly(&mut world, frame).2;
+        let (view, _, new) = flight.fly(&mut world, frame);
         // Of a line that is not there yet, and apart from any that is.
         let is_coming = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -3.0;
-        if let Some(at) = new.iter().position(|own| is_coming(own) && reached_px(&old, own) < 4.0) {
+        let is_apart = |own: &Sample| reached_px(&old, own) < 4.0 && was_in_picture(&updated, &view, own);
+        if let Some(at) = new.iter().position(|own| is_coming(own) && is_apart(own)) {
             let comes = |shown_px: f32| {
                 let mut changed = new.clone();
                 changed[at].shown_px = shown_px;
-                comes_from(&old, &changed, growth_px)
+                comes_from(&old, &updated, (&view, &changed), growth_px)
             };
             assert_eq!((comes(new[at].shown_px), comes(0.9 * growth_px)), (Ok(()), Ok(())));
             let error = comes(8.0).unwrap_err();
             assert!(error.starts_with(&format!("sample {at} ")) && error.contains("comes at once"), "{error}");
             return;
         }
-        old = new;
+        (updated, old) = (view, new);
     }
     panic!("no line comes");
 }

@@ -10,6 +10,7 @@ mod checks;
 mod extremes;
 mod growth;
 mod places;
+mod sheet;
 mod steady;
 
 use common::World;

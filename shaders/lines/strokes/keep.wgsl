@@ -4,7 +4,7 @@
 // `stage` 0: marks what is kept, for the sum that follows. 1: moves it with the world and puts it into the list. 2: says
 // how many there are, and draws them.
 #import hachure::view::View
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, SPACING_PX, BESIDE, has_seed}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, BESIDE, has_seed}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
     own.depth_m = clip.w;
     own.shown_px = shrunk_px(id.x);
-    own.flags = (own.flags & ~(FIRST | LAST)) | FADING;
+    own.flags = (own.flags & ~(FIRST | LAST | RUNS_OFF)) | FADING;
     own.flags |= select(0u, FIRST, !came) | select(0u, LAST, !runs_on || place + 1u == temporal.capacity);
     samples[place] = own;
 }

@@ -6,7 +6,7 @@
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
 #import hachure::stroke_style::{Point, Strokes}
-#import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, KIND_SHIFT, SPACING_PX}
+#import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
 // Not moved.
 @group(0) @binding(0) var<uniform> view: View;
@@ -24,6 +24,10 @@
 // Bends are measured over 8 px to either side.
 const RIGHT_RAD: f32 = 1.5707964;
 const BEND_UNITS: f32 = 128.0;
+// A stroke that ends within this of the picture's border runs off the sheet.
+const BORDER_PX: f32 = 2.0;
+// From an end that is none.
+const FAR_PX: f32 = 1e6;
 
 // The chain of a sample: the last one that begins at it or before.
 fn chain_of(sample: u32) -> u32 {
@@ -38,6 +42,12 @@ fn chain_of(sample: u32) -> u32 {
         }
     }
     return low;
+}
+
+// The end of a stroke at the border is none: the pen runs on, out of the picture.
+fn runs_off(point: u32) -> bool {
+    let px = points[point].px - view.jitter_px;
+    return any(px < vec2<f32>(BORDER_PX)) || any(px > vec2<f32>(view.size_px) - BORDER_PX);
 }
 
 struct OnStroke {
@@ -92,10 +102,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         at.px += vec2<f32>(-way.y, way.x) * (strayed * strokes.wobble_px);
     }
 
-    let from_end_px = min(at_units, length_units - at_units) / UNITS_PER_PX;
-    // A stroke that is shorter than its tapers tapers faster.
-    let taper_px = min(strokes.taper_px, 0.5 * length_units / UNITS_PER_PX);
     let is_closed = chain.is_closed == 1u;
+    let is_off = vec2<bool>(runs_off(first), runs_off(last)) & vec2<bool>(!is_closed);
+    let from_ends_px = select(vec2<f32>(at_units, length_units - at_units) / UNITS_PER_PX, vec2<f32>(FAR_PX), is_off);
+    let from_end_px = min(from_ends_px.x, from_ends_px.y);
+    // A stroke that is shorter than its tapers tapers faster.
+    let taper_px = min(strokes.taper_px, select(0.5, 1.0, any(is_off)) * length_units / UNITS_PER_PX);
     let pressure = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
     // A right angle within BEND_UNITS is the full effect; at its ends a stroke has no bend.
@@ -105,7 +117,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * (1.0 + strokes.curve_width * bend);
     // The last one that there is room for ends its stroke.
     let is_last = i == count || id.x + 1u == temporal.capacity;
-    let flags = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed) | (at.kind << KIND_SHIFT);
+    let ends = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed);
+    let is_at_border = (i == 0u && is_off.x) || (i == count && is_off.y);
+    let flags = ends | select(0u, RUNS_OFF, is_at_border) | (at.kind << KIND_SHIFT);
     let position_m = place_at(view, at.px, at.depth_m);
     // Until it is carried, the chain stands for the stroke.
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.

@@ -8,7 +8,7 @@
 #import hachure::view::View
 #import hachure::stroke_style::Strokes
 #import hachure::brush::{Brush, brush_uv, brush_ink}
-#import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED}
+#import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED, RUNS_OFF}
 
 // 0: strokes of this frame; 1: those that fade.
 @group(0) @binding(0) var<uniform> stage: u32;
@@ -35,6 +35,8 @@ struct Vertex {
 }
 
 const FRINGE_PX: f32 = 0.75;
+// Beyond the last sample of a stroke that runs off the sheet.
+const OFF_PX: f32 = 4.0;
 // So much of a taper pales.
 const PALE_PX: f32 = 4.0;
 // Farther outside of the picture nothing is drawn: rounding.
@@ -91,9 +93,13 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
     let length_px = distance(begin.px, end.px);
     let is_broken = is_seam(begin.along_px, end.along_px, length_px);
     var along_px = select(at.along_px, begin.along_px + sense * length_px, is_broken && is_next);
-    // Room for the round ends.
-    let has_end = vec2<bool>((begin.flags & FIRST) != 0u, (end.flags & LAST) != 0u) & vec2<bool>((at.flags & IS_CLOSED) == 0u);
-    let extent_px = select(0.0, reach, select(has_end.x, has_end.y, is_next));
+    // Room for the round ends; what runs off the sheet has none, and is drawn until none of it is seen.
+    let is_open = vec2<bool>((at.flags & IS_CLOSED) == 0u);
+    let ends = vec2<bool>((begin.flags & FIRST) != 0u, (end.flags & LAST) != 0u) & is_open;
+    let runs_off = ends & (vec2<u32>(begin.flags, end.flags) & vec2<u32>(RUNS_OFF)) != vec2<u32>(0u);
+    let has_end = ends & !runs_off;
+    let extents_px = select(vec2<f32>(0.0), reach + select(vec2<f32>(0.0), vec2<f32>(OFF_PX), runs_off), ends);
+    let extent_px = select(extents_px.x, extents_px.y, is_next);
     px += along * select(-extent_px, extent_px, is_next);
     along_px += sense * select(-extent_px, extent_px, is_next);
     let own_px = select(-extent_px, length_px + extent_px, is_next);

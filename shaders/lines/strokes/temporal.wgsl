@@ -7,7 +7,8 @@
 //   stays where it is. Perspective stretches parameters; toward even ones, by what the chain voted for (vote.wgsl),
 //   they go slowly.
 // - What is shown grows along the stroke, by `growth_px` in a frame, from what was shown before and from seeds SEEDS_PX
-//   apart; so no more of a line appears at once than an eye can follow.
+//   apart; so no more of a line appears at once than an eye can follow. What the last update could not see, because it
+//   lay outside of its picture, comes in as it is: it is no news, the sheet has moved.
 // - Pressure: from what it was, by a bounded step.
 // - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off
 //   comes nearer by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
@@ -64,7 +65,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if id.x == first && heritages[number].stroke != 0u {
             atomicAdd(&list[4], 1u);
         }
-        own.shown_px = min(own.shown_px, grown_px(id.x, first, end, along_px));
+        if was_in_picture(own.position_m) {
+            own.shown_px = min(own.shown_px, grown_px(id.x, first, end, along_px));
+        }
         let found = matches[id.x];
         if found.stroke != 0u {
             own.pressure = found.pressure + clamp(own.pressure - found.pressure, -temporal.pressure_step, temporal.pressure_step);
@@ -79,6 +82,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     own.stroke = stroke;
     own.along_px = along_px;
     samples[id.x] = own;
+}
+
+// Whether the last update could have drawn a place.
+fn was_in_picture(at_m: vec3<f32>) -> bool {
+    let clip = temporal.updated_clip_from_camera * vec4<f32>(at_m, 1.0);
+    return clip.w > 0.0 && all(abs(clip.xy) < vec2<f32>(clip.w));
 }
 
 struct Inherited {

@@ -104,27 +104,75 @@ fn sine(tangent: f32) -> f32 {
     return tangent * inverseSqrt(1.0 + tangent * tangent);
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) group: vec3<u32>) {
-    let job = jobs[group.y / GROUPS];
-    let texel = vec2<i32>(vec2<u32>(id.x, id.y - group.y / GROUPS * GROUPS * 8u));
-    if any(texel >= vec2<i32>(MAP_SIDE)) {
-        return;
-    }
+// The sky is sought from each second texel along each side, and interpolated between these nodes: it is a mean over all
+// azimuths, smoother than the horizon toward the sun, which makes borders of shadows. A group shares its nodes.
+const NODE_SPACING: i32 = 2;
+const NODES_PER_SIDE: i32 = 5;
+const NODES: i32 = 25;
+const MARCHES: i32 = 200;
+const INVOCATIONS: i32 = 64;
+
+// The sine of the horizon from each node of the group in each azimuth, and the hidden part of the sky from each node.
+var<workgroup> sky_horizons: array<f32, MARCHES>;
+var<workgroup> hidden: array<f32, NODES>;
+
+// A texel of the map, and ways from it.
+struct Post {
+    eye: Eye,
+    dg_dx: vec2<f32>,
+    dg_dy: vec2<f32>,
+}
+
+fn post(job: MapJob, texel: vec2<i32>) -> Post {
     let info = levels[job.level];
     let sample = clamp(job.tile * TILE_SAMPLES + (texel - MAP_BORDER) * MAP_SPACING, vec2<i32>(0), info.size - 1);
     let g = (vec2<f32>(sample - info.cell) - info.fraction) / info.scale;
     let point = grid_from_world(world_from_grid(g));
-    let eye = Eye(g, height_m(job.level, g), job.level);
+    return Post(Eye(g, height_m(job.level, g), job.level), point.dg_dx, point.dg_dy);
+}
 
-    let way = point.dg_dx * horizons.to_sun.x + point.dg_dy * horizons.to_sun.y;
-    let toward_sun = sine(horizon(eye, way, SUN_STEPS, -1.0, 0.0));
-    var hidden = 0.0;
-    for (var i = 0; i < SKY_AZIMUTHS; i++) {
-        let azimuth = (f32(i) + 0.5) * radians(360.0) / f32(SKY_AZIMUTHS);
-        let way = point.dg_dx * sin(azimuth) + point.dg_dy * cos(azimuth);
-        hidden += sine(horizon(eye, way, SKY_STEPS, 0.0, SKY_GAIN));
+fn march_for_sky(job: MapJob, first_texel: vec2<i32>, i: i32) {
+    let node = vec2<i32>(i % NODES_PER_SIDE, i / NODES_PER_SIDE % NODES_PER_SIDE);
+    let azimuth = (f32(i / NODES) + 0.5) * radians(360.0) / f32(SKY_AZIMUTHS);
+    let at = post(job, first_texel + NODE_SPACING * node);
+    let way = at.dg_dx * sin(azimuth) + at.dg_dy * cos(azimuth);
+    sky_horizons[i] = sine(horizon(at.eye, way, SKY_STEPS, 0.0, SKY_GAIN));
+}
+
+@compute @workgroup_size(8, 8)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let job = jobs[group.y / GROUPS];
+    let first_texel = 8 * vec2<i32>(vec2<u32>(group.x, group.y % GROUPS));
+    for (var i = i32(index); i < MARCHES; i += INVOCATIONS) {
+        march_for_sky(job, first_texel, i);
     }
-    let seen = vec2<f32>(0.5 + 0.5 * toward_sun, 1.0 - hidden / f32(SKY_AZIMUTHS));
+    workgroupBarrier();
+    let own = i32(index);
+    if own < NODES {
+        var sum = 0.0;
+        for (var azimuth = 0; azimuth < SKY_AZIMUTHS; azimuth++) {
+            sum += sky_horizons[azimuth * NODES + own];
+        }
+        hidden[own] = sum / f32(SKY_AZIMUTHS);
+    }
+    workgroupBarrier();
+
+    let in_group = vec2<i32>(local.xy);
+    let texel = first_texel + in_group;
+    if any(texel >= vec2<i32>(MAP_SIDE)) {
+        return;
+    }
+    let at = post(job, texel);
+    let way = at.dg_dx * horizons.to_sun.x + at.dg_dy * horizons.to_sun.y;
+    let toward_sun = sine(horizon(at.eye, way, SUN_STEPS, -1.0, 0.0));
+    let nw = in_group.y / NODE_SPACING * NODES_PER_SIDE + in_group.x / NODE_SPACING;
+    let f = vec2<f32>(in_group % NODE_SPACING) / f32(NODE_SPACING);
+    let north = mix(hidden[nw], hidden[nw + 1], f.x);
+    let south = mix(hidden[nw + NODES_PER_SIDE], hidden[nw + NODES_PER_SIDE + 1], f.x);
+    let seen = vec2<f32>(0.5 + 0.5 * toward_sun, 1.0 - mix(north, south, f.y));
     textureStore(horizon_maps, texel, job.slot, vec4<u32>(pack2x16unorm(seen), 0u, 0u, 0u));
 }

@@ -10,7 +10,7 @@ use crate::scene::view::View;
 use crate::style;
 
 /// A turn by this part of the field of view since the last update asks for the next.
-const QUICK_TURN: f64 = 1.0 / 8.0;
+const QUICK_TURN: f64 = 1.0 / 40.0;
 /// A move by this part of the distance to the nearest land since the last update asks for the next: contours are then
 /// elsewhere.
 const QUICK_MOVE: f64 = 1.0 / 50.0;
@@ -23,9 +23,8 @@ pub struct History {
     last: Option<View>,
     /// What positions of the last frame counted from.
     origin_m: DVec3,
-    /// Where the camera looked at the last update, and where it was.
-    updated_forward: DVec3,
-    updated_m: DVec3,
+    /// Of the last update.
+    updated: Option<View>,
     frames_since_update: u32,
     /// The view or the land is not what it was at the last update.
     is_stale: bool,
@@ -66,6 +65,8 @@ pub struct Plan {
     pub takes_over: bool,
     /// Takes positions of the frame before to this frame's, in metres.
     pub step_m: DVec3,
+    /// The view of the update before, if there was one.
+    pub updated: Option<View>,
     /// The camera is where it was.
     pub rests: bool,
     /// Frames since the history began: 0 in the first.
@@ -81,11 +82,12 @@ impl History {
         // Another sample of the same picture: its strokes stay.
         let is_sample = rests && step.step_s == 0.0 && !step.land_changes;
         let last = self.last.replace(*view).filter(|last| continues(last, view));
-        let plan = match last {
-            None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, rests, frame: 0 },
-            Some(_) => {
-                let turned_rad = self.updated_forward.angle_between(view.pose.forward);
-                let moved_m = self.updated_m.distance(view.pose.position_m);
+        let updated = self.updated.filter(|_| last.is_some());
+        let plan = match updated {
+            None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, updated, rests, frame: 0 },
+            Some(View { pose: updated_pose, .. }) => {
+                let turned_rad = updated_pose.forward.angle_between(view.pose.forward);
+                let moved_m = updated_pose.position_m.distance(view.pose.position_m);
                 // What came to rest is not left as it was on the way.
                 let is_late = (self.is_stale && rests && !step.land_changes)
                     || self.frames_since_update + 1 >= strokes.update_every
@@ -96,6 +98,7 @@ impl History {
                     is_update: leader.unwrap_or(is_due),
                     takes_over: strokes.carry,
                     step_m,
+                    updated,
                     rests,
                     frame: self.frames.wrapping_add(1),
                 }
@@ -113,8 +116,7 @@ impl History {
         if plan.is_update {
             // More tiles may be on their way.
             self.is_stale = step.land_changes;
-            self.updated_forward = view.pose.forward;
-            self.updated_m = view.pose.position_m;
+            self.updated = Some(*view);
         }
         plan
     }

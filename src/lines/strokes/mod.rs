@@ -327,7 +327,7 @@ impl FrameStrokes {
 }
 
 fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::Step) -> TemporalUniform {
-    let history::Plan { is_update, takes_over, step_m, rests, frame } = *plan;
+    let history::Plan { is_update, takes_over, step_m, updated, rests, frame } = *plan;
     let origin_m = step.origin_m;
     // By how much of the whole strokes come or go in this frame.
     let progress = step.progress(strokes);
@@ -343,6 +343,7 @@ fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::
         rests: u32::from(rests),
         camera_blocks: (origin_m / BLOCK_M).floor().as_ivec3().to_array(),
         camera_rest_m: (origin_m - (origin_m / BLOCK_M).floor() * BLOCK_M).as_vec3().to_array(),
+        updated_clip_from_camera: updated.map_or([[0.0; 4]; 4], |view| view.still_uniform(origin_m).clip_from_camera),
         ..TemporalUniform::default()
     }
 }

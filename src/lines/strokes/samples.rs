@@ -41,6 +41,8 @@ impl Sample {
     pub const FADING: u32 = 4;
     /// Of a loop: the last sample is where the first one is.
     pub const IS_CLOSED: u32 = 8;
+    /// The first or last of a stroke, at the picture's border: the stroke runs on, out of it.
+    pub const RUNS_OFF: u32 = 16;
 
     /// As [`Edge::kind`](crate::surface::edges::Edge::kind): 0 a contour, 1 the border of the land, 2 a crease.
     pub fn kind(&self) -> u32 {
