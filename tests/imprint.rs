@@ -198,7 +198,7 @@ fn what_says_nothing_is_refused_in_a_line() {
     let at = broken.windows(7).position(|window| window == b"version").unwrap();
     broken[at] ^= 1;
     atomic::write(&place.path("broken.png"), &broken).unwrap();
-    place.say("newer.png", &text.replacen("version = 1", "version = 2\nnews = 3", 1));
+    place.say("newer.png", &text.replacen("version = 1", "version = 3\nnews = 3", 1));
     place.say("other.png", &text.replacen("camera = \"", "camera = \"x", 1));
     place.say("key.png", &format!("glow = 3\n{text}"));
     place.say("style.png", &text.replacen("wrap = 1.0", "wrap = 9.0", 1));
