@@ -192,9 +192,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let args = paper::measured(args, &kind)?;
     let (args, style) = like::resolved(&args, &kind)?;
     let args = &args;
+    map::check(args, &kind)?;
     check_path(args, &kind)?;
     show::check(args, &kind)?;
-    map::check(args, &kind)?;
     check_eyes(args, &kind)?;
     check_antialias(args, &kind)?;
     let style = match style {
@@ -204,6 +204,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let svg = SvgOptions::new(args, &kind, &style)?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
+    let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
@@ -264,7 +265,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error()));
     }
     if let Some(left_out) = left_out {
-        tracing::warn!("an .svg has no {left_out}");
+        tracing::warn!("{holder} has no {left_out}");
     }
     if args.json {
         let report = job.report(&cameras, report);

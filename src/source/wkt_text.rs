@@ -146,9 +146,9 @@ fn geographic(keys: &GeoKeys, radians_per_unit: f64, ellipsoid: Option<[f64; 2]>
     ))
 }
 
-/// Quotes would end the name.
+/// Quotes would end the name, and readers disagree about what is no ASCII.
 fn quoted(name: &str) -> String {
-    name.chars().map(|c| if c == '"' || c.is_control() { '\'' } else { c }).collect()
+    name.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').map(|c| if c == '"' { '\'' } else { c }).collect()
 }
 
 #[cfg(test)]

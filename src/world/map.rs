@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::OpenWorld;
-use crate::pyramid::tile::{TILE_SAMPLES, TileAddress};
+use crate::pyramid::surface::statistics::PAGE_PATCHES;
+use crate::pyramid::tile::{PATCH_QUADS, TILE_SAMPLES, TileAddress};
 use crate::scene::map::{Map, MapArea};
 use crate::scene::view::Pose;
 use crate::tiles::Terrain;
@@ -23,7 +24,7 @@ impl OpenWorld {
     }
 }
 
-/// Bounds of the heights between two corners, from the statistics of a few tiles that hold them: the less relief there
+/// Bounds of the heights between two corners, from the statistics of the patches of a few tiles: the less relief there
 /// is, the nearer may the eye stand, and the finer are its f32. None where there is no land, or it cannot be read, which
 /// the picture will tell.
 fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32; 2]> {
@@ -60,10 +61,25 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
         }
         let mut range_m = [f32::NAN; 2];
         for address in addresses {
-            let statistics = Arc::clone(store).load(address).ok()?.statistics;
-            range_m = [range_m[0].min(statistics.min_m), range_m[1].max(statistics.max_m)];
+            let patches = Arc::clone(store).load(address).ok()?.patches;
+            for (number, patch) in (0..).zip(patches.patches()) {
+                let column = address.x * PAGE_PATCHES + number % PAGE_PATCHES;
+                let row = address.y * PAGE_PATCHES + number / PAGE_PATCHES;
+                let first = DVec2::new(f64::from(column), f64::from(row)) * patch_samples(level);
+                let is_beside = first.cmpgt(high + bent).any() || (first + patch_samples(level)).cmplt(low - bent).any();
+                if !is_beside && !patch.min_m.is_nan() {
+                    // Between its samples the land may be off by as much as the patch's triangles are.
+                    range_m[0] = range_m[0].min(patch.min_m - patch.mesh_error_m);
+                    range_m[1] = range_m[1].max(patch.max_m + patch.mesh_error_m);
+                }
+            }
         }
         return range_m.iter().all(|height_m| height_m.is_finite()).then_some(range_m);
     }
     None
+}
+
+/// Samples of level 0 along the side of a patch that comes with a tile of a level.
+fn patch_samples(level: usize) -> f64 {
+    f64::from(PATCH_QUADS) * (1_u64 << level) as f64
 }
