@@ -245,8 +245,22 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
     let mut imprint = like::imprint(args, &kind, &as_written, &camera);
     imprint.sun = world.scene.sun;
-    let mut job =
-        Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, map, pair: None, clock, camera, imprint };
+    let mut job = Job {
+        args,
+        flight,
+        style,
+        planes,
+        gpu,
+        world,
+        frame: None,
+        svg,
+        drawn,
+        map,
+        pair: None,
+        clock,
+        camera,
+        imprint,
+    };
     let cameras = job.cameras()?;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;

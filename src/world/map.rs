@@ -53,8 +53,8 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
         if (last - first).max_element() >= ASKED_TILES {
             continue;
         }
-        let addresses = (first.y..=last.y)
-            .flat_map(|y| (first.x..=last.x).map(move |x| TileAddress { level: level as u32, x, y }));
+        let addresses =
+            (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| TileAddress { level: level as u32, x, y }));
         let addresses: Vec<TileAddress> = addresses.collect();
         if !addresses.iter().all(|address| store.has_tile(*address)) {
             continue;
@@ -66,7 +66,8 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
                 let column = address.x * PAGE_PATCHES + number % PAGE_PATCHES;
                 let row = address.y * PAGE_PATCHES + number / PAGE_PATCHES;
                 let first = DVec2::new(f64::from(column), f64::from(row)) * patch_samples(level);
-                let is_beside = first.cmpgt(high + bent).any() || (first + patch_samples(level)).cmplt(low - bent).any();
+                let is_beside =
+                    first.cmpgt(high + bent).any() || (first + patch_samples(level)).cmplt(low - bent).any();
                 if !is_beside && !patch.min_m.is_nan() {
                     // Between its samples the land may be off by as much as the patch's triangles are.
                     range_m[0] = range_m[0].min(patch.min_m - patch.mesh_error_m);

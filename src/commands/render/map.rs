@@ -87,8 +87,7 @@ impl PlacedMap {
         let (map, pose) = world.map(args.map?, args.size());
         let terrain = &world.surfaces.terrain;
         let first_m = map.world_from_px(DVec2::splat(0.5));
-        let georeference =
-            terrain.mapping().picture_georeference(terrain.store().georeference(), first_m, map.pixel_m);
+        let georeference = terrain.mapping().picture_georeference(terrain.store().georeference(), first_m, map.pixel_m);
         Some(Self { map, pose, georeference })
     }
 }
@@ -145,7 +144,9 @@ impl Job<'_> {
         let tags = geotags::place_tags(&placed.georeference).map_err(|cause| FileError::write(path, cause))?;
         let [width, height] = self.args.size();
         let mut writer = GeoTiffWriter::create(path, width, height, tags, self.args.dpi)?;
-        let take = |bands: Vec<picture::Band>| bands.iter().try_for_each(|band| writer.write_rows(&picture::srgb8(&band.picture)));
+        let take = |bands: Vec<picture::Band>| {
+            bands.iter().try_for_each(|band| writer.write_rows(&picture::srgb8(&band.picture)))
+        };
         let report = self.render(pose, pose, take)?;
         writer.finish()?;
         Ok(report)

@@ -39,7 +39,8 @@ impl SvgOptions {
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
         let output = named(&args.output);
         let is_on_earth = matches!(kind, OutputKind::Picture(PictureFormat::GeoJson));
-        let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+        let is_svg =
+            matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
         if !is_svg {
             let given = [
                 ("--margin", args.margin.is_some()),
