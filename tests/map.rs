@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use hachure::file::png::{Picture, read_rgba8};
-use hachure::source::{self, Encoding, OpenOptions};
+use hachure::source;
 use serde_json::Value;
 
 /// Columns and rows of the pillars' land, and the metres between them.
@@ -174,9 +174,9 @@ fn places_are_where_the_world_file_says_whatever_their_height() {
     assert!(of_corner > 0.5, "{of_corner}");
     // So is a camera that is not far up: relief moves what it sees.
     let fov_deg = 2.0 * (0.5 * 300.0 * dx / 20_000.0).atan().to_degrees();
-    place.draw(&format!(
-        "pillars.asc --camera 0,0,20500,0,-90,{fov_deg} --style plain --sun 0,90 --size 400x300 -o near.png"
-    ));
+    fs::write(place.path("near.toml"), "[world]\ndem = \"pillars.asc\"\n[haze]\ndistance_m = 1e9\n").unwrap();
+    let near = format!("near.toml --camera 0,0,20500,0,-90,{fov_deg} --style plain --sun 0,90 --size 400x300");
+    place.draw(&format!("{near} -o near.png"));
     let near_px = farthest_px(&place.read("near.png"), world_file);
     assert!(near_px > 1.0, "{near_px}");
     // Around a place, the width is that which was asked for.
@@ -194,8 +194,13 @@ fn a_geotiff_has_the_place_of_the_world_file() {
     let options = "pillars.asc --map --style plain --size 400x300 --dpi 96";
     place.draw(&format!("{options} -o map.png"));
     place.draw(&format!("{options} -o map.tif"));
-    let options = OpenOptions { encoding: Some(Encoding::Terrarium), ..OpenOptions::default() };
-    let reader = source::open_reader_with(&place.path("map.tif"), &options).unwrap();
+    // hachure takes no picture for heights: as a band of numbers, its place is read as that of any DEM.
+    let mut bytes = fs::read(place.path("map.tif")).unwrap();
+    let photometric = [0x06, 0x01, 3, 0, 1, 0, 0, 0, 2, 0];
+    let at = bytes.windows(photometric.len()).position(|window| window == photometric).unwrap();
+    bytes[at + 8] = 1;
+    fs::write(place.path("numbers.tif"), bytes).unwrap();
+    let reader = source::open_reader(&place.path("numbers.tif")).unwrap();
     let georeference = reader.georeference();
     let [dx, column_y, row_x, dy, x0, y0] = place.world_file("map.pgw");
     let [found_x0, found_dx, found_row_x, found_y0, found_column_y, found_dy] = georeference.crs_from_grid;
@@ -257,13 +262,13 @@ fn lines_lie_on_the_land_that_they_follow() {
 #[test]
 fn lines_over_degrees_have_longitudes_and_latitudes() {
     let place = Place::degrees();
-    place.draw("degrees.asc --map --style strokes --size 400x300 -o map.geojson");
+    place.draw("degrees.asc --map --style strokes --size 800x600 -o map.geojson");
     let (all, features) = place.features("map.geojson");
     assert!(all["crs"].is_null(), "longitudes and latitudes of WGS 84 are the default");
     let points = border_points(&features);
     let (east, north) = (WEST + STEP * (DEGREES[0] - 1) as f64, SOUTH + STEP * (DEGREES[1] - 1) as f64);
-    // The map has some 550 m to a pixel; a degree of latitude has 111 km, and one of longitude half of that.
-    place.draw("degrees.asc --map --style plain --size 400x300 -o map.png");
+    // The map has some 300 m to a pixel; a degree of latitude has 111 km, and one of longitude half of that.
+    place.draw("degrees.asc --map --style plain --size 800x600 -o map.png");
     let pixel_m = place.world_file("map.pgw")[0];
     let unit = [pixel_m / 111_320.0 / north.to_radians().cos(), pixel_m / 111_320.0];
     let found_px = off_sides(&points, [[WEST, SOUTH], [east, north]], unit);
@@ -276,7 +281,8 @@ fn lines_over_degrees_have_longitudes_and_latitudes() {
         [*x, y + (0.5 * way * way * y.to_radians().sin() * y.to_radians().cos()).to_degrees()]
     };
     let straight: Vec<_> = points.iter().map(bend).collect();
-    assert!(off_sides(&straight, [[WEST, SOUTH], [east, north]], unit) > 2.0);
+    let straight_px = off_sides(&straight, [[WEST, SOUTH], [east, north]], unit);
+    assert!(straight_px > 1.0, "{straight_px}");
     let prj = fs::read_to_string(place.path("map.prj")).unwrap();
     assert!(prj.contains("Transverse_Mercator") && prj.contains("PARAMETER[\"central_meridian\",8]"), "{prj}");
     assert!(prj.is_ascii());
@@ -340,4 +346,17 @@ fn a_map_is_drawn_again() {
     // A camera comes before the map of the picture, and draws something else.
     place.draw("--like map.png --camera 0,0,+900,0,-60,50 -o other.png");
     assert!(place.read("map.png") != place.read("other.png") && !place.path("other.pgw").exists());
+}
+
+#[test]
+fn neither_air_nor_the_earths_curvature_are_on_a_map() {
+    let place = Place::pillars();
+    let scene = "[world]\ndem = \"pillars.asc\"\n[haze]\ndistance_m = 300\n[earth]\ncurvature = true\n";
+    fs::write(place.path("bent.toml"), scene).unwrap();
+    for (world, name) in [("pillars.asc", "clear.png"), ("bent.toml", "bent.png")] {
+        place.draw(&format!("{world} --map --style plain --size 96x72 -o {name}"));
+        place.draw(&format!("{world} --camera 0,0,3000,0,-90,50 --style plain --size 96x72 -o near_{name}"));
+    }
+    assert_eq!(place.read("clear.png"), place.read("bent.png"));
+    assert!(place.read("near_clear.png") != place.read("near_bent.png"), "a camera sees them");
 }
