@@ -2,6 +2,7 @@
 
 mod job;
 mod like;
+mod map;
 mod paper;
 mod show;
 mod vector;
@@ -30,6 +31,7 @@ use crate::picture::imprint::DPI_RANGE;
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
+use crate::scene::map::{Map, MapArea};
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
@@ -55,7 +57,7 @@ pub struct RenderArgs {
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
-    /// .png, .exr, .mp4 or .svg (the strokes and marks of a style that has them), or frames: a pattern like dir/%05d.png
+    /// .png, .exr, .mp4, .svg (strokes and marks), of a --map also .tif or .geojson, or frames: a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
     /// Draw a picture that hachure wrote (.png, .exr, .svg or .mp4) again: its world, camera, sun, style, size and dpi,
@@ -74,6 +76,9 @@ pub struct RenderArgs {
     /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
+    /// A map seen from straight above, north up, with its place on the earth: east, north and width in metres, or all.
+    #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
+    pub map: Option<MapArea>,
     /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
     #[arg(long)]
     pub path: Option<PathBuf>,
@@ -187,6 +192,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let args = paper::measured(args, &kind)?;
     let (args, style) = like::resolved(&args, &kind)?;
     let args = &args;
+    map::check(args, &kind)?;
     check_path(args, &kind)?;
     show::check(args, &kind)?;
     check_eyes(args, &kind)?;
@@ -198,6 +204,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let svg = SvgOptions::new(args, &kind, &style)?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
+    let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };
     let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
@@ -214,6 +221,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.light.over(args.heights.over(scene));
+    let scene = if args.map.is_some() { scene.for_map() } else { scene };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
         tracing::warn!("at {dpi} dots to an inch these stay as many pixels as on a screen: {unscaled}");
@@ -222,6 +230,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
     check_outputs(args, &kind, &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
+    map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
     let options = TerrainOptions {
         lod_error_px: args.lod_error(),
@@ -232,11 +241,26 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
-    let camera = world.default_camera();
+    let map = map::PlacedMap::new(args, &world);
+    let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
     let mut imprint = like::imprint(args, &kind, &as_written, &camera);
     imprint.sun = world.scene.sun;
-    let mut job =
-        Job { args, flight, style, planes, gpu, world, frame: None, svg, drawn, pair: None, clock, camera, imprint };
+    let mut job = Job {
+        args,
+        flight,
+        style,
+        planes,
+        gpu,
+        world,
+        frame: None,
+        svg,
+        drawn,
+        map,
+        pair: None,
+        clock,
+        camera,
+        imprint,
+    };
     let cameras = job.cameras()?;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;
@@ -255,7 +279,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error()));
     }
     if let Some(left_out) = left_out {
-        tracing::warn!("an .svg has no {left_out}");
+        tracing::warn!("{holder} has no {left_out}");
     }
     if args.json {
         let report = job.report(&cameras, report);
@@ -346,6 +370,7 @@ fn check_outputs(
 ) -> anyhow::Result<()> {
     let mut inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
     args.like.iter().for_each(|like| inputs.add(like));
+    map::side_paths(args, kind).iter().try_for_each(|beside| inputs.check(beside))?;
     let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
     // How many frames there are does not depend on the ground.
     let path = match (flight, &args.path) {

@@ -3,8 +3,9 @@
 //! Why: `docs/decisions/errors-and-outputs.md`.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A file under construction. It takes its final name with [`AtomicFile::commit`]; dropped before that, it is removed.
 pub struct AtomicFile {
@@ -52,6 +53,43 @@ impl Drop for AtomicFile {
     fn drop(&mut self) {
         // After a commit the partial name is gone and this does nothing.
         let _ = fs::remove_file(&self.partial_path);
+    }
+}
+
+/// The same for encoders that want to own their writer: the file outlives them, to be renamed.
+#[derive(Clone)]
+pub(super) struct SharedFile(Arc<Mutex<AtomicFile>>);
+
+impl SharedFile {
+    pub(super) fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self(Arc::new(Mutex::new(AtomicFile::create(path)?))))
+    }
+
+    /// As [`AtomicFile::commit`], once the encoder is gone.
+    pub(super) fn commit(self) -> io::Result<()> {
+        let file = Arc::into_inner(self.0).ok_or_else(|| io::Error::other("the encoder still holds the file"))?;
+        file.into_inner().unwrap_or_else(PoisonError::into_inner).commit()
+    }
+
+    fn with<T>(&self, act: impl FnOnce(&mut BufWriter<fs::File>) -> io::Result<T>) -> io::Result<T> {
+        // A poisoned lock would mean a panic within a write, after which the file is not committed anyway.
+        act(self.0.lock().unwrap_or_else(PoisonError::into_inner).writer())
+    }
+}
+
+impl Write for SharedFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.with(|writer| writer.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.with(Write::flush)
+    }
+}
+
+impl Seek for SharedFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.with(|writer| writer.seek(to))
     }
 }
 

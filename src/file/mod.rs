@@ -4,6 +4,8 @@
 
 pub mod atomic;
 pub mod exr;
+pub mod geojson;
+pub mod geotiff;
 pub mod guard;
 pub mod imprint;
 pub mod input;

@@ -13,6 +13,10 @@ pub enum PictureFormat {
     Exr,
     /// Strokes as paths.
     Svg,
+    /// 8 bits per channel, sRGB, with its place on the earth.
+    GeoTiff,
+    /// Strokes as lines on the earth.
+    GeoJson,
 }
 
 /// What an output is, by its name.
@@ -27,7 +31,8 @@ pub enum OutputKind {
 }
 
 impl OutputKind {
-    /// Reads the name of an output: `.png`, `.exr`, `.svg`, `.mp4`, or a pattern of pictures such as `dir/%05d.exr`.
+    /// Reads the name of an output: `.png`, `.exr`, `.svg`, `.mp4`, `.tif` or `.geojson`, or a pattern of pictures such
+    /// as `dir/%05d.exr`.
     ///
     /// # Errors
     /// Another ending; a wrong pattern.
@@ -38,8 +43,11 @@ impl OutputKind {
             Some("exr") => PictureFormat::Exr,
             Some("mp4") => return Ok(Self::Mp4),
             Some("svg") => PictureFormat::Svg,
+            Some("tif" | "tiff") => PictureFormat::GeoTiff,
+            Some("geojson") => PictureFormat::GeoJson,
             _ => {
-                let cause = "an output ends in .png, .exr, .svg or .mp4, or is a pattern of frames like dir/%05d.png";
+                let cause = "an output ends in .png, .exr, .svg or .mp4, with --map also .tif or .geojson, or is a pattern of \
+                             frames like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
         };

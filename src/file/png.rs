@@ -1,11 +1,10 @@
 //! PNG, 8 bits per channel, sRGB: written in bands of rows from top to bottom, so that a picture of any size needs
 //! the memory of one band.
 
-use std::io::{self, BufReader, Write};
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
 
-use super::atomic::AtomicFile;
+use super::atomic::SharedFile;
 use super::imprint::{KEY, Notes};
 use super::input::open_regular;
 use super::{FileError, sample_count};
@@ -43,21 +42,6 @@ pub struct PngWriter {
     rows_left: usize,
 }
 
-/// The encoder wants to own its writer, and the file must outlive it to be renamed.
-#[derive(Clone)]
-struct SharedFile(Arc<Mutex<AtomicFile>>);
-
-impl Write for SharedFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // A poisoned lock would mean a panic within a write, after which the file is not committed anyway.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).writer().write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).writer().flush()
-    }
-}
-
 impl PngWriter {
     /// Starts a picture of `width` × `height` RGBA pixels.
     ///
@@ -87,8 +71,7 @@ impl PngWriter {
         notes: &Notes<'_>,
     ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
-        let file = AtomicFile::create(path).map_err(|error| FileError::write(path, error))?;
-        let file = SharedFile(Arc::new(Mutex::new(file)));
+        let file = SharedFile::create(path).map_err(|error| FileError::write(path, error))?;
         let mut encoder = png::Encoder::new(file.clone(), width, height);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_color(match pixels {
@@ -139,15 +122,21 @@ impl PngWriter {
     /// # Errors
     /// Rows are missing; a full disk.
     pub fn finish(self) -> Result<(), FileError> {
+        self.finish_after(|| Ok(()))
+    }
+
+    /// As [`PngWriter::finish`], and what has to have its name before the picture has one gets it between: when all that
+    /// may still fail is the picture's own name.
+    ///
+    /// # Errors
+    /// As [`PngWriter::finish`], and those of `before`.
+    pub fn finish_after(self, before: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
         let Self { path, file, stream, rows_left, .. } = self;
         if rows_left > 0 {
             return Err(FileError::write(&path, format!("{rows_left} rows are missing")));
         }
         stream.finish().map_err(|error| FileError::write(&path, error))?;
-        let file = Arc::into_inner(file.0)
-            .ok_or_else(|| FileError::write(&path, "the encoder still holds the file"))?
-            .into_inner()
-            .unwrap_or_else(PoisonError::into_inner);
+        before()?;
         file.commit().map_err(|error| FileError::write(&path, error))
     }
 }

@@ -61,6 +61,11 @@ pub struct Layer {
     pub label: String,
     /// Its colour, where it is not the drawing's.
     pub ink: Option<String>,
+    /// What its strokes follow or are: `contour`, `border`, `crease`, `mark`, or `stroke` for
+    /// all of an eye. An SVG does not say it.
+    pub kind: &'static str,
+    /// The number of the pen that draws it, from 1, where pens do.
+    pub pen: Option<usize>,
     /// In drawing order.
     pub strokes: Vec<Stroke>,
 }

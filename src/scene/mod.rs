@@ -7,6 +7,7 @@ pub mod embedded;
 pub mod forest;
 pub mod forest_cover;
 pub mod frustum;
+pub mod map;
 pub mod mesh_list;
 pub mod meshes;
 pub mod path;

@@ -21,7 +21,12 @@ pub(super) struct Definition {
 
 /// Looks a code up; `None` where the catalogue does not hold it.
 pub(super) fn look_up(epsg: u16) -> Option<Definition> {
-    definition_from_wkt(crs_definitions::from_code(epsg)?.wkt)
+    definition_from_wkt(text(epsg)?)
+}
+
+/// The text of a code, in the first generation of Well-Known Text but for a few codes.
+pub(super) fn text(epsg: u16) -> Option<&'static str> {
+    crs_definitions::from_code(epsg).map(|definition| definition.wkt)
 }
 
 /// How a CRS begins in both generations of Well-Known Text, and the keyword of its unit. The first generation says

@@ -58,6 +58,7 @@ mod valley;
 mod values;
 pub mod voids;
 mod wkt;
+mod wkt_text;
 mod world_mapping;
 mod xyz;
 

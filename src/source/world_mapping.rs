@@ -4,6 +4,8 @@
 //! and otherwise left as it is. A geographic one goes to the transverse Mercator projection whose centre is that
 //! origin, on the file's own ellipsoid; one that is too wide for it goes to the equidistant cylindrical projection.
 
+mod picture;
+
 use glam::DVec2;
 use proj4rs::Proj;
 use proj4rs::transform::transform;

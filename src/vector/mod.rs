@@ -102,6 +102,18 @@ pub enum GroupKind {
     Marks,
 }
 
+impl GroupKind {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Strokes(EdgeKind::Contour) => "contour",
+            Self::Strokes(EdgeKind::Border) => "border",
+            Self::Strokes(EdgeKind::Crease) => "crease",
+            Self::Marks => "mark",
+        }
+    }
+}
+
 /// Strokes as groups by what they follow, those without strokes left out.
 pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
     let group = |kind: EdgeKind| {
@@ -167,7 +179,7 @@ pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Ve
     let mut layers = Vec::new();
     for group in groups {
         let Some(pens) = pens else {
-            layers.extend(layer(group, (&group.id, &group.label), &group.lines, settings, &mut report));
+            layers.extend(layer(group, (&group.id, &group.label, None), &group.lines, settings, &mut report));
             continue;
         };
         let mut by_pen = vec![Vec::new(); pens.widths_px.len()];
@@ -178,7 +190,7 @@ pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Ve
             let number = pen + 1;
             // Programs of plotters take the number with which a layer's name begins for its pen.
             let (id, label) = (format!("{}-pen-{number}", group.id), format!("{number}. pen: {}", group.label));
-            layers.extend(layer(group, (&id, &label), lines, settings, &mut report));
+            layers.extend(layer(group, (&id, &label, Some(number)), lines, settings, &mut report));
         }
     }
     (layers, report)
@@ -187,7 +199,7 @@ pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Ve
 /// Lines of a group as a layer.
 fn layer(
     group: &Group,
-    (id, label): (&str, &str),
+    (id, label, pen): (&str, &str, Option<usize>),
     lines: &[Polyline],
     settings: &Settings,
     report: &mut DrawingReport,
@@ -214,7 +226,8 @@ fn layer(
         GroupKind::Marks => &mut report.marks,
     } += count;
     let ink = (group.ink != settings.ink).then(|| group.ink.to_string());
-    Some(Layer { id: id.to_owned(), label: label.to_owned(), ink, strokes: drawn })
+    let (id, label, kind) = (id.to_owned(), label.to_owned(), group.kind.name());
+    Some(Layer { id, label, ink, kind, pen, strokes: drawn })
 }
 
 /// All strokes of an eye as one layer in an ink: an anaglyph has two of them.
@@ -225,7 +238,8 @@ pub fn layer_of_eye(
 ) -> (Layer, DrawingReport) {
     let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
     let strokes = layers.into_iter().flat_map(|layer| layer.strokes).collect();
-    (Layer { id: id.to_owned(), label: label.to_owned(), ink: Some(ink.to_owned()), strokes }, report)
+    let (id, label, ink) = (id.to_owned(), label.to_owned(), Some(ink.to_owned()));
+    (Layer { id, label, ink, kind: "stroke", pen: None, strokes }, report)
 }
 
 fn segments(path: &BezPath) -> u64 {

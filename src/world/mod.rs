@@ -2,6 +2,7 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] makes them of what a user names: a scene file, a DEM, a pyramid, an address.
 
+mod map;
 mod meshes;
 pub mod open;
 pub mod scattered;

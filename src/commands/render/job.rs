@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use serde::Serialize;
 
+use super::map::{Beside, PlacedMap};
 use super::vector::SvgOptions;
 use super::{MOST_FRAMES, RenderArgs, like};
 use crate::file::FileError;
@@ -57,6 +58,8 @@ pub(super) struct Report {
     svg: Option<DrawingReport>,
     /// On paper.
     mm_per_px: Option<f64>,
+    /// Of a map.
+    m_per_px: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -77,6 +80,8 @@ pub(super) struct Job<'a> {
     pub(super) frame: Option<Frame>,
     pub(super) svg: Option<SvgOptions>,
     pub(super) drawn: DrawingReport,
+    /// The map, if it is one.
+    pub(super) map: Option<PlacedMap>,
     /// How two eyes stand to each other, if there are two.
     pub(super) pair: Option<Pair>,
     /// Of the picture that is drawn.
@@ -93,6 +98,9 @@ const ASKED_CAMERAS: usize = 24;
 impl Job<'_> {
     /// The cameras of the frames: at least one. The clock stands at the first.
     pub(super) fn cameras(&mut self) -> anyhow::Result<Vec<Camera>> {
+        if self.map.is_some() {
+            return Ok(vec![self.camera]);
+        }
         let (Some(name), Some(flight)) = (&self.args.path, &self.flight) else {
             return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
         };
@@ -103,6 +111,11 @@ impl Job<'_> {
         }
         self.clock = Clock::still(path.times_s()[0]);
         Ok(path.frames(self.args.fps()).collect())
+    }
+
+    /// A camera as an eye; that of a map sees the map.
+    fn pose(&self, camera: &Camera) -> Pose {
+        self.map.as_ref().map_or_else(|| self.world.pose(camera), |map| map.pose)
     }
 
     /// Finds out how two eyes stand to each other: for all pictures, so that a film does not breathe.
@@ -123,7 +136,7 @@ impl Job<'_> {
 
     /// Draws a thumbnail for nobody: drivers compile pipelines on their first use, which is no part of a pass's time.
     pub(super) fn warm_up(&mut self, camera: &Camera) -> anyhow::Result<()> {
-        let eye = self.world.pose(camera);
+        let eye = self.pose(camera);
         let light = self.world.light();
         let request =
             PictureRequest { planes: &self.planes, ..PictureRequest::still(eye, [64, 36], &self.style, light) };
@@ -148,7 +161,7 @@ impl Job<'_> {
             let now_s = start_s + number as f64 / self.args.fps();
             self.clock = Clock { now_s, before_s: self.clock.now_s };
             self.camera = *camera;
-            let pose = self.world.pose(camera);
+            let pose = self.pose(camera);
             let previous = previous.replace(pose).unwrap_or(pose);
             let report = match (&kind, &mut film) {
                 (OutputKind::Picture(_), _) if self.args.show.is_some() => self.show(&output, pose)?,
@@ -189,8 +202,9 @@ impl Job<'_> {
             PictureFormat::Png => {
                 let mut writer = PngWriter::create_noted(path, width, height, PngPixels::Rgba8, &notes)?;
                 let take = |bands| writer.write_rows(&picture::srgb8(&joined(width, bands)));
+                let beside = self.map.as_ref().map(|map| Beside::create(path, map)).transpose()?;
                 let report = self.render(pose, previous, take)?;
-                writer.finish()?;
+                writer.finish_after(|| beside.map_or(Ok(()), Beside::commit))?;
                 Ok(report)
             }
             PictureFormat::Exr => {
@@ -224,6 +238,8 @@ impl Job<'_> {
                 Ok(report)
             }
             PictureFormat::Svg => self.lines(path, pose),
+            PictureFormat::GeoTiff => self.geotiff(path, pose),
+            PictureFormat::GeoJson => self.features(path, pose),
         }
     }
 
@@ -297,7 +313,7 @@ impl Job<'_> {
     }
 
     pub(super) fn report(&self, cameras: &[Camera], report: PictureReport) -> Report {
-        let camera = self.world.camera(&self.world.pose(&cameras[0])).to_string();
+        let camera = self.world.camera(&self.pose(&cameras[0])).to_string();
         Report {
             adapter: self.gpu.description(),
             output: self.args.output.clone(),
@@ -319,6 +335,7 @@ impl Job<'_> {
             gpu_bytes: self.gpu.memory_bytes(),
             camera,
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
+            m_per_px: self.map.as_ref().map(|map| map.map.pixel_m),
             svg: self.svg.is_some().then(|| self.drawn.clone()),
         }
     }

@@ -29,7 +29,13 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     }
     let is_picture = matches!(kind, OutputKind::Picture(_));
     if is_picture && all.path.is_none() {
-        all.camera = all.camera.or(Some(*camera));
+        if all.camera.is_none() && all.map.is_none() {
+            let map = more.map.as_ref().map(|map| map.parse().map_err(anyhow::Error::msg).context("map"));
+            all.map = map.transpose()?;
+        }
+        if all.map.is_none() {
+            all.camera = all.camera.or(Some(*camera));
+        }
         all.time_s = all.time_s.or(more.time_s);
     }
     if !is_picture && all.path.is_none() {
@@ -52,7 +58,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         let known = Encoding::ALL.into_iter().find(|encoding| encoding.name() == name);
         all.heights.encoding = Some(known.context("its encoding of heights is not known")?);
     }
-    if let (None, Some(eyes)) = (all.stereo.eyes, &more.eyes) {
+    if let (None, None, Some(eyes)) = (all.stereo.eyes, all.map, &more.eyes) {
         all.stereo.eyes = Some(eyes.parse().map_err(anyhow::Error::msg).context("eyes")?);
         let ipd = more.ipd.as_ref().map(|ipd| ipd.parse().map_err(anyhow::Error::msg).context("ipd"));
         all.stereo.ipd = all.stereo.ipd.or(ipd.transpose()?);
@@ -95,6 +101,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
+    more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);
         (more.margin, more.tolerance_px, more.pens) = (args.margin, args.tolerance_px, args.pens);

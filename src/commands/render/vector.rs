@@ -1,4 +1,4 @@
-//! `hachure render -o out.svg`: the strokes and marks of a picture as paths.
+//! `hachure render -o out.svg`: the strokes and marks of a picture as paths. Those of a map may become a GeoJSON.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
 use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::svg::{self, Drawing, Unit};
+use crate::file::svg::{self, Drawing, Layer, Unit};
 use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
@@ -24,7 +24,7 @@ type EyeInk = (&'static str, &'static str, &'static str);
 const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
 const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
 
-/// What the options say of an SVG.
+/// What the options say of an SVG, or of a GeoJSON, whose lines are in pixels until they have their places.
 pub(super) struct SvgOptions {
     settings: Settings,
     /// How many pens draw it; none where paths have the widths and the ink of the picture.
@@ -32,28 +32,34 @@ pub(super) struct SvgOptions {
 }
 
 impl SvgOptions {
-    /// None if the output is no SVG.
+    /// None if the output has no lines.
     ///
     /// # Errors
     /// A style without strokes; a tolerance, paper or margin that makes no sense, or of another output.
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
         let output = named(&args.output);
-        if !matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg)) {
+        let is_on_earth = matches!(kind, OutputKind::Picture(PictureFormat::GeoJson));
+        let is_svg =
+            matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+        if !is_svg {
             let given = [
-                ("--tolerance-px", args.tolerance_px.is_some()),
                 ("--margin", args.margin.is_some()),
-                ("--pens", args.pens.is_some()),
+                ("--tolerance-px", args.tolerance_px.is_some() && !is_on_earth),
+                ("--pens", args.pens.is_some() && !is_on_earth),
             ];
             if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
                 return Err(Misuse(format!("{option}: only an .svg has it, and the output is {output}")).into());
             }
+        }
+        if !is_svg && !is_on_earth {
             return Ok(None);
         }
         let ink = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink());
         let Some(ink) = ink.or(style.water.as_ref().map(|water| water.ink)) else {
             let style = shown(&style.name);
+            let ending = if is_svg { "an .svg" } else { "a .geojson" };
             let misuse = format!(
-                "{output}: an .svg holds strokes and marks, and the style {style} has none; --style strokes has"
+                "{output}: {ending} holds strokes and marks, and the style {style} has none; --style strokes has"
             );
             return Err(Misuse(misuse).into());
         };
@@ -61,6 +67,11 @@ impl SvgOptions {
             return Err(Misuse("--pens: an anaglyph is drawn in the inks of its two glasses".into()).into());
         }
         let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX * args.px_per_style_px());
+        if is_on_earth {
+            // Half of the tolerance is for the curves, half for the lines that they become.
+            let (tolerance_px, sheet) = (0.5 * tolerance_px, Sheet::pixels(args.size()));
+            return Ok(Some(Self { settings: Settings { tolerance_px, sheet, ink }, pens: args.pens }));
+        }
         let sheet = match (&args.paper, args.margin) {
             (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size()).map_err(Misuse)?,
             (None, Some(margin)) => {
@@ -77,6 +88,16 @@ impl SvgOptions {
     /// The length of a pixel on paper.
     pub(super) fn mm_per_px(&self) -> Option<f64> {
         (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.units_per_px)
+    }
+
+    /// How far lines may be from the curves that they stand for.
+    pub(super) fn flattening_px(&self) -> f64 {
+        self.settings.tolerance_px
+    }
+
+    /// The colour of what has no other.
+    pub(super) fn ink(&self) -> String {
+        self.settings.ink.to_string()
     }
 
     /// The report in a line.
@@ -119,8 +140,12 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
 }
 
 impl Job<'_> {
-    /// Writes the strokes of a picture to `path`.
-    pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
+    /// The strokes and marks of a picture that is to be written to `path`.
+    pub(super) fn layers(
+        &mut self,
+        path: &Path,
+        pose: Pose,
+    ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("it was made for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, ..still };
@@ -145,6 +170,13 @@ impl Job<'_> {
                 vector::layers(&groups, settings, pens.as_ref())
             }
         };
+        Ok((layers, drawn, report))
+    }
+
+    /// Writes the strokes of a picture to `path`.
+    pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
+        let (layers, drawn, report) = self.layers(path, pose)?;
+        let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("it was made for this output") };
         let [width, height] = self.args.size();
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),

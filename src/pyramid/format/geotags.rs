@@ -29,6 +29,19 @@ const US_SURVEY_FOOT: u16 = 9003;
 
 /// The tags of the full-resolution image: place, coordinate reference system, unit of height, no-data value.
 fn full_resolution_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
+    let mut tags = place_tags(georeference)?;
+    let metadata =
+        "<GDALMetadata>\n  <Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">m</Item>\n</GDALMetadata>\n";
+    tags.push(Tag::new(GDAL_METADATA, TagValue::Ascii(metadata.into())));
+    tags.push(no_data_tag());
+    Ok(tags)
+}
+
+/// The tags of an image of anything: its place and its coordinate reference system.
+///
+/// # Errors
+/// Keys that no directory holds, in words.
+pub fn place_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
     let mut tags = transform_tags(georeference);
     let (directory, doubles, text) = directory(georeference).serialize().map_err(|error| error.to_string())?;
     tags.push(Tag::new(GEO_KEY_DIRECTORY, TagValue::Short(directory)));
@@ -38,10 +51,6 @@ fn full_resolution_tags(georeference: &Georeference) -> Result<Vec<Tag>, String>
     if !text.is_empty() {
         tags.push(Tag::new(GEO_ASCII_PARAMS, TagValue::Ascii(text)));
     }
-    let metadata =
-        "<GDALMetadata>\n  <Item name=\"UNITTYPE\" sample=\"0\" role=\"unittype\">m</Item>\n</GDALMetadata>\n";
-    tags.push(Tag::new(GDAL_METADATA, TagValue::Ascii(metadata.into())));
-    tags.push(no_data_tag());
     Ok(tags)
 }
 

@@ -9,7 +9,7 @@
 
 pub(super) mod bytes;
 pub(super) mod encode;
-mod geotags;
+pub mod geotags;
 pub(super) mod cog;
 pub(super) mod stored;
 pub(super) mod record;

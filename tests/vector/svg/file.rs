@@ -124,6 +124,8 @@ fn what_is_no_number_is_not_written() {
     let path = folder.path().join("a.svg");
     let stroke = Stroke { path: BezPath::from_svg("M1,2 L3,4").unwrap(), width: 1.0, opacity: 0.5, ink: None };
     let with = |stroke: Stroke| Layer {
+        kind: "contour",
+        pen: None,
         id: "contours".to_owned(),
         label: "Contours".to_owned(),
         ink: None,

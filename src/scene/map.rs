@@ -1,0 +1,208 @@
+//! A map: a picture of the land from straight above, north up, on which every place lies where its east and north say,
+//! however high it is.
+//!
+//! Passes measure pixels by a distance and a focal length, so a map is seen by an eye that stands very far up and looks
+//! through a very long lens: rays are parallel to within [`SHIFT_PX`] of what relief may move a place. Why not by rays
+//! that are parallel altogether: `docs/decisions/maps.md`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use glam::{DVec2, DVec3};
+
+use super::camera::{Camera, FOV_RANGE_DEG, LARGEST_COORDINATE_M};
+use super::view::Pose;
+use super::{Haze, Scene};
+
+/// By how much relief moves a place in a corner of the picture, at most, in pixels.
+pub const SHIFT_PX: f64 = 0.25;
+/// What stands on the land may rise so high above it, or reach so far below, in metres.
+const STANDING_M: f64 = 50.0;
+/// A whole world leaves so much of the picture's side free, at each end: the line around the land has a place.
+const FREE_PART: f64 = 0.01;
+/// Haze that takes nothing from any distance, in metres.
+const NO_HAZE_M: f64 = 1e20;
+/// The widest and the narrowest map, in metres.
+const WIDTH_RANGE_M: [f64; 2] = [1e-3, LARGEST_COORDINATE_M];
+
+/// What a map shows.
+///
+/// Written and parsed as `whole` or `EAST,NORTH,WIDTH` in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MapArea {
+    /// The world, as large as it fits.
+    Whole,
+    /// The land around a place.
+    Around {
+        /// East and north of the middle in the world's frame, in metres.
+        centre_m: DVec2,
+        /// Of the picture.
+        width_m: f64,
+    },
+}
+
+impl FromStr for MapArea {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "whole" {
+            return Ok(Self::Whole);
+        }
+        let wrong = || {
+            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative \
+             number needs an equals sign, --map=-120,80,5000"
+        };
+        let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+        let Some(&[east_m, north_m, width_m]) = numbers.as_deref() else { return Err(wrong().to_owned()) };
+        if !(east_m.abs().max(north_m.abs()) <= LARGEST_COORDINATE_M) {
+            return Err(format!("its middle must lie within {LARGEST_COORDINATE_M} m of the world's"));
+        }
+        let [least_m, most_m] = WIDTH_RANGE_M;
+        if !(least_m..=most_m).contains(&width_m) {
+            return Err(format!("its width must be from {least_m} to {most_m} m"));
+        }
+        Ok(Self::Around { centre_m: DVec2::new(east_m, north_m), width_m })
+    }
+}
+
+impl fmt::Display for MapArea {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole => f.write_str("whole"),
+            Self::Around { centre_m, width_m } => write!(f, "{},{},{width_m}", centre_m.x, centre_m.y),
+        }
+    }
+}
+
+/// Where the pixels of a map lie in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Map {
+    /// East and north of the picture's middle, in metres.
+    pub centre_m: DVec2,
+    /// The side of a pixel.
+    pub pixel_m: f64,
+    /// Of the picture.
+    pub size_px: [u32; 2],
+}
+
+impl Map {
+    /// Of an area in a world from `low_m` to `high_m` (east, north).
+    pub fn new(area: MapArea, [low_m, high_m]: [DVec2; 2], size_px: [u32; 2]) -> Self {
+        let size = DVec2::new(f64::from(size_px[0]), f64::from(size_px[1]));
+        match area {
+            MapArea::Around { centre_m, width_m } => Self { centre_m, pixel_m: width_m / size.x, size_px },
+            MapArea::Whole => {
+                let pixel_m = ((high_m - low_m) / (size * (1.0 - 2.0 * FREE_PART))).max_element().max(1e-6);
+                Self { centre_m: 0.5 * (low_m + high_m), pixel_m, size_px }
+            }
+        }
+    }
+
+    /// East and north of a place in the picture; (0, 0) is its upper left corner.
+    pub fn world_from_px(&self, px: DVec2) -> DVec2 {
+        let from_centre = px - 0.5 * self.size();
+        self.centre_m + self.pixel_m * DVec2::new(from_centre.x, -from_centre.y)
+    }
+
+    /// The south-western and the north-eastern corner.
+    pub fn corners_m(&self) -> [DVec2; 2] {
+        let half_m = 0.5 * self.pixel_m * self.size();
+        [self.centre_m - half_m, self.centre_m + half_m]
+    }
+
+    /// The eye that sees it, over land of these heights.
+    pub fn pose(&self, [low_m, high_m]: [f64; 2]) -> Pose {
+        let reach_m = 0.5 * (high_m - low_m).max(0.0) + STANDING_M;
+        let above_m = reach_m * 0.5 * self.size().length() / SHIFT_PX;
+        let half_m = 0.5 * self.pixel_m * f64::from(self.size_px[1]);
+        Pose {
+            position_m: self.centre_m.extend(0.5 * (low_m + high_m) + above_m),
+            forward: DVec3::NEG_Z,
+            right: DVec3::X,
+            up: DVec3::Y,
+            fov_rad: 2.0 * (half_m / above_m).atan(),
+        }
+    }
+
+    /// The camera that is nearest to a pose: what reads it may know no lens that is so long.
+    pub fn camera(pose: &Pose) -> Camera {
+        let fov_deg = pose.fov_rad.to_degrees().clamp(FOV_RANGE_DEG[0], FOV_RANGE_DEG[1]);
+        let lowest_m = DVec3::splat(-LARGEST_COORDINATE_M);
+        let position_m = pose.position_m.clamp(lowest_m, -lowest_m);
+        Camera { position_m, height_above_ground: false, yaw_deg: 0.0, pitch_deg: -90.0, fov_deg }
+    }
+
+    /// Of the picture in pixels.
+    pub fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.size_px[0]), f64::from(self.size_px[1]))
+    }
+}
+
+impl Scene {
+    /// The same without what depends on where the eye stands: haze, and the curvature of the earth.
+    #[must_use]
+    pub fn for_map(self) -> Self {
+        let haze = Haze { distance_m: Some(NO_HAZE_M), ..self.haze };
+        Self { earth: None, haze, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::view::View;
+
+    #[test]
+    fn areas_are_read_as_they_are_written() {
+        let around = MapArea::Around { centre_m: DVec2::new(-120.5, 80.0), width_m: 5000.0 };
+        for area in [MapArea::Whole, around] {
+            assert_eq!(area.to_string().parse(), Ok(area));
+        }
+        for wrong in ["", "1,2", "1,2,3,4", "a,2,3", "1,2,0", "1,2,-3", "NaN,0,1", "0,1e9,1", "0,0,inf", "hill.tif"] {
+            assert!(wrong.parse::<MapArea>().is_err(), "{wrong}");
+        }
+    }
+
+    /// How far the picture of a place is from where the map has it, in pixels, at most over corners and heights.
+    fn shift_px(map: &Map, range_m: [f64; 2], pose: &Pose) -> f64 {
+        let view = View::whole(*pose, *pose, map.size_px);
+        let mut most_px = 0.0_f64;
+        for corner in [[0.0, 0.0], [1.0, 0.0], [0.5, 0.5], [1.0, 1.0]] {
+            let px = DVec2::from(corner) * map.size();
+            for height_m in [range_m[0], 0.5 * (range_m[0] + range_m[1]), range_m[1]] {
+                let seen = view.place_px(map.world_from_px(px).extend(height_m) - pose.position_m).unwrap();
+                most_px = most_px.max(seen.distance(px));
+            }
+        }
+        most_px
+    }
+
+    #[test]
+    fn relief_moves_no_place() {
+        let range_m = [-20.0, 4371.0];
+        let around = MapArea::Around { centre_m: DVec2::new(700.0, -30.0), width_m: 77_000.0 };
+        for size_px in [[1280, 720], [300, 900], [20_000, 8000]] {
+            let map = Map::new(around, [DVec2::ZERO; 2], size_px);
+            let pose = map.pose(range_m);
+            let found_px = shift_px(&map, range_m, &pose);
+            assert!(found_px <= SHIFT_PX, "{size_px:?}: {found_px}");
+            // An eye at a quarter of that height, with the lens that shows as much, is told apart.
+            let mut low = pose;
+            low.position_m.z *= 0.2;
+            low.fov_rad *= 5.0;
+            assert!(shift_px(&map, range_m, &low) > 2.0 * SHIFT_PX, "{size_px:?}");
+        }
+    }
+
+    #[test]
+    fn a_whole_world_fits() {
+        let corners = [DVec2::new(-100.0, -400.0), DVec2::new(300.0, 500.0)];
+        for size_px in [[1000, 100], [100, 1000], [640, 360]] {
+            let map = Map::new(MapArea::Whole, corners, size_px);
+            let [low_m, high_m] = map.corners_m();
+            assert!(low_m.cmplt(corners[0]).all() && high_m.cmpgt(corners[1]).all(), "{size_px:?}");
+            let free = (corners[0] - low_m).min_element() / (map.pixel_m * map.size()).min_element();
+            assert!(free > 0.0 && (map.world_from_px(DVec2::ZERO) - DVec2::new(low_m.x, high_m.y)).length() < 1e-9);
+        }
+    }
+}

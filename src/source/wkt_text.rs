@@ -1,0 +1,213 @@
+//! The keys of a GeoTIFF → a coordinate reference system in Well-Known Text, for the `.prj` beside a picture.
+//!
+//! What has a code is written as the catalogue has it. The rest is written in the first generation of the text (OGC
+//! 01-009), as far as its projection is one of a few.
+
+use super::crs_catalogue::{self as catalogue, Kind};
+use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
+use super::georeference::{Crs, Georeference};
+
+/// GeogPrimeMeridianGeoKey, and Greenwich.
+const PRIME_MERIDIAN: u16 = 2051;
+const GREENWICH: u16 = 8901;
+const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
+
+/// Its code as a key (ProjCoordTrans), its name, and its parameters with their keys.
+type Method = (u16, &'static str, &'static [(&'static str, u16)]);
+
+const METHODS: [Method; 5] = [
+    (
+        1,
+        "Transverse_Mercator",
+        &[
+            ("latitude_of_origin", 3081),
+            ("central_meridian", 3080),
+            ("scale_factor", 3092),
+            ("false_easting", 3082),
+            ("false_northing", 3083),
+        ],
+    ),
+    (
+        7,
+        "Mercator_1SP",
+        &[("central_meridian", 3080), ("scale_factor", 3092), ("false_easting", 3082), ("false_northing", 3083)],
+    ),
+    (
+        8,
+        "Lambert_Conformal_Conic_2SP",
+        &[
+            ("standard_parallel_1", 3078),
+            ("standard_parallel_2", 3079),
+            ("latitude_of_origin", 3085),
+            ("central_meridian", 3084),
+            ("false_easting", 3086),
+            ("false_northing", 3087),
+        ],
+    ),
+    (
+        10,
+        "Lambert_Azimuthal_Equal_Area",
+        &[
+            ("latitude_of_center", 3089),
+            ("longitude_of_center", 3088),
+            ("false_easting", 3082),
+            ("false_northing", 3083),
+        ],
+    ),
+    (
+        11,
+        "Albers_Conic_Equal_Area",
+        &[
+            ("standard_parallel_1", 3078),
+            ("standard_parallel_2", 3079),
+            ("latitude_of_center", 3081),
+            ("longitude_of_center", 3080),
+            ("false_easting", 3082),
+            ("false_northing", 3083),
+        ],
+    ),
+];
+
+impl Georeference {
+    /// The EPSG code of the CRS, where it has one that says all of it: a file may name a code and have another unit.
+    #[must_use]
+    pub fn epsg(&self) -> Option<u16> {
+        let named = |name: &str| name.strip_prefix("EPSG:")?.parse().ok();
+        let of_keys = self.geokeys.epsg.and_then(|code| u16::try_from(code).ok());
+        let is_same = |own: f64, known: f64| (own / known - 1.0).abs() < 1e-9;
+        let (code, kind, unit) = match &self.crs {
+            Crs::Local => return None,
+            Crs::Projected { metres_per_unit, name } => (named(name).or(of_keys)?, Kind::Projected, *metres_per_unit),
+            Crs::Geographic { radians_per_unit, name, .. } => {
+                (named(name).or(of_keys)?, Kind::Geographic, *radians_per_unit)
+            }
+        };
+        catalogue::look_up(code).filter(|known| known.kind == kind && is_same(unit, known.unit)).map(|_| code)
+    }
+
+    /// The CRS in Well-Known Text; none of a local one, and where its projection is none of those that are known here.
+    #[must_use]
+    pub fn wkt(&self) -> Option<String> {
+        if let Some(text) = self.epsg().and_then(catalogue::text) {
+            return Some(text.to_owned());
+        }
+        match &self.crs {
+            Crs::Local => None,
+            Crs::Projected { metres_per_unit, name } => projected(&self.geokeys, *metres_per_unit, name),
+            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name } => {
+                geographic(&self.geokeys, *radians_per_unit, Some([*semi_major_axis_m, *inverse_flattening]), name)
+            }
+        }
+    }
+}
+
+fn projected(keys: &GeoKeys, metres_per_unit: f64, name: &str) -> Option<String> {
+    let method = keys.short(key::PROJECTION_METHOD)?;
+    let (_, projection, parameters) = METHODS.iter().find(|(code, ..)| *code == method)?;
+    let own_unit = match keys.short(key::ANGULAR_UNITS) {
+        Some(USER_DEFINED) => keys.double(key::ANGULAR_UNIT_SIZE),
+        Some(unit) => catalogue::radians_per_angular_unit(unit),
+        None => None,
+    };
+    let base_code = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != USER_DEFINED);
+    let base = base_code.and_then(catalogue::look_up).filter(|base| base.kind == Kind::Geographic);
+    let unit = own_unit.or(base.map(|base| base.unit)).unwrap_or(1f64.to_radians());
+    let base_name = keys.ascii(key::GEOGRAPHIC_CITATION).unwrap_or("unnamed");
+    let mut text = format!("PROJCS[\"{}\",{}", quoted(name), geographic(keys, unit, None, base_name)?);
+    text += &format!(",PROJECTION[\"{projection}\"]");
+    for (parameter, id) in *parameters {
+        text += &format!(",PARAMETER[\"{parameter}\",{}]", keys.double(*id)?);
+    }
+    let unit_name = if metres_per_unit == 1.0 { "metre" } else { "unit" };
+    Some(text + &format!(",UNIT[\"{unit_name}\",{metres_per_unit}]]"))
+}
+
+/// `ellipsoid` is that of the CRS where it is known otherwise than by the keys.
+fn geographic(keys: &GeoKeys, radians_per_unit: f64, ellipsoid: Option<[f64; 2]>, name: &str) -> Option<String> {
+    let code = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != USER_DEFINED);
+    if let Some(code) = code {
+        let text = catalogue::text(code).filter(|text| text.starts_with("GEOGCS["))?;
+        let known = catalogue::look_up(code)?;
+        return ((known.unit / radians_per_unit - 1.0).abs() < 1e-9).then(|| text.to_owned());
+    }
+    if keys.short(PRIME_MERIDIAN).is_some_and(|meridian| meridian != GREENWICH) {
+        return None;
+    }
+    let of_keys = || {
+        let major = keys.double(key::SEMI_MAJOR_AXIS)?;
+        Some([major, keys.double(key::INVERSE_FLATTENING).unwrap_or(WGS84[1])])
+    };
+    let [major, inverse] = ellipsoid.or_else(of_keys)?;
+    let unit_name = if (radians_per_unit / 1f64.to_radians() - 1.0).abs() < 1e-9 { "degree" } else { "unit" };
+    Some(format!(
+        "GEOGCS[\"{}\",DATUM[\"unknown\",SPHEROID[\"unknown\",{major},{inverse}]],PRIMEM[\"Greenwich\",0],\
+         UNIT[\"{unit_name}\",{radians_per_unit}]]",
+        quoted(name)
+    ))
+}
+
+/// Quotes would end the name, and readers disagree about what is no ASCII.
+fn quoted(name: &str) -> String {
+    name.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').map(|c| if c == '"' { '\'' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::world_mapping::WorldMapping;
+    use super::super::{GeoKeys, wkt};
+    use super::*;
+    use glam::DVec2;
+
+    fn place(crs: Crs, geokeys: GeoKeys, crs_from_grid: [f64; 6]) -> Georeference {
+        Georeference { crs_from_grid, crs, geokeys }
+    }
+
+    fn degrees(name: &str) -> Crs {
+        let (semi_major_axis_m, inverse_flattening) = (WGS84[0], WGS84[1]);
+        let radians_per_unit = 1f64.to_radians();
+        Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name: name.to_owned() }
+    }
+
+    #[test]
+    fn the_text_of_a_picture_is_read_as_its_keys() {
+        let grid = [8.0, 1.0 / 1200.0, 0.0, 47.0, 0.0, -1.0 / 1200.0];
+        for name in ["EPSG:4326", "a moon"] {
+            let world = place(degrees(name), GeoKeys::default(), grid);
+            let mapping = WorldMapping::new(&world, 1201, 1201).unwrap();
+            let picture = mapping.picture_georeference(&world, DVec2::new(-500.0, 250.0), 10.0);
+            assert_eq!(picture.crs_from_grid, [-500.0, 10.0, 0.0, 250.0, 0.0, -10.0]);
+            let text = picture.wkt().unwrap();
+            let keys = wkt::keys(&text).unwrap();
+            for id in [ORIGIN[0], ORIGIN[1], 3092] {
+                assert_eq!(keys.double(id), picture.geokeys.double(id), "{text}");
+            }
+            assert_eq!((keys.double(ORIGIN[0]), keys.short(key::PROJECTION_METHOD)), (Some(8.5), Some(1)));
+            assert_eq!(keys.short(key::GEOGRAPHIC_CRS), picture.geokeys.short(key::GEOGRAPHIC_CRS));
+        }
+    }
+
+    const ORIGIN: [u16; 2] = [3080, 3081];
+
+    #[test]
+    fn wide_worlds_stay_in_degrees() {
+        let world = place(degrees("EPSG:4326"), GeoKeys::default(), [-180.0, 1.0, 0.0, 90.0, 0.0, -1.0]);
+        let mapping = WorldMapping::new(&world, 361, 181).unwrap();
+        let picture = mapping.picture_georeference(&world, DVec2::ZERO, 1000.0);
+        let [x, dx, .., y, _, dy] = picture.crs_from_grid;
+        let degree_m = WGS84[0] * 1f64.to_radians();
+        assert!(x.abs() + y.abs() < 1e-9 && (dx - 1000.0 / degree_m).abs() < 1e-12 && (dx + dy).abs() < 1e-12);
+        assert!(picture.wkt().unwrap().starts_with("GEOGCS[\"WGS 84\""));
+    }
+
+    #[test]
+    fn a_code_with_another_unit_is_no_code() {
+        let crs = |metres_per_unit| Crs::Projected { metres_per_unit, name: "EPSG:32610".to_owned() };
+        let grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+        let metres = place(crs(1.0), GeoKeys::default(), grid);
+        assert_eq!(metres.epsg(), Some(32610));
+        assert!(metres.wkt().unwrap().contains("UTM zone 10N"));
+        let feet = place(crs(0.3048), GeoKeys::default(), grid);
+        assert_eq!((feet.epsg(), feet.wkt()), (None, None));
+        assert_eq!(place(Crs::Local, GeoKeys::default(), grid).wkt(), None);
+    }
+}

@@ -1,0 +1,86 @@
+//! The map of an open world: where its pixels lie, and the eye that sees it.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use super::OpenWorld;
+use crate::pyramid::surface::statistics::PAGE_PATCHES;
+use crate::pyramid::tile::{PATCH_QUADS, TILE_SAMPLES, TileAddress};
+use crate::scene::map::{Map, MapArea};
+use crate::scene::view::Pose;
+use crate::tiles::Terrain;
+
+/// Tiles along a side that are asked for their heights, at most.
+const ASKED_TILES: u32 = 3;
+
+impl OpenWorld {
+    /// The map of an area on so many pixels, and its eye.
+    pub fn map(&self, area: MapArea, size_px: [u32; 2]) -> (Map, Pose) {
+        let terrain = &self.surfaces.terrain;
+        let map = Map::new(area, terrain.corners_m(), size_px);
+        let range_m = local_range_m(terrain, map.corners_m()).unwrap_or_else(|| terrain.range_m());
+        (map, map.pose(range_m.map(f64::from)))
+    }
+}
+
+/// Bounds of the heights between two corners, from the statistics of the patches of a few tiles: the less relief there
+/// is, the nearer may the eye stand, and the finer are its f32. None where there is no land, or it cannot be read, which
+/// the picture will tell.
+fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32; 2]> {
+    let store = terrain.store();
+    let middle_m = 0.5 * (low_m + high_m);
+    let (xs, ys) = ([low_m.x, middle_m.x, high_m.x], [low_m.y, middle_m.y, high_m.y]);
+    let places = xs.into_iter().flat_map(|x| ys.map(|y| terrain.mapping().grid_from_world(DVec2::new(x, y))));
+    let finest = store.levels()[0];
+    let last = DVec2::new(f64::from(finest.width - 1), f64::from(finest.height - 1));
+    let (mut low, mut high) = (last, DVec2::ZERO);
+    for place in places {
+        if !place.is_finite() {
+            return None;
+        }
+        let place = place.clamp(DVec2::ZERO, last);
+        (low, high) = (low.min(place), high.max(place));
+    }
+    for (level, size) in store.levels().iter().enumerate() {
+        let scale = DVec2::new(f64::from(size.width), f64::from(size.height))
+            / DVec2::new(f64::from(finest.width), f64::from(finest.height));
+        let tile = |place: DVec2| (place * scale / f64::from(TILE_SAMPLES)).floor().max(DVec2::ZERO).as_uvec2();
+        // Parallels are bent on the grid, so that what lies between the places may lie a little beside them.
+        let bent = 0.01 * (high - low) + 1.0;
+        let most = glam::UVec2::new(size.tiles_x() - 1, size.tiles_y() - 1);
+        let (first, last) = (tile(low - bent).min(most), tile(high + bent).min(most));
+        if (last - first).max_element() >= ASKED_TILES {
+            continue;
+        }
+        let addresses =
+            (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| TileAddress { level: level as u32, x, y }));
+        let addresses: Vec<TileAddress> = addresses.collect();
+        if !addresses.iter().all(|address| store.has_tile(*address)) {
+            continue;
+        }
+        let mut range_m = [f32::NAN; 2];
+        for address in addresses {
+            let patches = Arc::clone(store).load(address).ok()?.patches;
+            for (number, patch) in (0..).zip(patches.patches()) {
+                let column = address.x * PAGE_PATCHES + number % PAGE_PATCHES;
+                let row = address.y * PAGE_PATCHES + number / PAGE_PATCHES;
+                let first = DVec2::new(f64::from(column), f64::from(row)) * patch_samples(level);
+                let is_beside =
+                    first.cmpgt(high + bent).any() || (first + patch_samples(level)).cmplt(low - bent).any();
+                if !is_beside && !patch.min_m.is_nan() {
+                    // Between its samples the land may be off by as much as the patch's triangles are.
+                    range_m[0] = range_m[0].min(patch.min_m - patch.mesh_error_m);
+                    range_m[1] = range_m[1].max(patch.max_m + patch.mesh_error_m);
+                }
+            }
+        }
+        return range_m.iter().all(|height_m| height_m.is_finite()).then_some(range_m);
+    }
+    None
+}
+
+/// Samples of level 0 along the side of a patch that comes with a tile of a level.
+fn patch_samples(level: usize) -> f64 {
+    f64::from(PATCH_QUADS) * (1_u64 << level) as f64
+}
