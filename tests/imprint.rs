@@ -211,7 +211,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("bare.png", "does not say how it was drawn"),
         ("cut.png", "unexpected end"),
         ("broken.png", ""),
-        ("newer.png", "its imprint has version 3, and this hachure knows 1"),
+        ("newer.png", "its imprint has version 3, and this hachure knows 2"),
         ("other.png", "camera"),
         ("key.png", "no key \"glow\""),
         ("style.png", "light.wrap"),

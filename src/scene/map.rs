@@ -54,7 +54,7 @@ impl FromStr for MapArea {
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
         let Some(&[east_m, north_m, width_m]) = numbers.as_deref() else { return Err(wrong().to_owned()) };
-        if !(east_m.abs().max(north_m.abs()) <= LARGEST_COORDINATE_M) {
+        if ![east_m, north_m].iter().all(|place_m| place_m.abs() <= LARGEST_COORDINATE_M) {
             return Err(format!("its middle must lie within {LARGEST_COORDINATE_M} m of the world's"));
         }
         let [least_m, most_m] = WIDTH_RANGE_M;
