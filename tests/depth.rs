@@ -49,7 +49,8 @@ fn the_far_third_has_less_ink_than_the_near_one() {
     let clear = Light { haze_m: 1e9, ..light };
     let mut failed = Vec::new();
     for name in style::names() {
-        let style = Style::load(name).unwrap();
+        // Terraces of this land are as level as lakes are, and shores are no marks.
+        let style = Style { water: None, ..Style::load(name).unwrap() };
         let [near, far] = darkness(&mut world, &style, &light);
         let [clear_near, clear_far] = darkness(&mut world, &style, &clear);
         let [part, clear_part] = [far / near, clear_far / clear_near];

@@ -174,7 +174,8 @@ fn memory_keeps_its_cap() {
 
 #[test]
 fn a_view_that_turns_away_takes_its_requests_back() {
-    let Some((mut world, store)) = bumpy(60, ROOM, smooth()) else { return };
+    // Slower than frames are on a busy machine.
+    let Some((mut world, store)) = bumpy(300, ROOM, smooth()) else { return };
     let mut frame = None;
     for turn in 0..10 {
         let pose = world.pose(&format!("{},{},+100,{},-10,30", -9000 + 2000 * turn, 5000 - 1000 * turn, 97 * turn));

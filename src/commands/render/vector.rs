@@ -54,8 +54,8 @@ impl SvgOptions {
         if !is_svg && !is_on_earth {
             return Ok(None);
         }
-        let ink = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink());
-        let Some(ink) = ink.or(style.water.as_ref().map(|water| water.ink)) else {
+        // Shores and water lines alone are no drawing.
+        let Some(ink) = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink()) else {
             let style = shown(&style.name);
             let ending = if is_svg { "an .svg" } else { "a .geojson" };
             let misuse = format!(

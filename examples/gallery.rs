@@ -1,0 +1,137 @@
+//! Draws the gallery: every preset near, wide and as a map, and the page that shows them.
+//!
+//! `cargo run --release --example gallery -- FOLDER` draws the places of `docs/gallery/places.toml`, whose worlds lie in
+//! FOLDER, with the `hachure` that was built beside it, and writes `docs/gallery/*.png` and `docs/gallery/README.md`.
+//! Pictures have a palette of 256 colours, which keeps each of them small.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use anyhow::{Context, bail, ensure};
+use hachure::file::atomic;
+use hachure::file::atomic::AtomicFile;
+use hachure::style::{self, Style};
+use serde::Deserialize;
+
+/// Larger pictures have no place in a repository.
+const MOST_BYTES: u64 = 400_000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Places {
+    size: String,
+    place: Vec<Place>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Place {
+    /// Of the picture's file.
+    name: String,
+    /// What the page says of it.
+    title: String,
+    world: PathBuf,
+    camera: Option<String>,
+    map: Option<String>,
+}
+
+fn main() -> anyhow::Result<()> {
+    let folder = std::env::args().nth(1).map(PathBuf::from).context("name the folder of the worlds")?;
+    let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/gallery");
+    let path = gallery.join("places.toml");
+    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let places: Places = toml::from_str(&text).with_context(|| path.display().to_string())?;
+    let program = std::env::current_exe()?.with_file_name("").join("../hachure");
+    ensure!(program.exists(), "there is no {}: cargo build --release makes it", program.display());
+
+    for name in style::names() {
+        for place in &places.place {
+            let picture = gallery.join(format!("{name}-{}.png", place.name));
+            draw(&program, &folder, place, name, &places.size, &picture)?;
+            shrink(&picture).with_context(|| picture.display().to_string())?;
+            println!("{}", picture.display());
+        }
+    }
+    atomic::write(&gallery.join("README.md"), page(&places)?.as_bytes()).context("docs/gallery/README.md")
+}
+
+fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, picture: &Path) -> anyhow::Result<()> {
+    let view = match (&place.camera, &place.map) {
+        (Some(camera), None) => format!("--camera={camera}"),
+        (None, Some(map)) => format!("--map={map}"),
+        _ => bail!("{}: a place has a camera or a map", place.name),
+    };
+    let mut command = Command::new(program);
+    command.arg("render").arg(folder.join(&place.world)).args(["--style", style, "--size", size, &view]);
+    let status = command.args(["--samples", "4", "-o"]).arg(picture).status()?;
+    ensure!(status.success(), "{style} of {} was not drawn", place.name);
+    if place.map.is_some() {
+        // The page says where it lies.
+        for side in ["pgw", "prj"] {
+            std::fs::remove_file(picture.with_extension(side))?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a picture anew with a palette: of colours in as many bits as leave 256 of them at most.
+fn shrink(path: &Path) -> anyhow::Result<()> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
+    let mut bytes = vec![0; reader.output_buffer_size().context("a picture without end")?];
+    let info = reader.next_frame(&mut bytes)?;
+    ensure!(info.color_type == png::ColorType::Rgba && info.bit_depth == png::BitDepth::Eight, "not RGBA in 8 bits");
+    let pixels: Vec<[u8; 3]> = bytes.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let rounded =
+        (1..=7).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
+    let palette_of = |pixels: &Vec<[u8; 3]>| {
+        let mut palette: BTreeMap<[u8; 3], u8> = pixels.iter().map(|pixel| (*pixel, 0)).collect();
+        let is_small = palette.len() <= 256;
+        (0..=255).zip(palette.values_mut()).for_each(|(number, entry)| *entry = number);
+        is_small.then_some(palette)
+    };
+    let found = rounded.into_iter().find_map(|pixels: Vec<[u8; 3]>| Some((palette_of(&pixels)?, pixels)));
+    let (palette, pixels) = found.context("more than 256 colours of one bit")?;
+
+    let mut file = AtomicFile::create(path)?;
+    let mut encoder = png::Encoder::new(file.writer(), info.width, info.height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette.keys().flatten().copied().collect::<Vec<u8>>());
+    encoder.set_compression(png::Compression::High);
+    let numbers: Vec<u8> = pixels.iter().map(|pixel| palette[pixel]).collect();
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&numbers)?;
+    writer.finish()?;
+    file.commit()?;
+    let bytes = std::fs::metadata(path)?.len();
+    ensure!(bytes <= MOST_BYTES, "has {bytes} bytes");
+    Ok(())
+}
+
+/// To `bits` bits, with black and white as they are.
+fn rounded(value: u8, bits: u32) -> u8 {
+    let most = (1_u32 << bits) - 1;
+    let step = (u32::from(value) * most + 127) / 255;
+    ((step * 255 + most / 2) / most) as u8
+}
+
+fn page(places: &Places) -> anyhow::Result<String> {
+    let mut page = String::from(
+        "# Gallery\n\nEvery preset near, wide and as a map. `cargo run --release --example gallery -- FOLDER` draws it \
+         anew from the SRTM tiles in FOLDER that [places.toml](places.toml) names.\n",
+    );
+    for name in style::names() {
+        let style = Style::load(name)?;
+        writeln!(page, "\n## {name}\n\n{}.\n", style.description)?;
+        let titles: Vec<&str> = places.place.iter().map(|place| place.title.as_str()).collect();
+        writeln!(page, "| {} |\n|{}", titles.join(" | "), " --- |".repeat(titles.len()))?;
+        let picture = |place: &Place| format!("![{}]({name}-{}.png)", place.title, place.name);
+        let pictures: Vec<String> = places.place.iter().map(picture).collect();
+        writeln!(page, "| {} |", pictures.join(" | "))?;
+    }
+    Ok(page)
+}

@@ -1,0 +1,61 @@
+//! The gallery shows every preset, and no picture of the documents is large.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use hachure::style::{self, Style};
+
+const MOST_BYTES: u64 = 400_000;
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
+}
+
+/// What the page lacks of a preset.
+fn lacks(page: &str, name: &str) -> Option<String> {
+    let style = Style::load(name).unwrap();
+    let start = page.find(&format!("\n## {name}\n"))?;
+    let section = &page[start + 1..];
+    let section = section.find("\n## ").map_or(section, |end| &section[..end]);
+    if !section.contains(&style.description) {
+        return Some(format!("{name} has another description"));
+    }
+    let missing = ["near", "wide", "map"].into_iter().find(|place| {
+        let picture = format!("{name}-{place}.png");
+        !section.contains(&format!("({picture})")) || !docs().join("gallery").join(picture).exists()
+    });
+    missing.map(|place| format!("{name} has no picture {place}"))
+}
+
+#[test]
+fn the_gallery_shows_every_preset() {
+    let page = fs::read_to_string(docs().join("gallery/README.md")).unwrap();
+    for name in style::names() {
+        assert!(page.contains(&format!("\n## {name}\n")), "{name} is not in the gallery: {REDRAW}");
+        assert_eq!(lacks(&page, name), None, "{REDRAW}");
+    }
+    // Planted: a picture that is not shown, and a description of something else.
+    let planted = page.replace("(pencil-wide.png)", "(pen-wide.png)");
+    assert_eq!(lacks(&planted, "pencil").unwrap(), "pencil has no picture wide");
+    let planted = page.replace(&Style::load("wash").unwrap().description, "Oil");
+    assert!(lacks(&planted, "wash").unwrap().contains("description"));
+}
+
+const REDRAW: &str = "cargo run --release --example gallery -- FOLDER draws it anew";
+
+#[test]
+fn pictures_of_documents_are_small() {
+    let mut count = 0;
+    for folder in ["pictures", "gallery"] {
+        for entry in fs::read_dir(docs().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_some_and(|extension| extension == "png") {
+                let bytes = fs::metadata(&path).unwrap().len();
+                assert!(bytes <= MOST_BYTES, "{} has {bytes} bytes", path.display());
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 3 * style::names().len(), "{count} pictures");
+}
