@@ -1,8 +1,9 @@
 //! Draws the gallery: every preset near, wide and as a map, and the page that shows them.
 //!
-//! `cargo run --release --example gallery -- FOLDER` draws the places of `docs/gallery/places.toml`, whose worlds lie in
-//! FOLDER, with the `hachure` that was built beside it, and writes `docs/gallery/*.png` and `docs/gallery/README.md`.
-//! Pictures have a palette of 256 colours, which keeps each of them small.
+//! `cargo run --release --example gallery -- FOLDER [PRESET...]` draws the places of `docs/gallery/places.toml`, whose
+//! worlds lie in FOLDER, with the `hachure` that `cargo build --release` made, in all presets or in those that are named,
+//! and writes `docs/gallery/*.png` and `docs/gallery/README.md`. Pictures of few colours have a palette, which keeps them
+//! small.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -40,7 +41,12 @@ struct Place {
 }
 
 fn main() -> anyhow::Result<()> {
-    let folder = std::env::args().nth(1).map(PathBuf::from).context("name the folder of the worlds")?;
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().map(PathBuf::from).context("name the folder of the worlds")?;
+    let named: Vec<String> = arguments.collect();
+    if let Some(unknown) = named.iter().find(|name| style::preset_text(name).is_none()) {
+        bail!("{unknown}: no such preset");
+    }
     let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/gallery");
     let path = gallery.join("places.toml");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -48,7 +54,8 @@ fn main() -> anyhow::Result<()> {
     let program = std::env::current_exe()?.with_file_name("").join("../hachure");
     ensure!(program.exists(), "there is no {}: cargo build --release makes it", program.display());
 
-    for name in style::names() {
+    let is_wanted = |name: &&str| named.is_empty() || named.iter().any(|wanted| wanted == name);
+    for name in style::names().into_iter().filter(is_wanted) {
         for place in &places.place {
             let picture = gallery.join(format!("{name}-{}.png", place.name));
             draw(&program, &folder, place, name, &places.size, &picture)?;
@@ -78,7 +85,10 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
     Ok(())
 }
 
-/// Writes a picture anew with a palette: of colours in as many bits as leave 256 of them at most.
+/// Fewer bits for a channel would show as bands.
+const LEAST_BITS: u32 = 6;
+
+/// Writes a picture anew without its opacity, and with a palette if its colours are 256 at most in some bits.
 fn shrink(path: &Path) -> anyhow::Result<()> {
     let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
     let mut bytes = vec![0; reader.output_buffer_size().context("a picture without end")?];
@@ -86,7 +96,7 @@ fn shrink(path: &Path) -> anyhow::Result<()> {
     ensure!(info.color_type == png::ColorType::Rgba && info.bit_depth == png::BitDepth::Eight, "not RGBA in 8 bits");
     let pixels: Vec<[u8; 3]> = bytes.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     let rounded =
-        (1..=7).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
+        (LEAST_BITS..=8).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
     let palette_of = |pixels: &Vec<[u8; 3]>| {
         let mut palette: BTreeMap<[u8; 3], u8> = pixels.iter().map(|pixel| (*pixel, 0)).collect();
         let is_small = palette.len() <= 256;
@@ -94,17 +104,21 @@ fn shrink(path: &Path) -> anyhow::Result<()> {
         is_small.then_some(palette)
     };
     let found = rounded.into_iter().find_map(|pixels: Vec<[u8; 3]>| Some((palette_of(&pixels)?, pixels)));
-    let (palette, pixels) = found.context("more than 256 colours of one bit")?;
 
     let mut file = AtomicFile::create(path)?;
     let mut encoder = png::Encoder::new(file.writer(), info.width, info.height);
-    encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_palette(palette.keys().flatten().copied().collect::<Vec<u8>>());
     encoder.set_compression(png::Compression::High);
-    let numbers: Vec<u8> = pixels.iter().map(|pixel| palette[pixel]).collect();
+    let bytes = if let Some((palette, pixels)) = found {
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_palette(palette.keys().flatten().copied().collect::<Vec<u8>>());
+        pixels.iter().map(|pixel| palette[pixel]).collect()
+    } else {
+        encoder.set_color(png::ColorType::Rgb);
+        pixels.concat()
+    };
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&numbers)?;
+    writer.write_image_data(&bytes)?;
     writer.finish()?;
     file.commit()?;
     let bytes = std::fs::metadata(path)?.len();
