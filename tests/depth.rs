@@ -51,16 +51,20 @@ fn the_far_third_has_less_ink_than_the_near_one() {
     for name in style::names() {
         // Terraces of this land are as level as lakes are, and shores are no marks.
         let style = Style { water: None, ..Style::load(name).unwrap() };
+        // Styles of lines alone draw hardly anything on near faces, and more far away: they are not judged.
+        if style.hatching.is_none() {
+            continue;
+        }
         let [near, far] = darkness(&mut world, &style, &light);
         let [clear_near, clear_far] = darkness(&mut world, &style, &clear);
         let [part, clear_part] = [far / near, clear_far / clear_near];
         println!("{name:12} near {near:.3}, far {far:.3}: {part:.2}; without haze {clear_part:.2}");
         // Half is what is wanted, and what is left above it is contours: this land has ridges behind each other to its
-        // edge. Styles of lines alone draw hardly anything on near faces, and more far away.
+        // edge.
         // Rows of hachures leave this land half bare where it is near, since it has folds in every sample: a known
         // problem. Air takes two thirds of what is far from them as well.
         let most = if style.rows.is_some() { 1.6 } else { 0.75 };
-        if style.hatching.is_some() && (part > most || clear_part < 2.0 * part) {
+        if part > most || clear_part < 2.0 * part {
             failed.push(name);
         }
     }
