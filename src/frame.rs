@@ -7,12 +7,12 @@
 
 mod antialias;
 mod eye;
-mod left;
 mod land_maps;
+mod left;
 mod mark_layers;
 mod passes;
-mod switch;
 mod rows;
+mod switch;
 mod trees;
 mod water;
 

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
 
+#[path = "common/program.rs"]
+mod program;
+
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
@@ -45,20 +48,11 @@ impl Place {
     }
 
     fn run(&self, arguments: &str) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_hachure"))
-            .arg("render")
-            .args(arguments.split_whitespace())
-            .current_dir(self.0.path())
-            .env("HACHURE_CACHE", self.path("cache"))
-            .env_remove("XDG_RUNTIME_DIR")
-            .env_remove("RUST_LOG")
-            .output()
-            .unwrap()
+        program::run(self.0.path(), arguments)
     }
 
     fn draw(&self, arguments: &str) {
-        let output = self.run(arguments);
-        assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
+        program::draw(self.0.path(), arguments);
     }
 
     /// The picture in a file that is drawn by these arguments.

@@ -1,0 +1,156 @@
+//! What frames make of trees that lean: both eyes, culling, rest, and the history of temporal anti-aliasing.
+
+use super::*;
+
+#[test]
+fn both_eyes_see_trees_lean_alike() {
+    let Some(mut world) = wooded(Form::Broadleaf, 60.0, Some(Wind { speed_m_s: 18.0, ..WIND })) else { return };
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let pose = world.pose("-300,-900,12,340,2,50");
+    let clock = Clock { now_s: 71.0, before_s: 70.9 };
+    let rig = Pair { ipd_m: 0.1, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX).at(clock));
+    assert!(rig.eyes.iter().all(|eye| eye.clock == clock));
+    let style = Style::load("plain").unwrap();
+    let mut same = |rig: &Rig| {
+        for _ in 0..2 {
+            frame.render_eyes(&world.gpu, &mut world.surfaces, rig, &style, &north_west()).unwrap();
+            world.gpu.wait();
+        }
+        let [left, right] = [0, 1].map(|eye| {
+            let target = |kind| frame.eye_target(eye, kind).unwrap();
+            let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], SIZE_PX).unwrap();
+            let ids: Vec<u32> =
+                ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
+            (ids, floats::<4>(&world.gpu, target(&POSITION)))
+        });
+        let (mut same, mut all) = (0.0, 0.0);
+        for (id, [x, y, z, depth_m]) in left.0.iter().zip(&left.1) {
+            let at_m = DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z)) + rig.origin_m;
+            let left_m = f64::from(*depth_m);
+            let Some(px) = rig.eyes[1].place_px(at_m - rig.eyes[1].pose.position_m) else { continue };
+            let [column, row] = [px.x.floor(), px.y.floor()].map(|along| along as i64);
+            if *id < id::FIRST_TREE || column < 0 || row < 0 || column >= 320 || row >= 180 {
+                continue;
+            }
+            let there = (row * 320 + column) as usize;
+            // What is nearer hides it.
+            if (1e-6..0.9 * left_m).contains(&f64::from(right.1[there][3])) {
+                continue;
+            }
+            all += 1.0;
+            same += f64::from(u8::from(right.0[there] == *id));
+        }
+        assert!(all > 3000.0);
+        same / all
+    };
+    let together = same(&rig);
+    // Planted: an eye that sees them two seconds later.
+    let mut apart = rig.clone();
+    apart.eyes[1].clock.now_s += 2.0;
+    let later = same(&apart);
+    println!("same tree in both eyes: {together:.4}, and in one that is two seconds later {later:.4}");
+    assert!(together > 0.97 && 1.0 - later > 2.0 * (1.0 - together));
+}
+
+/// A part of a picture has all trees that lean into it from beside.
+#[test]
+fn what_leans_into_the_picture_is_not_culled() {
+    let storm = Wind { speed_m_s: 60.0, from_deg: 250.0 };
+    let Some(mut world) = wooded(Form::Conifer, 60.0, Some(storm)) else { return };
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    world.surfaces.set_tree_detail(4.0);
+    // Tall ones, of which only the tops are in the part.
+    world.surfaces.set_forest(Some(of(Form::Conifer, 60.0, 40.0)));
+    let pose = world.pose("-300,-900,35,340,0,70");
+    let clock = Clock::still(9.0);
+    let whole = shown(&mut world, &mut frame, View::whole(pose, pose, SIZE_PX).at(clock));
+    let part = Part { origin_px: [140, 0], size_px: [24, 80] };
+    let of_part = shown(&mut world, &mut frame, View::of_part(pose, pose, SIZE_PX, part).at(clock));
+    let (mut all, mut other, mut outside) = (0, 0, 0);
+    let trees = whole.by_id();
+    for y in 0..80_usize {
+        for x in 0..24_usize {
+            let pixel = y * 320 + 140 + x;
+            let Some(tree) = trees.get(&whole.ids[pixel]).filter(|_| whole.position[pixel][3] < 150.0) else {
+                continue;
+            };
+            all += 1;
+            other += usize::from(of_part.ids[y * 24 + x] != whole.ids[pixel]);
+            // Whose foot is beside the part.
+            let foot_px = whole.view.place_px(tree.at_m + DVec3::Z * 20.0 - pose.position_m);
+            outside += usize::from(foot_px.is_some_and(|px| !(140.0..164.0).contains(&px.x)));
+        }
+    }
+    println!("{other} of {all} pixels differ; {outside} are of trees that lean in");
+    // Planted by the second bound: without those that stand beside, more than half of the pixels would be others.
+    assert!(all > 150 && outside > 100 && other * 100 < all);
+}
+
+#[test]
+fn a_camera_at_rest_in_wind_goes_on_and_one_without_trees_in_view_rests() {
+    let Some(mut world) = wooded(Form::Conifer, 200.0, Some(WIND)) else { return };
+    let style = Style::load("ink").unwrap();
+    let (among, sky, above) =
+        (world.pose(CAMERA), world.pose("-300,-900,150,15,60,50"), world.pose("0,0,9000,0,-90,40"));
+    let mut settles = |pose: Pose, wind: Option<Wind>| {
+        world.surfaces.set_wind(wind);
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame.set_antialias(Antialias::Temporal);
+        let size_px = [96, 54];
+        let mut clock = Clock::still(0.0);
+        for number in 0..SAMPLES_AT_REST + 4 {
+            let view = View::whole(pose, pose, size_px).at(clock);
+            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
+            clock = Clock { now_s: f64::from(number + 1) / 30.0, before_s: clock.now_s };
+        }
+        let is_due = frame.is_settling() || frame.may_sway();
+        assert_eq!(frame.is_settling(), frame.may_sway(), "samples go on as long as trees sway");
+        !is_due
+    };
+    assert!(!settles(among, Some(WIND)), "trees sway");
+    assert!(settles(among, None), "no wind");
+    assert!(settles(sky, Some(WIND)), "no trees");
+    assert!(settles(above, Some(WIND)), "canopies stand still");
+}
+
+/// In wind the mean of frames is as near to a picture of many samples as it is without.
+#[test]
+fn the_history_follows_trees_that_sway() {
+    let Some(mut world) = wooded(Form::Broadleaf, 150.0, Some(WIND)) else { return };
+    let style = Style::load("plain").unwrap();
+    let pose = world.pose(CAMERA);
+    let step_s = 1.0 / 30.0;
+    let mut flown = |frames: i32, jumps: bool| {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        frame.set_antialias(Antialias::Temporal);
+        for number in (0..frames).rev() {
+            let now_s = 50.0 - f64::from(number) * step_s;
+            // Planted: trees that stood elsewhere, of which motion is not told.
+            if jumps {
+                let elsewhere = Wind { from_deg: WIND.from_deg + 40.0 * f64::from(number), ..WIND };
+                world.surfaces.set_wind(Some(elsewhere));
+            }
+            let view = View::whole(pose, pose, SIZE_PX).at(Clock { now_s, before_s: now_s - step_s });
+            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
+        }
+        world.surfaces.set_wind(Some(WIND));
+        halves(&world.gpu, frame.target(&PICTURE).unwrap())
+    };
+    let (followed, lost, alone) = (flown(16, false), flown(16, true), flown(1, false));
+    let view = View::whole(pose, pose, SIZE_PX).at(Clock::still(50.0));
+    let mut truth = vec![[0.0; 4]; followed.len()];
+    for sample in 0..16 {
+        let jitter_px = hachure::picture::supersampling::jitter_px(sample + 1);
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut frame, &View { jitter_px, ..view }, &style, &north_west());
+        for (sum, texel) in truth.iter_mut().zip(halves(&world.gpu, frame.target(&PICTURE).unwrap())) {
+            (0..3).for_each(|i| sum[i] += texel[i] / 16.0);
+        }
+    }
+    let off = |picture: &[[f64; 4]]| {
+        picture.iter().zip(&truth).map(|(a, b)| (a[1] - b[1]).powi(2)).sum::<f64>() / picture.len() as f64
+    };
+    let [followed, lost, alone] = [&followed, &lost, &alone].map(|picture| off(picture).sqrt());
+    println!("off by {followed:.5}; where motion does not tell {lost:.5}; one frame alone {alone:.5}");
+    assert!(followed < 0.8 * alone && followed < 0.9 * lost);
+}
