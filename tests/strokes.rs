@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use common::World;
 use common::draw::{NOON, draw, still, strokes_left};
 use common::hill::Hill;
-use common::stroke_lines::{along_strokes, covered};
+use common::stroke_lines::{along_strokes, covered, doubled, missed};
 use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
 use hachure::lines::strokes::chain::CHAINS;
@@ -178,7 +178,9 @@ fn exactness(name: &str, drawn: &Drawn) -> (f64, f64) {
     let (truth, strokes) = (true_contours(drawn), along_strokes(&drawn.points, SIZE_PX));
     let (recall, precision) = (covered(&truth, &strokes), covered(&strokes, &truth));
     println!(
-        "{name}: recall {recall:.4}, precision {precision:.4}, {:.0} px of contour, {:.0} px of strokes",
+        "{name}: recall {recall:.4}, {} places missed by 8 px, precision {precision:.4}, {:.0} px of contour, {:.0} px of \
+         strokes",
+        missed(&truth, &strokes, 8.0).len(),
         truth.len() as f64 / 4.0,
         strokes.len() as f64 / 4.0
     );
@@ -194,7 +196,11 @@ fn hill() -> Option<World> {
 
 /// Mount Rainier, without its few holes: brute force knows of none.
 fn rainier() -> Option<World> {
-    let path = common::real_data("dem/geotiff/mt_rainier_90m.tif")?;
+    real("dem/geotiff/mt_rainier_90m.tif")
+}
+
+fn real(name: &str) -> Option<World> {
+    let path = common::real_data(name)?;
     let mut grid = hachure::source::open(&path, &hachure::source::Silent).unwrap();
     for i in 1..grid.heights_m.len() {
         if grid.heights_m[i].is_nan() {
@@ -232,6 +238,57 @@ fn a_stroke_that_is_missing_or_astray_is_noticed() {
     let chains = drawn.counts.chains;
     let kept: Vec<Point> = points.into_iter().filter(|point| chains > 0 && point.chain % 3 != 0).collect();
     assert!(covered(&truth, &along_strokes(&kept, SIZE_PX)) < 0.98);
+}
+
+/// No pen draws a line twice. Planted: edges that run side by side stay apart.
+#[test]
+fn strokes_run_alone() {
+    let Some(mut world) = rainier() else { return };
+    for camera in RAINIER {
+        let [alone, planted] = [None, Some(0.0)].map(|merge_px| {
+            let drawn = drawing(&mut world, camera, |style| {
+                let strokes = style.strokes.as_mut().unwrap();
+                strokes.merge_px = merge_px.unwrap_or(strokes.merge_px);
+            });
+            doubled(&drawn.points, SIZE_PX, 1.0)
+        });
+        println!(
+            "{camera}: {:.1} % has another stroke within a pixel; not thinned {:.1} %",
+            100.0 * alone,
+            100.0 * planted
+        );
+        assert!(alone <= 0.12 && planted > 0.3, "{camera}: {alone} {planted}");
+    }
+}
+
+/// Twenty views of real land, by hand: `cargo test --release --test strokes -- --ignored --nocapture`.
+#[test]
+#[ignore = "a measurement of a minute"]
+fn twenty_views() {
+    const WORLDS: [&str; 4] = ["mt_rainier_90m.tif", "N46E008_alps.tif", "N49W123.tif", "mt_everest_90m.tif"];
+    const VIEWS: [&str; 5] = [
+        "0,0,+300,30,-8,60",
+        "-12000,9000,+900,120,-12,50",
+        "14000,-15000,+100,300,2,40",
+        "3000,-30000,+2500,-6,-9,38",
+        "-9000,-7000,+1500,75,-20,70",
+    ];
+    let mut worst: [f64; 4] = [1.0, 1.0, 0.0, 0.0];
+    for name in WORLDS {
+        let Some(mut world) = real(&format!("dem/geotiff/{name}")) else { continue };
+        for camera in VIEWS {
+            let drawn = drawing(&mut world, camera, |style| style.strokes.as_mut().unwrap().borders = false);
+            let (recall, precision) = exactness(&format!("{name} {camera}"), &drawn);
+            let far = missed(&true_contours(&drawn), &along_strokes(&drawn.points, SIZE_PX), 8.0).len() as f64;
+            let twice = doubled(&drawn.points, SIZE_PX, 1.0);
+            println!("    {:.1} % has another stroke within a pixel", 100.0 * twice);
+            worst = [worst[0].min(recall), worst[1].min(precision), worst[2].max(far), worst[3].max(twice)];
+        }
+    }
+    println!(
+        "worst: recall {:.4}, precision {:.4}, {} places missed by 8 px, doubled {:.3}",
+        worst[0], worst[1], worst[2], worst[3]
+    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 // Paper, tones, haze and lines become a picture.
 #import hachure::view::{View, distance_from_eye, ray_of_pixel}
-#import hachure::paper::paper_grain
+#import hachure::paper::{bordered, paper_grain}
 
 struct Composite {
     paper: vec3<f32>,
@@ -29,6 +29,12 @@ struct Composite {
     water_ink: vec3<f32>,
     // How much of the ink of shores and water lines is left in full haze.
     faintest_water: f32,
+    // Of rules and outlines in the sky.
+    sky_ink: vec3<f32>,
+    border: vec3<f32>,
+    // 1: the sheet has a margin or a border, of so many pixels.
+    is_bordered: u32,
+    border_px: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -44,6 +50,10 @@ struct Composite {
 @group(0) @binding(7) var rows: texture_2d<f32>;
 // Ink of shores and water lines.
 @group(0) @binding(8) var water_ink: texture_2d<f32>;
+#ifdef SKY
+// A drawn sky: linear colour, and the ink of its lines.
+@group(0) @binding(10) var sky: texture_2d<f32>;
+#endif
 // Linear; opaque, or a sample.
 @group(0) @binding(9) var picture: texture_storage_2d<rgba16float, write>;
 
@@ -81,8 +91,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var mark_ink = max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r);
     var shore_ink = textureLoad(water_ink, pixel, 0).r;
     if at.w <= 0.0 {
+#ifdef SKY
+        color = textureLoad(sky, pixel, 0).rgb;
+#else
         let up = normalize(ray_of_pixel(view, pixel)).z;
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
+#endif
     } else {
         let clear = clearness(distance_from_eye(view, at.xyz), 1.0);
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
@@ -93,6 +107,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if composite.grain > 0.0 {
         color *= 1.0 + composite.grain * paper_grain(sheet);
     }
+#ifdef SKY
+    if at.w <= 0.0 {
+        color = mix(color, composite.sky_ink, textureLoad(sky, pixel, 0).a);
+    }
+#endif
     color = mix(color, composite.mark_ink, mark_ink);
     color = mix(color, composite.water_ink, shore_ink);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
@@ -105,6 +124,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
     }
     color = mix(color, composite.stroke_ink, textureLoad(ink, pixel, 0).r);
+    if composite.is_bordered == 1u {
+        let bare = composite.paper * (1.0 + composite.grain * paper_grain(sheet));
+        color = bordered(color, bare, composite.border, composite.border_px, sheet + 0.5, view.picture_px);
+    }
     // The ink of lines before haze takes its part: far ones are lines as well.
     let alpha = select(1.0, textureLoad(line, pixel, 0).r, composite.is_sample == 1u);
     textureStore(picture, pixel, vec4<f32>(color, alpha));

@@ -15,7 +15,7 @@
 // fetched from between pixels again and again. Of their ink just the half is new, which takes the flicker out of it.
 #import hachure::view::{View, motion_of, ray_of_pixel}
 #import hachure::color::hash
-#import hachure::paper::paper_grain
+#import hachure::paper::{bordered, paper_grain}
 
 struct TemporalAa {
     // 1: there is a frame before.
@@ -27,7 +27,14 @@ struct TemporalAa {
     // The number of the frame.
     frame: i32,
     stroke_ink: vec3<f32>,
-    pad_ink: f32,
+    // 1: the sheet has a margin or a border, of so many pixels.
+    is_bordered: u32,
+    paper: vec3<f32>,
+    pad_paper: f32,
+    border: vec3<f32>,
+    pad_border: f32,
+    border_px: vec2<f32>,
+    pad_px: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -181,5 +188,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if temporal_aa.grain > 0.0 {
         grain = temporal_aa.grain * paper_grain(sheet);
     }
-    textureStore(picture, pixel, vec4<f32>(mix(mean.rgb * (1.0 + grain), temporal_aa.stroke_ink, strokes), 1.0));
+    var color = mix(mean.rgb * (1.0 + grain), temporal_aa.stroke_ink, strokes);
+    if temporal_aa.is_bordered == 1u {
+        let bare = temporal_aa.paper * (1.0 + grain);
+        color = bordered(color, bare, temporal_aa.border, temporal_aa.border_px, sheet + 0.5, view.picture_px);
+    }
+    textureStore(picture, pixel, vec4<f32>(color, 1.0));
 }

@@ -9,3 +9,12 @@ fn paper_grain(p: vec2<f32>) -> f32 {
     let tooth = noise(p * 0.83);
     return (fibre - 1.0) * 0.6 + (tooth - 0.5) * 0.8;
 }
+
+// A sheet with a bare margin along its edges, and a line around the picture within it. `px` counts on the sheet.
+fn bordered(drawn: vec3<f32>, bare: vec3<f32>, border: vec3<f32>, widths_px: vec2<f32>, px: vec2<f32>, sheet_px: vec2<f32>) -> vec3<f32> {
+    let from_edge = min(px, sheet_px - px);
+    let in_px = min(from_edge.x, from_edge.y) - widths_px.x;
+    let on_line = clamp(min(in_px, widths_px.y - in_px) + 0.5, 0.0, min(widths_px.y, 1.0));
+    let outside = select(0.0, clamp(0.5 - in_px, 0.0, 1.0), widths_px.x > 0.0);
+    return mix(mix(drawn, bare, outside), border, on_line);
+}

@@ -33,4 +33,6 @@ struct Strokes {
     curve_width: f32,
     // How far strokes stray from their line.
     wobble_px: f32,
+    // Edges that run side by side within this are one line; 0: none are.
+    merge_px: f32,
 }

@@ -1,9 +1,11 @@
 //! Tones, lines, paper and haze → the picture. See `shaders/composite/composite.wgsl`.
 
 pub mod present;
+pub mod sky;
 pub mod temporal_aa;
 
-use crate::gpu::bind::Resource;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::composite::composite::Composite as CompositeUniform;
@@ -30,6 +32,8 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Colour and tone.
     pub tone: &'a Target,
+    /// [`sky::SKY`], of a style whose sky is more than a gradient.
+    pub sky: Option<&'a Target>,
     /// Everything that is drawn over it.
     pub inks: Inks<'a>,
     /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
@@ -75,9 +79,15 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         is_sample: u32::from(inputs.is_sample),
         water_ink: style.water.as_ref().map_or([0.0; 3], |water| water.ink.linear()),
         faintest_water: style.water.as_ref().map_or(1.0, |water| water.faintest),
+        sky_ink: style.sky.ink.linear(),
+        border: style.paper.border.linear(),
+        is_bordered: u32::from(style.paper.is_bordered() && !inputs.is_sample),
+        border_px: [style.paper.margin_px, style.paper.border_px],
         pad_0: Default::default(),
+        pad_1: Default::default(),
+        pad_2: Default::default(),
     };
-    let resources = [
+    let mut resources: Vec<Named> = vec![
         ("view", inputs.view.clone()),
         ("composite", cx.uniform("composite", &uniform)),
         ("position", inputs.position.into()),
@@ -89,5 +99,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("water_ink", inputs.inks.water.into()),
         ("picture", inputs.picture.into()),
     ];
-    cx.pixels("composite/composite", inputs.picture.size_px(), &resources);
+    resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));
+    let definitions: &[&str] = if inputs.sky.is_some() { &["SKY"] } else { &[] };
+    cx.pixels(Compute { name: "composite/composite", definitions }, inputs.picture.size_px(), &resources);
 }

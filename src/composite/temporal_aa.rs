@@ -91,7 +91,13 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         grain: inputs.style.paper.grain,
         stroke_ink: inputs.style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
         frame: (inputs.plan.frame % (1 << 16)) as i32,
-        pad_ink: 0.0,
+        is_bordered: inputs.style.paper.is_bordered().into(),
+        paper: inputs.style.paper.color.linear(),
+        pad_paper: 0.0,
+        border: inputs.style.paper.border.linear(),
+        pad_border: 0.0,
+        border_px: [inputs.style.paper.margin_px, inputs.style.paper.border_px],
+        pad_px: [0.0; 2],
     };
     let Histories { before: [history_before, seen_before], now: [history, seen] } = inputs.histories;
     let mut resources = vec![

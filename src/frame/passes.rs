@@ -6,6 +6,7 @@
 
 use super::trees::{self as frame_trees, SeenTrees};
 use super::{EyeMemory, FrameInputs, land_maps, mark_layers};
+use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
@@ -376,9 +377,15 @@ fn finish(
     let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
     let tone = &shaded[eye].colors;
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
+    let sky = style.sky.is_drawn().then(|| {
+        let sky = targets.whole(gpu, &SKY);
+        sky::run(cx, &sky::Inputs { view, style: &style.sky, light, sky: &sky });
+        sky
+    });
+    let sky = sky.as_ref();
     let (lines, is_sample) = (inputs.lines, false);
     let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink };
-    let drawn = composite::Inputs { view, style, lines, light, position, tone, inks, is_sample, picture };
+    let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);
         return;

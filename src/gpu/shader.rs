@@ -45,6 +45,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("surface/trees/shadow", &["WIND"]),
     ("surface/trees/edges", &["WIND"]),
     ("surface/motion", &["WIND"]),
+    ("composite/composite", &["SKY"]),
 ];
 
 /// A mistake in a shader's text, with its place.

@@ -7,6 +7,8 @@
 
 use rayon::prelude::*;
 
+use super::aov::f32_from_f16;
+use crate::composite::sky::SKY;
 use crate::frame::Frame;
 use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
@@ -68,6 +70,12 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
     let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
     let surface = Surface { size_px: size_px.map(|side| side as usize), position, haze_m: haze_m as f32 };
     let mut groups = Vec::new();
+    if let Some(sky) = frame.target(&SKY).filter(|_| style.sky.has_lines()) {
+        let texels: Vec<[u16; 4]> = read_as(gpu, sky, [0, 0], size_px)?;
+        let shown = texels.iter().zip(&surface.position);
+        let ink = shown.map(|(texel, at)| if at[3] > 0.0 { 0.0 } else { f32_from_f16(texel[3]) }).collect();
+        groups.push(group("sky", "Sky".to_owned(), style.sky.ink, lines(&InkPicture { size_px, ink })));
+    }
     if let Some(water) = &style.water {
         let traced = frame.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
         let lines = surface.hazed(traced.unwrap_or_default(), water.faintest);

@@ -10,6 +10,7 @@ pub mod parameters;
 mod recipes;
 mod rows;
 pub mod scale;
+pub mod sky;
 mod strokes;
 pub mod texture;
 pub mod tone;
@@ -25,6 +26,7 @@ pub use held::StyleFiles;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 use parameters::{Range, parameters};
 pub use rows::Rows;
+pub use sky::Sky;
 pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 pub use water::Water;
@@ -48,6 +50,11 @@ const PRESETS: &[(&str, &str)] = &[
     ("engraving", include_str!("presets/engraving.toml")),
     ("woodcut", include_str!("presets/woodcut.toml")),
     ("wash", include_str!("presets/wash.toml")),
+    ("hokusai", include_str!("presets/hokusai.toml")),
+    ("night", include_str!("presets/night.toml")),
+    ("orange", include_str!("presets/orange.toml")),
+    ("cartoon", include_str!("presets/cartoon.toml")),
+    ("green", include_str!("presets/green.toml")),
 ];
 
 parameters! {
@@ -92,16 +99,19 @@ parameters! {
         color: Color = Color::WHITE;
         /// How much of the sheet's grain shows.
         grain: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// Bare paper along the edges of the sheet, over the picture.
+        margin_px: f32 = 0.0 => Range::Within(0.0, 1000.0);
+        /// Width of the line around the picture, within the margin; 0 is none.
+        border_px: f32 = 0.0 => Range::Within(0.0, 64.0);
+        /// Colour of that line.
+        border: Color = Color::default();
     }
 }
 
-parameters! {
-    /// The sky's gradient.
-    pub struct Sky {
-        /// Colour of the sky high up.
-        zenith: Color = Color::WHITE;
-        /// Colour of the sky low down.
-        horizon: Color = Color::WHITE;
+impl Paper {
+    /// Whether it has a margin or a border.
+    pub fn is_bordered(&self) -> bool {
+        self.margin_px > 0.0 || self.border_px > 0.0
     }
 }
 

@@ -26,6 +26,7 @@ impl Style {
             scale(&mut strokes.wobble_px, 0.0, 16.0);
             scale(&mut strokes.shortest_px, 0.0, 1000.0);
             scale(&mut strokes.join_px, 1.0, 16.0);
+            scale(&mut strokes.merge_px, 0.0, 8.0);
             if let Some(texture) = &mut strokes.texture {
                 *texture = texture.scaled(factor);
             }
@@ -48,7 +49,14 @@ impl Style {
             scale(&mut watercolor.edge_px, 1.0, 16.0);
             scale(&mut watercolor.warp_px, 0.0, 32.0);
         }
+        let sky = &mut style.sky;
+        scale(&mut sky.rules_px, 0.0, 8.0);
+        scale(&mut sky.spacing_px, 2.0, 64.0);
+        scale(&mut sky.outline_px, 0.0, 16.0);
+        scale(&mut sky.star_px, 0.5, 16.0);
         scale(&mut style.light.form_px, 0.0, 256.0);
+        scale(&mut style.paper.margin_px, 0.0, 1000.0);
+        scale(&mut style.paper.border_px, 0.0, 64.0);
         style
     }
 

@@ -31,6 +31,8 @@ parameters! {
         join_px: f32 = 4.0 => Range::Within(1.0, 16.0);
         /// Ends may be joined if the line turns by no more than this.
         join_deg: f32 = 60.0 => Range::Within(0.0, 90.0);
+        /// Edges that run side by side within this are drawn as one line.
+        merge_px: f32 = 1.5 => Range::Within(0.0, 8.0);
         /// Edges whose normals differ by more than this are drawn too; without it only contours are.
         crease_deg: Option<f32> => Range::Within(0.0, 180.0);
         /// Whether the border of the land is drawn.

@@ -12,6 +12,7 @@
 //!
 //! Why: `docs/decisions/svg-drawings.md`.
 
+pub mod border;
 pub mod fit;
 pub mod grid;
 pub mod improve;

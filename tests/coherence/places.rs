@@ -12,7 +12,7 @@ fn between_updates_strokes_stick_to_the_world() {
     let Some(mut world) = mountains() else { return };
     let mut flight = Flight::new(&world, strokes(|_| {}));
     let (first, counts, samples) = flight.fly(&mut world, 0);
-    assert!(counts.samples > 500 && counts.samples as usize == samples.len());
+    assert!(counts.samples > 250 && counts.samples as usize == samples.len());
     for frame in 1..4 {
         let (view, now, moved) = flight.fly(&mut world, frame);
         assert_eq!(now, counts, "no update");

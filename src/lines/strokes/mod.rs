@@ -1,10 +1,10 @@
 //! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its list on
 //! the CPU).
 //!
-//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]) → visible segments ([`extract`]) →
-//! chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]), which take over from the
-//! frame before ([`temporal`], when [`history`] says so) and agree with the other eye's ([`partner`]) → ink
-//! ([`stroke`]), solid or through a [`texture`].
+//! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]), thinned ([`thin`]) → visible
+//! segments ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]),
+//! which take over from the frame before ([`temporal`], when [`history`] says so) and agree with the other eye's
+//! ([`partner`]) → ink ([`stroke`]), solid or through a [`texture`].
 //!
 //! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
 //! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
@@ -25,6 +25,7 @@ mod records;
 pub mod samples;
 pub mod stroke;
 pub mod texture;
+pub mod thin;
 pub mod twin;
 
 use std::sync::Arc;
@@ -119,6 +120,8 @@ impl StrokesUniform {
             shortest_px: strokes.shortest_px,
             curve_width: strokes.curve_width,
             wobble_px: strokes.wobble_px,
+            merge_px: strokes.merge_px,
+            pad_0: Default::default(),
         }
     }
 }
@@ -196,6 +199,7 @@ pub struct FrameStrokes {
     edge_rules: EdgeRules,
     lists: Lists,
     rules: ChainRules,
+    merges: bool,
     work: SampleWork,
     texture: Option<Arc<StrokeTexture>>,
 }
@@ -246,7 +250,7 @@ impl FrameStrokes {
         }
         let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
         let edge_rules = EdgeRules { crease_deg: strokes.crease_deg, borders: strokes.borders };
-        Self { plan, edge_rules, lists, rules, work, texture }
+        Self { plan, edge_rules, lists, rules, merges: strokes.merge_px > 0.0, work, texture }
     }
 
     /// Whether strokes are made anew: then edges are to be found, and which.
@@ -273,7 +277,15 @@ impl FrameStrokes {
         let edge_ids = targets.sized(gpu, &id_image::EDGE_IDS, image_px);
         let edge_depth = targets.sized(gpu, &id_image::EDGE_DEPTH, image_px);
         id_image::run(cx, edges, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
-        extract::run(cx, lists, edges, view, &edge_ids);
+        let line_ids = if self.merges {
+            let [thinned, between] = thin::THINNED.each_ref().map(|kind| targets.sized(gpu, kind, image_px));
+            let thinned = [&thinned, &between];
+            thin::run(cx, lists, edges, &thin::Inputs { view, depth, ids: &edge_ids, thinned });
+            thinned[0].clone()
+        } else {
+            edge_ids
+        };
+        extract::run(cx, lists, edges, view, &line_ids);
         let (segments, counts) = (&lists.segments, &lists.counts);
         let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
         let points = &points::run(cx, lists, edges, chains);

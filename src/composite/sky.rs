@@ -1,0 +1,53 @@
+//! A drawn sky: rules, clouds, bands, the sun and stars over the gradient. See `shaders/composite/sky.wgsl`.
+//!
+//! Why: `docs/decisions/sky.md`.
+
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::composite::sky::SkyLook;
+use crate::scene::Light;
+use crate::style::sky::{CloudForm, Sky};
+
+/// Linear colour before the paper, and ink of rules and outlines. It is there behind the land as well.
+pub const SKY: TargetKind = TargetKind::storage("sky", wgpu::TextureFormat::Rgba16Float);
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// What there is in the sky.
+    pub style: &'a Sky,
+    /// Where the sun stands.
+    pub light: &'a Light,
+    /// Out: [`SKY`].
+    pub sky: &'a Target,
+}
+
+/// Draws the sky.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let style = inputs.style;
+    let look = SkyLook {
+        zenith: style.zenith.linear(),
+        rules_px: style.rules_px,
+        horizon: style.horizon.linear(),
+        spacing_px: style.spacing_px,
+        cloud: style.cloud.linear(),
+        fade: style.fade,
+        bokashi_color: style.bokashi_color.linear(),
+        bokashi: style.bokashi,
+        sun: style.sun.linear(),
+        sun_rad: style.sun_deg.to_radians(),
+        to_sun: inputs.light.to_sun.as_vec3().to_array(),
+        clouds: style.clouds,
+        star: style.star.linear(),
+        stars: style.stars,
+        star_px: style.star_px,
+        outline_px: style.outline_px,
+        horizon_bokashi: style.horizon_bokashi,
+        streaks: u32::from(style.cloud_form == CloudForm::Streaks),
+    };
+    let resources =
+        [("view", inputs.view.clone()), ("sky_look", cx.uniform("sky look", &look)), ("sky", inputs.sky.into())];
+    cx.pixels("composite/sky", inputs.sky.size_px(), &resources);
+}
