@@ -42,16 +42,18 @@ use crate::world::Surfaces;
 
 /// What the terrain is asked for a view.
 pub fn terrain_view(view: &View) -> TerrainView {
-    terrain_view_of(&Rig::mono(*view))
+    terrain_view_of(&Rig::mono(*view), 0.0)
 }
 
-/// What the terrain is asked for all eyes of a rig: once.
-pub fn terrain_view_of(rig: &Rig) -> TerrainView {
+/// What the terrain is asked for all eyes of a rig: once. The horizon lies `horizon_rad` below level, or with 0 as the
+/// earth has it.
+pub fn terrain_view_of(rig: &Rig, horizon_rad: f64) -> TerrainView {
     TerrainView {
         camera_m: rig.origin_m,
         frusta: rig.eyes.iter().map(View::frustum).collect(),
         focal_px: rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max),
         pixels: rig.eyes.iter().map(|eye| eye.part.size_px.map(f64::from).iter().product::<f64>()).sum(),
+        horizon_rad,
     }
 }
 
@@ -61,7 +63,7 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     let terrain = &mut world.terrain;
     terrain.map_water(gpu, style.water.as_ref().map(|_| sea_level_m));
     terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
-    terrain.prepare(gpu, &terrain_view_of(rig))
+    terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()))
 }
 
 /// The lines of a style; in one that has strokes instead, those of trees.

@@ -1,5 +1,5 @@
 // Paper, tones, haze and lines become a picture.
-#import hachure::view::{View, distance_from_eye, ray_of_pixel}
+#import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
 #import hachure::paper::{bordered, paper_grain}
 
 struct Composite {
@@ -35,6 +35,8 @@ struct Composite {
     // 1: the sheet has a margin or a border, of so many pixels.
     is_bordered: u32,
     border_px: vec2<f32>,
+    // Cosine and sine of how far below level the horizon lies.
+    horizon: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -94,7 +96,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #ifdef SKY
         color = textureLoad(sky, pixel, 0).rgb;
 #else
-        let up = normalize(ray_of_pixel(view, pixel)).z;
+        let up = above_horizon(normalize(ray_of_pixel(view, pixel)).z, composite.horizon);
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
 #endif
     } else {

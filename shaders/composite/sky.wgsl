@@ -11,7 +11,7 @@
 //
 // Stars lie in the cells of a cube's faces, one in a cell at most, where a hash says. Bokashi is the printer's band of
 // graded colour at the top of the sheet, and above the horizon.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::{View, above_horizon, ray_of_pixel}
 #import hachure::pcg::pcg
 
 struct SkyLook {
@@ -40,6 +40,8 @@ struct SkyLook {
     horizon_bokashi: f32,
     // 1: clouds are bands.
     streaks: u32,
+    // Cosine and sine of how far below level the horizon lies.
+    below_level: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -158,7 +160,7 @@ fn clouds_px(azimuth: f32, elevation: f32, pixel_rad: f32) -> f32 {
 }
 
 // How bright the star of this direction's cell is here.
-fn star_light(way: vec3<f32>, pixel_rad: f32) -> f32 {
+fn star_light(way: vec3<f32>, height: f32, pixel_rad: f32) -> f32 {
     let size = abs(way);
     var face = 0;
     var major = way.x;
@@ -179,7 +181,7 @@ fn star_light(way: vec3<f32>, pixel_rad: f32) -> f32 {
     let cell = vec2<i32>(floor(place)) + vec2<i32>(face * 1000, 5000);
     let has = chance(cell, 0u);
     // The air takes the faint ones at the horizon.
-    if has.x >= sky_look.stars * smoothstep(0.0, 0.45, way.z) {
+    if has.x >= sky_look.stars * smoothstep(0.0, 0.45, height) {
         return 0.0;
     }
     let centre = floor(place) + STAR_BORDER + (1.0 - 2.0 * STAR_BORDER) * chance(cell, 1u);
@@ -212,13 +214,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let way = ray / away;
     // The mean of a pixel's angles along the radius and across it.
     let pixel_rad = 1.0 / (view.focal_px * away * sqrt(away));
-    var color = mix(sky_look.horizon, sky_look.zenith, clamp(way.z * 2.0, 0.0, 1.0));
+    // The sine of the height above the horizon.
+    let height = above_horizon(way.z, sky_look.below_level);
+    var color = mix(sky_look.horizon, sky_look.zenith, clamp(height * 2.0, 0.0, 1.0));
     // Pixels above the horizon, on the sheet. Straight down or up there is no horizon.
     let rise = length(vec2<f32>(view.ray_dx.z, view.ray_dy.z));
     let above_px = clamp(ray.z / max(rise, 1e-9), -FAR_PX, FAR_PX);
     let top = (f32(pixel.y + view.origin_px.y) + 0.5) / view.picture_px.y;
     // What lies far below the horizon, as beside a map, is no sky.
-    let is_sky = clamp(1.0 + 4.0 * way.z, 0.0, 1.0);
+    let is_sky = clamp(1.0 + 4.0 * height, 0.0, 1.0);
     if sky_look.bokashi > 0.0 {
         color = mix(color, sky_look.bokashi_color, is_sky * (1.0 - smoothstep(0.0, sky_look.bokashi, top)));
     }
@@ -226,8 +230,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let high = max(above_px, 0.0) / view.picture_px.y;
         color = mix(color, sky_look.bokashi_color, is_sky * (1.0 - smoothstep(0.0, sky_look.horizon_bokashi, high)));
     }
-    if sky_look.stars > 0.0 && way.z > 0.0 {
-        color = mix(color, sky_look.star, star_light(way, pixel_rad));
+    if sky_look.stars > 0.0 && height > 0.0 {
+        color = mix(color, sky_look.star, star_light(way, height, pixel_rad));
     }
     var ink = 0.0;
     if sky_look.rules_px > 0.0 && above_px > 0.0 && rise > 1e-6 {
@@ -239,8 +243,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, sky_look.sun, cover(sun_px));
         ink = max(ink * (1.0 - cover(sun_px - GAP_PX)), line_ink(sun_px, sky_look.outline_px));
     }
-    if sky_look.clouds > 0.0 && way.z > 0.0 {
-        let away_px = clouds_px(atan2(way.x, way.y), asin(min(way.z, 1.0)), pixel_rad);
+    if sky_look.clouds > 0.0 && height > 0.0 {
+        let away_px = clouds_px(atan2(way.x, way.y), asin(min(height, 1.0)), pixel_rad);
         color = mix(color, sky_look.cloud, cover(away_px));
         ink = max(ink * (1.0 - cover(away_px - GAP_PX)), line_ink(away_px, sky_look.outline_px));
     }

@@ -77,9 +77,10 @@ struct Terrain {
     focal_px: f32,
     // Grid units in a sample.
     units_per_sample: f32,
-    // Of the earth, per metre; 0 is flat.
+    // Of the globe that the land is bent around, per metre; 0 is flat.
     inverse_radius: f32,
-    pad: f32,
+    // The same of the earth itself.
+    earth_inverse_radius: f32,
 }
 
 @group(0) @binding(10) var<uniform> terrain: Terrain;

@@ -78,3 +78,9 @@ fn is_beside(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
     }
     return beside;
 }
+
+// The sine of a direction's height above a horizon that lies below level: `up` is the sine of its height above level,
+// `horizon` the cosine and the sine of the horizon's depth.
+fn above_horizon(up: f32, horizon: vec2<f32>) -> f32 {
+    return up * horizon.x + sqrt(max(1.0 - up * up, 0.0)) * horizon.y;
+}

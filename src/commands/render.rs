@@ -222,6 +222,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.light.over(args.heights.over(scene));
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
+    let style = if args.map.is_some() { style.for_map() } else { style };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
         tracing::warn!("at {dpi} dots to an inch these stay as many pixels as on a screen: {unscaled}");

@@ -83,9 +83,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         border: style.paper.border.linear(),
         is_bordered: u32::from(style.paper.is_bordered() && !inputs.is_sample),
         border_px: [style.paper.margin_px, style.paper.border_px],
+        horizon: style.panorama.horizon(),
         pad_0: Default::default(),
         pad_1: Default::default(),
-        pad_2: Default::default(),
     };
     let mut resources: Vec<Named> = vec![
         ("view", inputs.view.clone()),

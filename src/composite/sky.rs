@@ -7,6 +7,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::composite::sky::SkyLook;
 use crate::scene::Light;
+use crate::style::Panorama;
 use crate::style::sky::{CloudForm, Sky};
 
 /// Linear colour before the paper, and ink of rules and outlines. It is there behind the land as well.
@@ -18,6 +19,8 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// What there is in the sky.
     pub style: &'a Sky,
+    /// Where the horizon lies.
+    pub panorama: &'a Panorama,
     /// Where the sun stands.
     pub light: &'a Light,
     /// Out: [`SKY`].
@@ -45,7 +48,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         star_px: style.star_px,
         outline_px: style.outline_px,
         horizon_bokashi: style.horizon_bokashi,
+        below_level: inputs.panorama.horizon(),
         streaks: u32::from(style.cloud_form == CloudForm::Streaks),
+        pad_0: Default::default(),
     };
     let resources =
         [("view", inputs.view.clone()), ("sky_look", cx.uniform("sky look", &look)), ("sky", inputs.sky.into())];

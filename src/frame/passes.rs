@@ -379,7 +379,7 @@ fn finish(
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
         let sky = targets.whole(gpu, &SKY);
-        sky::run(cx, &sky::Inputs { view, style: &style.sky, light, sky: &sky });
+        sky::run(cx, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
         sky
     });
     let sky = sky.as_ref();

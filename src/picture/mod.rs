@@ -224,7 +224,8 @@ fn render_eyes<E>(
         {
             let size = [part_columns.min(width - first_column), band_rows.min(height - first_row)];
             let (part, _) = part_with_margin([first_column, first_row], size, request.size_px, margin_px);
-            error_px = error_px.max(world.terrain.detail_of(gpu, &terrain_view_of(&rig_of(part))).error_px);
+            let view = terrain_view_of(&rig_of(part), request.style.panorama.horizon_rad());
+            error_px = error_px.max(world.terrain.detail_of(gpu, &view).error_px);
         }
         world.terrain.hold_error_px(error_px);
     }

@@ -55,6 +55,7 @@ const PRESETS: &[(&str, &str)] = &[
     ("orange", include_str!("presets/orange.toml")),
     ("cartoon", include_str!("presets/cartoon.toml")),
     ("green", include_str!("presets/green.toml")),
+    ("panorama", include_str!("presets/panorama.toml")),
 ];
 
 parameters! {
@@ -84,6 +85,8 @@ parameters! {
         paper: Paper;
         /// What is above the horizon.
         sky: Sky;
+        /// Bends the land for views from high above.
+        panorama: Panorama;
         /// What distance does.
         haze: Haze;
     } beside {
@@ -116,6 +119,28 @@ impl Paper {
 }
 
 parameters! {
+    /// A panorama as H. C. Berann painted them: the land is bent as on a small globe, so that near land is seen from above
+    /// and far land behind it from the side (Patterson 2000, "A View from on High").
+    pub struct Panorama {
+        /// How far below level the horizon lies, by bending the land away from the eye; 0 leaves it as it is, and so does
+        /// a map.
+        horizon_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
+    }
+}
+
+impl Panorama {
+    /// Cosine and sine of how far below level the horizon lies.
+    pub fn horizon(&self) -> [f32; 2] {
+        [self.horizon_rad().cos() as f32, self.horizon_rad().sin() as f32]
+    }
+
+    /// How far below level the horizon lies.
+    pub fn horizon_rad(&self) -> f64 {
+        f64::from(self.horizon_deg).to_radians()
+    }
+}
+
+parameters! {
     /// What distance does.
     pub struct Haze {
         /// What far things fade to.
@@ -139,6 +164,12 @@ impl Style {
     /// Whether tones have the own colours of trees and models.
     pub fn asks_for_local_colors(&self) -> bool {
         self.tone.local_color() > 0.0
+    }
+
+    /// The same without what depends on where the eye stands, as [`Scene::for_map`](crate::scene::Scene::for_map).
+    #[must_use]
+    pub fn for_map(self) -> Self {
+        Self { panorama: Panorama { horizon_deg: 0.0 }, ..self }
     }
 
     /// Colour of its marks, if it has any: of rows, where it has these and hatching.

@@ -17,7 +17,23 @@ pub struct EarthCurvature {
     pub lowest_m: f64,
 }
 
+/// Land is never bent around a smaller radius, however low the camera is: near ground stays ground.
+const SMALLEST_RADIUS_M: f64 = 60_000.0;
+
 impl EarthCurvature {
+    /// The same, or a smaller globe, on which the horizon of the lowest land lies `horizon_rad` below level for this
+    /// camera: from high above far land is then seen behind near land (a panorama after Berann).
+    #[must_use]
+    pub fn with_horizon(self, horizon_rad: f64) -> Self {
+        let cos = horizon_rad.cos();
+        // cos = (R + lowest) / (R + camera).
+        let radius_m = (cos * self.camera_z_m - self.lowest_m) / (1.0 - cos);
+        if radius_m.is_nan() {
+            return self;
+        }
+        Self { inverse_radius: self.inverse_radius.max(1.0 / radius_m.max(SMALLEST_RADIUS_M)), ..self }
+    }
+
     /// A place of the flat map, camera-relative, in the bent world.
     pub fn bend(&self, flat_m: DVec3) -> DVec3 {
         let k = self.inverse_radius;
@@ -105,6 +121,21 @@ mod tests {
         let earth = EarthCurvature { camera_z_m: 0.0, ..EARTH };
         let drop_m = earth.bend(DVec3::new(60_000.0, 80_000.0, 0.0)).z;
         assert!((drop_m + 784.8).abs() < 0.1, "{drop_m}");
+    }
+
+    #[test]
+    fn a_horizon_is_asked_for() {
+        let dip_rad = |camera_z_m: f64, horizon_rad: f64| {
+            let earth = EarthCurvature { camera_z_m, lowest_m: -400.0, ..EARTH }.with_horizon(horizon_rad);
+            let radius_m = 1.0 / earth.inverse_radius;
+            ((radius_m - 400.0) / (radius_m + camera_z_m)).acos()
+        };
+        assert!((dip_rad(9000.0, 0.3) - 0.3).abs() < 1e-9);
+        // The earth's own lies lower than that.
+        assert!(dip_rad(9000.0, 1e-3) > 0.05 && dip_rad(9000.0, 0.0) > 0.05);
+        // A low camera stands on no ball.
+        let low = EarthCurvature { camera_z_m: 100.0, ..EARTH }.with_horizon(0.5);
+        assert!((1.0 / low.inverse_radius - SMALLEST_RADIUS_M).abs() < 1e-6);
     }
 
     #[test]

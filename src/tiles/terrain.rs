@@ -97,6 +97,8 @@ pub struct Terrain {
     mapping: WorldMapping,
     grid_projection: GridProjection,
     options: TerrainOptions,
+    /// Of the last view: how far below level the horizon lies, 0 as the earth has it.
+    horizon_rad: f64,
     residency: Residency,
     /// What the mesh of the last frame missed.
     asked: FxHashMap<TileAddress, f64>,
@@ -138,6 +140,7 @@ impl Terrain {
             mapping,
             grid_projection,
             options,
+            horizon_rad: 0.0,
             asked: FxHashMap::default(),
             coarser: 1.0,
             least_error_px: 0.0,
@@ -299,10 +302,11 @@ impl Terrain {
         self.water_maps.as_ref()
     }
 
-    /// The earth as a camera at a height sees it.
+    /// The earth as a camera at a height sees it in the last view.
     pub fn earth_curvature(&self, camera_z_m: f64) -> EarthCurvature {
         let lowest_m = f64::from(self.store.range_m()[0]);
-        EarthCurvature { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m }
+        let earth = EarthCurvature { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m };
+        earth.with_horizon(self.horizon_rad)
     }
 
     /// No part of the surface is nearer to a camera than this: half its height above the ground of the last view.

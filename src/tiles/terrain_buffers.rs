@@ -14,12 +14,14 @@ pub(crate) use crate::gpu::wgsl::shared::terrain::Terrain as TerrainUniform;
 use crate::pyramid::TileStore;
 
 impl TerrainUniform {
-    /// For a view. `anchor` is the sample that grid coordinates count from.
+    /// For a view. `anchor` is the sample that grid coordinates count from; the earth itself may be less bent than what
+    /// the view sees.
     pub(super) fn new(
         store: &dyn TileStore,
         grid_projection: &GridProjection,
         anchor: DVec2,
         rule: &LevelRule,
+        earth_inverse_radius: f64,
     ) -> Self {
         let camera_m = rule.camera_m;
         let local = grid_projection.around(anchor, camera_m.truncate());
@@ -47,7 +49,7 @@ impl TerrainUniform {
             focal_px: rule.focal_px as f32,
             units_per_sample: units as f32,
             inverse_radius: rule.earth_curvature.inverse_radius as f32,
-            pad: 0.0,
+            earth_inverse_radius: earth_inverse_radius as f32,
         }
     }
 }

@@ -65,9 +65,9 @@ fn a_rig_is_prepared_for_the_pixels_of_all_its_eyes() {
     let Some(world) = hill() else { return };
     let pixels = f64::from(crate::SIZE_PX[0] * crate::SIZE_PX[1]);
     for rig in rigs(&world) {
-        let asked = hachure::frame::terrain_view_of(&rig);
+        let asked = hachure::frame::terrain_view_of(&rig, 0.0);
         assert!((asked.pixels - 2.0 * pixels).abs() < 1e-9 && asked.frusta.len() == 2);
-        let one = hachure::frame::terrain_view_of(&Rig { eyes: vec![rig.eyes[0]], ..rig });
+        let one = hachure::frame::terrain_view_of(&Rig { eyes: vec![rig.eyes[0]], ..rig }, 0.0);
         assert!((one.pixels - pixels).abs() < 1e-9 && one.frusta.len() == 1);
     }
 }

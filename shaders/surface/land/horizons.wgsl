@@ -81,7 +81,7 @@ fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
         let d_m = size_m * f32(i);
         let g = eye.g + way * d_m;
         // How far the earth has bent away.
-        let drop = 0.5 * d_m * terrain.inverse_radius;
+        let drop = 0.5 * d_m * terrain.earth_inverse_radius;
         // Beyond the land's edge nothing stands.
         let is_land = is_in_grid(g);
         let rise = (height_m(min(level, coarsest), g) - eye.z_m) / d_m - drop;

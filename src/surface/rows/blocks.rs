@@ -245,7 +245,7 @@ impl Look<'_> {
         let (low, high) = (low - self.origin_m.truncate(), high - self.origin_m.truncate());
         let far_m = low.abs().max(high.abs()).length();
         // The earth bends away.
-        let drop_m = 0.5 * far_m * far_m * self.terrain.options().inverse_radius;
+        let drop_m = 0.5 * far_m * far_m * self.terrain.earth_curvature(self.origin_m.z).inverse_radius;
         let bounds = Bounds {
             low_m: low.extend(low_m - self.origin_m.z - drop_m),
             high_m: high.extend(high_m - self.origin_m.z),

@@ -45,6 +45,8 @@ pub struct TerrainView {
     pub focal_px: f64,
     /// Pixels to be drawn, of all frusta.
     pub pixels: f64,
+    /// How far below level the horizon lies; 0 is as the earth has it.
+    pub horizon_rad: f64,
 }
 
 /// What was prepared for a frame.
@@ -118,6 +120,7 @@ impl Terrain {
     /// Brings tiles and chooses patches.
     fn fit(&mut self, gpu: &Gpu, view: &TerrainView, looks_beside: bool) -> Fitted {
         self.frame += 1;
+        self.horizon_rad = view.horizon_rad;
         let mut now_s = self.start.elapsed().as_secs_f64();
         let rule = LevelRule {
             camera_m: view.camera_m,
@@ -228,7 +231,8 @@ impl Terrain {
         let horizon_maps = self.horizon_maps.as_ref().map(|horizons| &horizons.maps);
         let water_maps = self.water_maps.as_ref();
         let page_table = PageTable::new(&*self.store, &self.residency, horizon_maps, water_maps, anchor);
-        let uniform = TerrainUniform::new(&*self.store, &self.grid_projection, anchor, rule);
+        let uniform =
+            TerrainUniform::new(&*self.store, &self.grid_projection, anchor, rule, self.options.inverse_radius);
         self.buffers.write(gpu, page_table, uniform);
     }
 }
