@@ -137,6 +137,9 @@ fn traces() -> Option<Traces> {
     }
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut frame, &style.clone().for_map(10.0), [pose; 2]);
+    traces.add("maps of styles with lines of equal height", &trace);
+    let mut frame = Frame::new(&world.gpu).unwrap();
     frame.set_wants_motion(true);
     let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("channel `motion`", &trace);

@@ -37,6 +37,9 @@ struct Composite {
     border_px: vec2<f32>,
     // Cosine and sine of how far below level the horizon lies.
     horizon: vec2<f32>,
+    height_ink_color: vec3<f32>,
+    // How much of the ink of lines of equal height is left in full haze.
+    faintest_height: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -52,6 +55,8 @@ struct Composite {
 @group(0) @binding(7) var rows: texture_2d<f32>;
 // Ink of shores and water lines.
 @group(0) @binding(8) var water_ink: texture_2d<f32>;
+// Ink of lines of equal height.
+@group(0) @binding(11) var height_ink: texture_2d<f32>;
 #ifdef SKY
 // A drawn sky: linear colour, and the ink of its lines.
 @group(0) @binding(10) var sky: texture_2d<f32>;
@@ -92,6 +97,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var color: vec3<f32>;
     var mark_ink = max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r);
     var shore_ink = textureLoad(water_ink, pixel, 0).r;
+    var contour_ink = textureLoad(height_ink, pixel, 0).r;
     if at.w <= 0.0 {
 #ifdef SKY
         color = textureLoad(sky, pixel, 0).rgb;
@@ -104,6 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
         mark_ink *= mix(composite.faintest_mark, 1.0, clear);
         shore_ink *= mix(composite.faintest_water, 1.0, clear);
+        contour_ink *= mix(composite.faintest_height, 1.0, clear);
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
@@ -114,6 +121,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, composite.sky_ink, textureLoad(sky, pixel, 0).a);
     }
 #endif
+    color = mix(color, composite.height_ink_color, contour_ink);
     color = mix(color, composite.mark_ink, mark_ink);
     color = mix(color, composite.water_ink, shore_ink);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;

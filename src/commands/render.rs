@@ -222,7 +222,6 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.light.over(args.heights.over(scene));
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
-    let style = if args.map.is_some() { style.for_map() } else { style };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
         tracing::warn!("at {dpi} dots to an inch these stay as many pixels as on a screen: {unscaled}");
@@ -243,6 +242,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
     let map = map::PlacedMap::new(args, &world);
+    let style = match &map {
+        Some(map) => style.for_map(map.map.pixel_m * args.px_per_style_px()),
+        None => style,
+    };
     let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
     let mut imprint = like::imprint(args, &kind, &as_written, &camera);
     imprint.sun = world.scene.sun;

@@ -56,6 +56,8 @@ pub struct Inks<'a> {
     pub rows: &'a Target,
     /// Shores and water lines.
     pub water: &'a Target,
+    /// Lines of equal height.
+    pub heights: &'a Target,
 }
 
 /// Composites.
@@ -84,6 +86,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         is_bordered: u32::from(style.paper.is_bordered() && !inputs.is_sample),
         border_px: [style.paper.margin_px, style.paper.border_px],
         horizon: style.panorama.horizon(),
+        height_ink_color: style.height_lines.as_ref().map_or([0.0; 3], |lines| lines.ink.linear()),
+        faintest_height: style.height_lines.as_ref().map_or(1.0, |lines| lines.faintest),
         pad_0: Default::default(),
         pad_1: Default::default(),
     };
@@ -97,6 +101,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("marks", inputs.inks.marks.into()),
         ("rows", inputs.inks.rows.into()),
         ("water_ink", inputs.inks.water.into()),
+        ("height_ink", inputs.inks.heights.into()),
         ("picture", inputs.picture.into()),
     ];
     resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));

@@ -19,7 +19,7 @@ use crate::lines::{self, detector, lsa, smooth, threshold};
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, land, mark_normal, meshes, motion, trees};
+use crate::surface::{self, form, height_lines, land, mark_normal, meshes, motion, trees};
 use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
 
 /// What an eye sees, and its lines.
@@ -62,6 +62,8 @@ struct Shaded {
     rows: Option<Target>,
     /// Ink of shores and water lines, of a style with water.
     water_ink: Option<Target>,
+    /// Lines of equal height, of a style with such lines.
+    height_ink: Option<Target>,
 }
 
 /// All passes of all eyes. Whether trees may be in view that wind moves.
@@ -325,6 +327,21 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
     let of_water = super::water::AtEye { view, surface_id, position, tone: &tone };
     let watered = super::water::draw(cx, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
+    let height_ink = style.drawn_height_lines().map(|lines| {
+        let height_ink = targets.whole(gpu, &height_lines::HEIGHT_INK);
+        let (terrain, origin_z_m) = (&terrain.resources(), origin_m.z);
+        let drawn = height_lines::Inputs {
+            view,
+            terrain,
+            style: lines,
+            origin_z_m,
+            surface_id,
+            position,
+            height_ink: &height_ink,
+        };
+        height_lines::run(cx, &drawn);
+        height_ink
+    });
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
         let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
@@ -344,7 +361,7 @@ fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut Ey
         balance
     });
     let rows = super::rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);
-    Shaded { colors, balance, rows, water_ink }
+    Shaded { colors, balance, rows, water_ink, height_ink }
 }
 
 /// The picture of an eye.
@@ -377,6 +394,7 @@ fn finish(
     let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
     let tone = &shaded[eye].colors;
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
+    let height_ink = shaded[eye].height_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
         let sky = targets.whole(gpu, &SKY);
         sky::run(cx, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
@@ -384,7 +402,7 @@ fn finish(
     });
     let sky = sky.as_ref();
     let (lines, is_sample) = (inputs.lines, false);
-    let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink };
+    let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink, heights: height_ink };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);

@@ -16,6 +16,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::scene::view::View;
 use crate::style::{Color, Style};
+use crate::surface::height_lines::HEIGHT_INK;
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
@@ -80,6 +81,11 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
         let traced = frame.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
         let lines = surface.hazed(traced.unwrap_or_default(), water.faintest);
         groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
+    }
+    if let Some(lines) = style.drawn_height_lines() {
+        let traced = frame.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
+        let traced = surface.hazed(traced.unwrap_or_default(), lines.faintest);
+        groups.push(group("heights", "Lines of equal height".to_owned(), lines.ink, traced));
     }
     if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
         let layers = hatching.layers.iter().zip(1..);

@@ -47,7 +47,7 @@ pub enum StrokesError {
 pub struct Drawn {
     /// The strokes of each eye, of a pair the left one's first.
     pub strokes: Vec<Vec<Polyline>>,
-    /// Hachures, hatching, lines of water and of the sky, a group for each kind; of a pair none.
+    /// Hachures, hatching, lines of water, of equal height and of the sky, a group for each kind; of a pair none.
     pub marks: Vec<Group>,
     /// What rendering did.
     pub report: PictureReport,
@@ -55,7 +55,8 @@ pub struct Drawn {
 
 /// Whether a style has marks that can be lines.
 pub fn has_marks(style: &Style) -> bool {
-    style.hatching.is_some() || style.rows.is_some() || style.water.is_some() || style.sky.has_lines()
+    let has_marks = style.hatching.is_some() || style.rows.is_some() || style.water.is_some();
+    has_marks || style.height_lines.is_some() || style.sky.has_lines()
 }
 
 /// Renders a picture and reads the strokes of each eye and its marks; the pixels stay on the GPU. `request.planes` and its

@@ -3,6 +3,7 @@
 pub mod color;
 mod error;
 pub mod hatching;
+mod height_lines;
 mod held;
 mod lines;
 pub mod marks;
@@ -22,6 +23,7 @@ use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::toml_text::Wrong;
 pub use color::Color;
 pub use error::StyleError;
+pub use height_lines::HeightLines;
 pub use held::StyleFiles;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 use parameters::{Range, parameters};
@@ -79,6 +81,8 @@ parameters! {
         hatching: Option<hatching::Hatching>;
         /// Rows of hachures on the land; hatching of the same style is then for models and trees.
         rows: Option<Rows>;
+        /// Lines of equal height; without the section none are drawn.
+        height_lines: Option<HeightLines>;
         /// Lakes and the sea, where heights show them; without the section they are land.
         water: Option<Water>;
         /// The sheet that is drawn on.
@@ -166,10 +170,17 @@ impl Style {
         self.tone.local_color() > 0.0
     }
 
-    /// The same without what depends on where the eye stands, as [`Scene::for_map`](crate::scene::Scene::for_map).
+    /// The same for a map, a pixel of whose unscaled style is as large as that: without what depends on where the eye
+    /// stands, as [`Scene::for_map`](crate::scene::Scene::for_map), and with lines of equal height at its scale.
     #[must_use]
-    pub fn for_map(self) -> Self {
-        Self { panorama: Panorama { horizon_deg: 0.0 }, ..self }
+    pub fn for_map(self, pixel_m: f64) -> Self {
+        let height_lines = self.height_lines.map(|lines| lines.for_map(pixel_m));
+        Self { panorama: Panorama { horizon_deg: 0.0 }, height_lines, ..self }
+    }
+
+    /// The lines of equal height that it draws.
+    pub fn drawn_height_lines(&self) -> Option<&HeightLines> {
+        self.height_lines.as_ref().filter(|lines| lines.interval_m > 0.0)
     }
 
     /// Colour of its marks, if it has any: of rows, where it has these and hatching.

@@ -45,6 +45,11 @@ impl Style {
             scale(&mut water.line_px, 0.1, 8.0);
             scale(&mut water.spacing_px, 2.0, 32.0);
         }
+        if let Some(lines) = &mut style.height_lines {
+            scale(&mut lines.line_px, 0.1, 8.0);
+            scale(&mut lines.index_px, 0.1, 8.0);
+            scale(&mut lines.form_px, 1.0, 256.0);
+        }
         if let Some(watercolor) = &mut style.watercolor {
             scale(&mut watercolor.edge_px, 1.0, 16.0);
             scale(&mut watercolor.warp_px, 0.0, 32.0);

@@ -5,8 +5,8 @@ use hachure::composite::{self, PICTURE};
 use hachure::frame::Light;
 use hachure::lines::strokes::stroke::INK;
 use hachure::lines::threshold::LINE;
-use hachure::style::Style;
 use hachure::style::color::linear_from_srgb;
+use hachure::style::{Color, Style};
 use hachure::surface::POSITION;
 use hachure::tones::TONE;
 use hachure::tones::balance::MARKS;
@@ -22,6 +22,7 @@ struct Layers {
     marks: Vec<f32>,
     rows: Vec<f32>,
     water: Vec<f32>,
+    heights: Vec<f32>,
 }
 
 /// A slope that goes far away, sky above it, and some of every ink.
@@ -42,10 +43,11 @@ fn layers() -> Layers {
         marks: places().map(|(x, y)| part(x, y, 9, 0.5) as f32).collect(),
         rows: places().map(|(x, y)| part(x, y, 10, 0.3) as f32).collect(),
         water: places().map(|(x, y)| part(x, y, 11, 0.2) as f32).collect(),
+        heights: places().map(|(x, y)| part(x, y, 12, 0.2) as f32).collect(),
     }
 }
 
-fn linear(color: hachure::style::Color) -> DVec3 {
+fn linear(color: Color) -> DVec3 {
     DVec3::from_array(color.linear().map(f64::from))
 }
 
@@ -70,6 +72,8 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let here = at(x, y);
             let hatching = style.hatching.as_ref().unwrap();
             let water = style.water.as_ref().unwrap();
+            let heights = style.height_lines.as_ref().unwrap();
+            let mut height_ink = f64::from(layers.heights[i]);
             let mut shore_ink = f64::from(layers.water[i]);
             let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i]));
             let mut color = if here[3] <= 0.0 {
@@ -80,9 +84,11 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                 let clear = clearness(away(here), 1.0);
                 mark_ink *= faintest(hatching.faintest, clear);
                 shore_ink *= faintest(water.faintest, clear);
+                height_ink *= faintest(heights.faintest, clear);
                 mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clear))
             };
             color *= linear(style.paper.color);
+            color = mix(color, linear(heights.ink), height_ink);
             color = mix(color, linear(hatching.ink), mark_ink);
             color = mix(color, linear(water.ink), shore_ink);
             let drawn = f64::from(layers.line[i]);
@@ -111,6 +117,8 @@ fn the_composite_is_its_twin() {
     )
     .unwrap()
     .water;
+    style.height_lines = Style::load("pen").unwrap().height_lines;
+    style.height_lines.as_mut().unwrap().ink = Color::from_srgb([0.5, 0.25, 0.12]);
     style.paper.grain = 0.0;
     let layers = layers();
     let position = bench.picture(&POSITION, SIZE_PX, &layers.position);
@@ -120,6 +128,7 @@ fn the_composite_is_its_twin() {
     let marks = bench.picture(&MARKS, SIZE_PX, &layers.marks);
     let rows = bench.picture(&MARKS, SIZE_PX, &layers.rows);
     let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
+    let heights = bench.picture(&MARKS, SIZE_PX, &layers.heights);
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb };
         let picture = bench.out(&PICTURE);
@@ -127,7 +136,8 @@ fn the_composite_is_its_twin() {
             let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
-            let (ink, marks, rows, water, picture) = (&ink, &marks, &rows, &water, &picture);
+            let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
+            let (water, heights) = (&water, &heights);
             let inputs = composite::Inputs {
                 view,
                 style,
@@ -136,7 +146,7 @@ fn the_composite_is_its_twin() {
                 position,
                 tone,
                 sky: None,
-                inks: composite::Inks { line, strokes: ink, marks, rows, water },
+                inks: composite::Inks { line, strokes: ink, marks, rows, water, heights },
                 is_sample: false,
                 picture,
             };

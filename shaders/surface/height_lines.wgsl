@@ -1,0 +1,78 @@
+// Lines of equal height on the land that is seen.
+//
+// A pixel knows the height of the land's form and how fast it changes over the picture, so the nearest line is as far
+// away as the height is from the line's, by that change. This is exact where the form is a plane within a line's width,
+// and needs no neighbours: lines are as sharp at the borders of parts and where land hides land. The form is that of
+// light (form.wgsl): a cartographer draws lines that are as calm as the map's scale (Imhof 1965, on generalisation).
+//
+// Every fifth line is heavier. Lines that come too close to be told apart fade out, and the heavier ones after them.
+#import hachure::view::{View, ray_of_pixel}
+#import hachure::terrain::{terrain, grid_from_world}
+#import hachure::earth::{bend_normal, unbend}
+#import hachure::form::{form_of_level, form_seen}
+#import hachure::surface_id::{kind_of, LAND}
+
+struct HeightLineRules {
+    interval_m: f32,
+    // Height of the rig's origin above a heavier line.
+    phase_m: f32,
+    line_px: f32,
+    index_px: f32,
+    form_px: f32,
+    // Lines from a heavier one to the next.
+    index: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> height_line_rules: HeightLineRules;
+@group(0) @binding(2) var surface_id: texture_2d<u32>;
+@group(0) @binding(3) var position: texture_2d<f32>;
+// Ink, 0 to 1.
+@group(0) @binding(4) var height_ink: texture_storage_2d<r32float, write>;
+
+// Lines are gone where they lie so close, and whole from twice that on.
+const LEAST_GAP_PX: f32 = 2.0;
+// Land that rises so little over a picture is level, and a line in it would be a blot.
+const MOST_GAP_PX: f32 = 800.0;
+
+// Ink of the lines `interval_m` apart at a height that changes by `rise_m` over a pixel.
+fn lines(height_m: f32, rise_m: f32, interval_m: f32, width_px: f32) -> f32 {
+    let gap_px = interval_m / max(rise_m, 1e-9 * interval_m);
+    let away_px = abs(height_m / interval_m - round(height_m / interval_m)) * gap_px;
+    let cover = min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - away_px, 0.0, 1.0);
+    let is_told = smoothstep(LEAST_GAP_PX, 2.0 * LEAST_GAP_PX, gap_px / max(width_px, 1.0));
+    return cover * is_told * (1.0 - smoothstep(0.5 * MOST_GAP_PX, MOST_GAP_PX, gap_px));
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+        textureStore(height_ink, pixel, vec4<f32>(0.0));
+        return;
+    }
+    let flat_place = unbend(at.xyz);
+    let point = grid_from_world(flat_place.flat_m.xy);
+    let level = form_seen(view, at.xyz, flat_place, point, height_line_rules.form_px).level;
+    let form = form_of_level(point.g, level);
+    let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
+    // Where the rays of the pixels beside this one meet the form's plane.
+    let n = bend_normal(flat_place, slope);
+    let ray = ray_of_pixel(view, pixel);
+    let facing = dot(n, ray);
+    let by_facing = 1.0 / select(facing, -1e-6, abs(facing) < 1e-6);
+    let right = at.w * (view.ray_dx - ray * (dot(n, view.ray_dx) * by_facing));
+    let down = at.w * (view.ray_dy - ray * (dot(n, view.ray_dy) * by_facing));
+    let rise_m = length(vec2<f32>(dot(slope, right.xy), dot(slope, down.xy)));
+    let height_m = form.height_m + height_line_rules.phase_m;
+    let interval_m = height_line_rules.interval_m;
+    let index_m = interval_m * height_line_rules.index;
+    let ink = max(
+        lines(height_m, rise_m, interval_m, height_line_rules.line_px),
+        lines(height_m, rise_m, index_m, height_line_rules.index_px));
+    textureStore(height_ink, pixel, vec4<f32>(ink));
+}

@@ -1,0 +1,56 @@
+//! Lines of equal height on the land that is seen. See `shaders/surface/height_lines.wgsl`.
+//!
+//! Why: `docs/decisions/maps.md`.
+
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::surface::height_lines::HeightLineRules;
+use crate::style::HeightLines;
+
+/// Ink of the lines, 0 to 1.
+pub const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
+
+/// Every so many lines one is heavier.
+const INDEX: f64 = 5.0;
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Heights and tables.
+    pub terrain: &'a [Named],
+    /// Which lines; their interval is more than 0.
+    pub style: &'a HeightLines,
+    /// Height of the rig's origin, which heights on the GPU count from.
+    pub origin_z_m: f64,
+    /// Tells the land from what stands on it.
+    pub surface_id: &'a Target,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Out: [`HEIGHT_INK`].
+    pub height_ink: &'a Target,
+}
+
+/// Draws the lines.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let style = inputs.style;
+    let index_m = INDEX * f64::from(style.interval_m);
+    let rules = HeightLineRules {
+        interval_m: style.interval_m,
+        phase_m: inputs.origin_z_m.rem_euclid(index_m) as f32,
+        line_px: style.line_px,
+        index_px: style.index_px,
+        form_px: style.form_px,
+        index: INDEX as f32,
+    };
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("height_line_rules", cx.uniform("height line rules", &rules)),
+        ("surface_id", inputs.surface_id.into()),
+        ("position", inputs.position.into()),
+        ("height_ink", inputs.height_ink.into()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.pixels("surface/height_lines", inputs.height_ink.size_px(), &resources);
+}
