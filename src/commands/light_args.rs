@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use clap::Args;
 
+use crate::scene::camera::Camera;
 use crate::scene::sun_time::{LatLon, Moment};
 use crate::scene::{Scene, Sun, SunTime};
 
@@ -13,6 +14,16 @@ pub struct LightArgs {
     /// Where the sun stands, in degrees clockwise from north and above the horizon [default: the scene's, or 315,40]
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = Sun::from_str, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
+    /// Where the sun stands from the camera, in degrees to the right of where it looks (below 0 to the left), as high as
+    /// it is; in a flight from the first camera
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        conflicts_with_all = ["sun", "date"],
+        value_parser = degrees,
+        allow_hyphen_values = true
+    )]
+    pub side_light: Option<f64>,
     /// Where the sun stands at this date and hour with its zone, like 2026-06-21T09:30+02:00, over the place of the
     /// heights
     #[arg(long, conflicts_with = "sun", value_parser = Moment::from_str)]
@@ -35,6 +46,19 @@ impl LightArgs {
         }
         scene
     }
+
+    /// Puts the sun beside the first camera, if it is to stand there.
+    pub fn beside(&self, sun: &mut Sun, first: &Camera) {
+        if let Some(side_deg) = self.side_light {
+            sun.azimuth_deg = (first.yaw_deg + side_deg).rem_euclid(360.0);
+        }
+    }
+}
+
+/// An angle to a side.
+fn degrees(text: &str) -> Result<f64, String> {
+    let degrees = text.trim().parse().ok().filter(|degrees| (-180.0..=180.0).contains(degrees));
+    degrees.ok_or_else(|| "it must be an angle of -180 to 180, like -70".to_owned())
 }
 
 #[cfg(test)]
@@ -53,6 +77,13 @@ mod tests {
         let at_noon = noon.over(Scene::default());
         assert_eq!(at_noon.sun_time.unwrap().moment.to_string(), "2026-06-21T12:00+00:00");
         assert_eq!(low.over(at_noon).sun_time, None, "--sun comes before the date of a scene");
+        let mut sun = Sun { azimuth_deg: 315.0, elevation_deg: 12.0 };
+        let camera: Camera = "0,0,+300,30,-5,50".parse().unwrap();
+        LightArgs::default().beside(&mut sun, &camera);
+        assert_eq!(sun.azimuth_deg, 315.0);
+        LightArgs { side_light: Some(-70.0), ..LightArgs::default() }.beside(&mut sun, &camera);
+        assert_eq!(sun, Sun { azimuth_deg: 320.0, elevation_deg: 12.0 });
+        assert!(degrees("-70").is_ok() && ["", "left", "181", "nan"].iter().all(|wrong| degrees(wrong).is_err()));
         for wrong in ["", "315", "315,", "north,40", "400,40", "315,91", "315,40,1", "nan,40"] {
             assert!(wrong.parse::<Sun>().is_err(), "{wrong}");
         }

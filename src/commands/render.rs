@@ -247,8 +247,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         None => style,
     };
     let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
-    let mut imprint = like::imprint(args, &kind, &as_written, &camera);
-    imprint.sun = world.scene.sun;
+    let imprint = like::imprint(args, &kind, &as_written, &camera);
     let mut job = Job {
         args,
         flight,
@@ -266,6 +265,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         imprint,
     };
     let cameras = job.cameras()?;
+    args.light.beside(&mut job.world.scene.sun, &cameras[0]);
+    job.imprint.sun = job.world.scene.sun;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;
     if args.json {

@@ -8,8 +8,7 @@ parameters! {
     pub struct HeightLines {
         /// Colour of the lines.
         ink: Color = Color::default();
-        /// Heights from line to line, in the metres of the drawn world; 0 is a round number that suits the scale of a map,
-        /// and no lines in other views.
+        /// Height from line to line; 0 is a round number that suits the scale of a map, and no lines in other views.
         interval_m: f32 = 0.0 => Range::Within(0.0, 10_000.0);
         /// Width of a line.
         line_px: f32 = 0.7 => Range::Within(0.1, 8.0);

@@ -126,8 +126,7 @@ parameters! {
     /// A panorama as H. C. Berann painted them: the land is bent as on a small globe, so that near land is seen from above
     /// and far land behind it from the side (Patterson 2000, "A View from on High").
     pub struct Panorama {
-        /// How far below level the horizon lies, by bending the land away from the eye; 0 leaves it as it is, and so does
-        /// a map.
+        /// How far below level the horizon lies, by bending the land away from the eye; 0, and any map, is as it is.
         horizon_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
     }
 }

@@ -28,12 +28,13 @@ pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
     let store = world::open_store(&scene, &progress::Bar::default())?;
     let options = HeadsetOptions { style: args.style.clone(), antialias: args.antialias, frames: args.frames };
     let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-    let start = args.camera;
+    let (start, light) = (args.camera, args.light);
     let open = move |gpu: &crate::gpu::Gpu| {
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let world = OpenWorld::on_gpu_with(gpu, scene, store, options, &progress::Bar::default())?;
+        let mut world = OpenWorld::on_gpu_with(gpu, scene, store, options, &progress::Bar::default())?;
         let start = start.unwrap_or_else(|| world.default_camera());
+        light.beside(&mut world.scene.sun, &start);
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         if let Err(error) = world.ground_was_read() {
             tracing::warn!("{error}");

@@ -40,8 +40,9 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let world = OpenWorld::on_gpu_with(gpu, scene, store, options, &progress::Bar::default())?;
+        let mut world = OpenWorld::on_gpu_with(gpu, scene, store, options, &progress::Bar::default())?;
         let start = args.camera.unwrap_or_else(|| world.default_camera());
+        args.light.beside(&mut world.scene.sun, &start);
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         if let Err(error) = world.ground_was_read() {
             tracing::warn!("{error}");

@@ -42,7 +42,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.path = more.path.as_ref().map(PathBuf::from);
         all.fps = all.fps.or(more.fps);
     }
-    if all.light.date.is_none() {
+    if all.light.date.is_none() && all.light.side_light.is_none() {
         all.light.sun = all.light.sun.or(Some(*sun));
     }
     if all.size.is_none() {
