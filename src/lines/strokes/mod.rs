@@ -15,6 +15,7 @@ pub mod temporal;
 pub mod centres;
 pub mod chain;
 pub mod extract;
+pub mod farthest;
 pub mod history;
 pub mod id_image;
 pub mod left_out;
@@ -303,7 +304,9 @@ impl FrameStrokes {
         if plan.takes_over {
             temporal::look(cx, view, work, ids);
         }
-        temporal::take_over(cx, view, lists, chains, points, work);
+        let farthest = &targets.whole(gpu, &farthest::FARTHEST);
+        temporal::take_over(cx, &temporal::Inputs { view, lists, chains, points, work, farthest });
+        farthest::run(cx, depth, farthest);
         if let Some(leader) = leader {
             partner::agree(cx, view, work, leader, Role::Follower);
         }
