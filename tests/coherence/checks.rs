@@ -1,15 +1,11 @@
 //! What must hold of what was read back; each says where it does not.
 
 use glam::{Vec2, Vec3};
-use hachure::frame::Frame;
-use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::samples::{MOST_SAMPLES, SPACING_PX, Sample, SampleCounts};
 use hachure::scene::view::View;
 use hachure::style::Style;
-use hachure::surface::POSITION;
 
 use crate::SIZE_PX;
-use crate::common::World;
 
 fn check(holds: bool, place: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(place()) }
@@ -88,65 +84,28 @@ pub fn grows(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), St
 }
 
 /// From a frame to the next of a slow flight, with an update between them or without: lines begin to grow in a place,
-/// or go on from where they were shown. What the update before could not see may come at once.
+/// or go on from where they were shown. What lay outside of the picture at the update before, of which `updated` is the
+/// view, may come at once.
 pub fn comes_from(
     before: &[Sample],
-    updated: &Updated,
+    updated: &View,
     (view, now): (&View, &[Sample]),
     growth_px: f32,
 ) -> Result<(), String> {
-    let is_new = |own: &Sample| own.flags & Sample::FADING == 0 && updated.saw(view, own);
+    let is_new = |own: &Sample| own.flags & Sample::FADING == 0 && was_in_picture(updated, view, own);
     now.iter().enumerate().filter(|(_, own)| is_new(own)).try_for_each(|(at, own)| {
         let goes_on = own.shown_px <= growth_px || own.shown_px <= reached_px(before, own) + growth_px + FRAME_PX;
         check(goes_on, || named(at, now, "comes at once"))
     })
 }
 
-/// What an update could see.
-pub struct Updated {
-    view: View,
-    /// Along the view axis; the sky is infinitely far.
-    distance_m: Vec<f32>,
+/// Whether a sample of `view` lies on what the picture of `updated` showed, a pixel at its border aside.
+pub fn was_in_picture(updated: &View, view: &View, own: &Sample) -> bool {
+    let step_m = view.pose.position_m - updated.pose.position_m;
+    let before_px = updated.place_px(Vec3::from(own.position_m).as_dvec3() + step_m);
+    let size_px = SIZE_PX.map(f64::from);
+    before_px.is_some_and(|px| (1.0..size_px[0] - 1.0).contains(&px.x) && (1.0..size_px[1] - 1.0).contains(&px.y))
 }
-
-impl Updated {
-    /// The last frame, drawn with a view.
-    pub fn of(world: &World, frame: &Frame, view: View) -> Self {
-        let position = frame.target(&POSITION).expect("every frame has it");
-        let position: Vec<[f32; 4]> = read_as(&world.gpu, position, [0, 0], SIZE_PX).expect("it is read back");
-        let distance_m = position.iter().map(|at| if at[3] > 0.0 { at[3] } else { f32::INFINITY }).collect();
-        Self { view, distance_m }
-    }
-
-    /// Whether its picture showed a sample of `view`, a pixel at its border aside.
-    pub fn saw(&self, view: &View, own: &Sample) -> bool {
-        self.is_open(view, Vec3::from(own.position_m), 1.0, HIDDEN) == Some(true)
-    }
-
-    /// Whether nearer land hid a place of `view` on its picture, and not by a hair.
-    pub fn hid(&self, view: &View, at_m: Vec3) -> bool {
-        self.is_open(view, at_m, 0.0, 4.0 * HIDDEN) == Some(false)
-    }
-
-    /// Whether a place is as far as something around it, or farther by a share of its distance; none outside.
-    fn is_open(&self, view: &View, at_m: Vec3, border_px: f64, share: f64) -> Option<bool> {
-        let way_m = at_m.as_dvec3() + (view.pose.position_m - self.view.pose.position_m);
-        let size_px = SIZE_PX.map(f64::from);
-        let inside = |at: f64, side: f64| (border_px..side - border_px).contains(&at);
-        let px = self.view.place_px(way_m).filter(|px| inside(px.x, size_px[0]) && inside(px.y, size_px[1]))?;
-        let expected_m = way_m.dot(self.view.pose.forward);
-        let [width, height] = SIZE_PX.map(i64::from);
-        let farthest_m = |offset: i64| {
-            let x = (px.x as i64 + offset % 3 - 1).clamp(0, width - 1);
-            let y = (px.y as i64 + offset / 3 - 1).clamp(0, height - 1);
-            self.distance_m[(y * width + x) as usize]
-        };
-        Some((0..9).any(|offset| f64::from(farthest_m(offset)) >= expected_m * (1.0 - share)))
-    }
-}
-
-/// Half of what the program takes for hidden: between both anything may be.
-const HIDDEN: f64 = 0.005;
 
 /// As far as what was shown before reaches: [`Sample::shown_px`] at the place of a sample.
 pub fn reached_px(before: &[Sample], own: &Sample) -> f32 {

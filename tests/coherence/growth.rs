@@ -1,9 +1,10 @@
 //! Lines come and go along themselves, by a bounded step in a frame.
 
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
+use hachure::scene::view::View;
 use hachure::style::Style;
 
-use crate::checks::{Updated, comes_from, grows, growth_px, reached_px};
+use crate::checks::{comes_from, grows, growth_px, reached_px, was_in_picture};
 use crate::{Flight, mountains, pose, strokes};
 
 /// Lines beside each other are not merged: more of them come and go.
@@ -51,7 +52,7 @@ fn lines_grow_no_faster_than_their_speed() {
         let mut flight = Flight::new(&world, crowded(update_every));
         let growth_px = growth_px(&flight.style);
         let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
-        let (mut updated, mut before_counts): (Option<Updated>, Option<SampleCounts>) = (None, None);
+        let (mut updated, mut before_counts): (Option<View>, Option<SampleCounts>) = (None, None);
         let (mut between, mut growing) = (0, 0);
         for frame in 0..40 {
             let (view, counts, samples) = flight.fly(&mut world, frame);
@@ -65,7 +66,7 @@ fn lines_grow_no_faster_than_their_speed() {
                 }
             }
             if before_counts != Some(counts) {
-                updated = Some(Updated::of(&world, &flight.frame, view));
+                updated = Some(view);
             }
             before_counts = Some(counts);
             before = Some((counts, samples));
@@ -118,13 +119,12 @@ fn lines_that_come_at_once_are_found() {
     let Some(mut world) = mountains() else { return };
     let mut flight = Flight::new(&world, crowded(1));
     let growth_px = growth_px(&flight.style);
-    let (view, _, mut old) = flight.fly(&mut world, 0);
-    let mut updated = Updated::of(&world, &flight.frame, view);
+    let (mut updated, _, mut old) = flight.fly(&mut world, 0);
     for frame in 1..60 {
         let (view, _, new) = flight.fly(&mut world, frame);
         // Of a line that is not there yet, and apart from any that is.
         let is_coming = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -3.0;
-        let is_apart = |own: &Sample| reached_px(&old, own) < 4.0 && updated.saw(&view, own);
+        let is_apart = |own: &Sample| reached_px(&old, own) < 4.0 && was_in_picture(&updated, &view, own);
         if let Some(at) = new.iter().position(|own| is_coming(own) && is_apart(own)) {
             let comes = |shown_px: f32| {
                 let mut changed = new.clone();
@@ -136,7 +136,7 @@ fn lines_that_come_at_once_are_found() {
             assert!(error.starts_with(&format!("sample {at} ")) && error.contains("comes at once"), "{error}");
             return;
         }
-        (updated, old) = (Updated::of(&world, &flight.frame, view), new);
+        (updated, old) = (view, new);
     }
     panic!("no line comes");
 }

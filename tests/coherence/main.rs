@@ -5,7 +5,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod behind;
 mod budget;
 mod checks;
 mod extremes;

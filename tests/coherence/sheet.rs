@@ -13,7 +13,7 @@ use crate::{Flight, SIZE_PX, mountains, strokes};
 const BORDER_PX: usize = 6;
 
 /// Ink of strokes, by rows.
-pub fn ink(world: &World, frame: &Frame) -> Vec<f64> {
+fn ink(world: &World, frame: &Frame) -> Vec<f64> {
     let ink = frame.target(&INK).unwrap();
     let halves: Vec<u16> = read_as(&world.gpu, ink, [0, 0], ink.size_px()).unwrap();
     halves.into_iter().map(|bits| half::f16::from_bits(bits).to_f64()).collect()

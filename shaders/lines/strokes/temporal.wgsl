@@ -8,8 +8,7 @@
 //   they go slowly.
 // - What is shown grows along the stroke, by `growth_px` in a frame, from what was shown before and from seeds SEEDS_PX
 //   apart; so no more of a line appears at once than an eye can follow. What the last update could not see, because it
-//   lay outside of its picture or nearer land hid it, comes in as it is: it is no news, the sheet or the eye has moved.
-//   Of a line that goes on behind what hid it, the part that was drawn has found itself, and grows on.
+//   lay outside of its picture, comes in as it is: it is no news, the sheet has moved.
 // - Pressure: from what it was, by a bounded step.
 // - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off
 //   comes nearer by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
@@ -27,8 +26,6 @@
 @group(0) @binding(7) var<storage, read_write> samples: array<Sample>;
 // SampleCounts: the second number is of those of chains, the fifth of strokes that took over.
 @group(0) @binding(8) var<storage, read_write> list: array<atomic<u32>>;
-// Of the last update, reversed (farthest.wgsl).
-@group(0) @binding(9) var farthest: texture_2d<f32>;
 
 // Parameters of neighbours differ by no more than this if they belong together.
 const ALIKE_PX: f32 = 6.0;
@@ -37,8 +34,6 @@ const RELAXATION: f32 = 0.03;
 // What is farther from it belongs to another part of the old stroke.
 const MOST_UNEVEN_PX: f32 = 16.0;
 const WIDTH_KEPT: f32 = 0.7;
-// Behind all that was seen around it by this part of the distance, a place was hidden.
-const HIDDEN: f32 = 0.01;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -70,10 +65,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if id.x == first && heritages[number].stroke != 0u {
             atomicAdd(&list[4], 1u);
         }
-        let found = matches[id.x];
-        if could_be_seen(own.position_m, found.stroke != 0u) {
+        if was_in_picture(own.position_m) {
             own.shown_px = min(own.shown_px, grown_px(id.x, first, end, along_px));
         }
+        let found = matches[id.x];
         if found.stroke != 0u {
             own.pressure = found.pressure + clamp(own.pressure - found.pressure, -temporal.pressure_step, temporal.pressure_step);
             own.half_width_px = mix(own.half_width_px, found.half_width_px, WIDTH_KEPT);
@@ -89,16 +84,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     samples[id.x] = own;
 }
 
-// Whether the last update could have drawn a place: what was drawn there since, it could.
-fn could_be_seen(at_m: vec3<f32>, was_drawn: bool) -> bool {
+// Whether the last update could have drawn a place.
+fn was_in_picture(at_m: vec3<f32>) -> bool {
     let clip = temporal.updated_clip_from_camera * vec4<f32>(at_m, 1.0);
-    if clip.w <= 0.0 || any(abs(clip.xy) >= vec2<f32>(clip.w)) {
-        return false;
-    }
-    let size = vec2<i32>(textureDimensions(farthest));
-    let px = (clip.xy / clip.w * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(size);
-    let least = textureLoad(farthest, clamp(vec2<i32>(floor(px)), vec2<i32>(0), size - 1), 0).r;
-    return was_drawn || clip.z >= least * clip.w * (1.0 - HIDDEN);
+    return clip.w > 0.0 && all(abs(clip.xy) < vec2<f32>(clip.w));
 }
 
 struct Inherited {

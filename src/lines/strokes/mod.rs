@@ -15,7 +15,6 @@ pub mod temporal;
 pub mod centres;
 pub mod chain;
 pub mod extract;
-pub mod farthest;
 pub mod history;
 pub mod id_image;
 pub mod left_out;
@@ -304,9 +303,7 @@ impl FrameStrokes {
         if plan.takes_over {
             temporal::look(cx, view, work, ids);
         }
-        let farthest = &targets.whole(gpu, &farthest::FARTHEST);
-        temporal::take_over(cx, &temporal::Inputs { view, lists, chains, points, work, farthest });
-        farthest::run(cx, depth, farthest);
+        temporal::take_over(cx, view, lists, chains, points, work);
         if let Some(leader) = leader {
             partner::agree(cx, view, work, leader, Role::Follower);
         }

@@ -37,25 +37,8 @@ pub fn look(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
     cx.groups("lines/strokes/look", GROUPS, &resources);
 }
 
-/// What samples take over from, beside what they found.
-pub struct Inputs<'a> {
-    /// `View`, not moved.
-    pub view: &'a Resource,
-    /// For the numbers of chains.
-    pub lists: &'a Lists,
-    /// Of this frame.
-    pub chains: &'a Chains,
-    /// Of this frame.
-    pub points: &'a Points,
-    /// In and out: the samples.
-    pub work: &'a SampleWork,
-    /// [`super::farthest::FARTHEST`].
-    pub farthest: &'a Target,
-}
-
 /// Lets the samples of this frame take over what they found.
-pub fn take_over(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let Inputs { view, lists, chains, points, work, farthest } = *inputs;
+pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chains, points: &Points, work: &SampleWork) {
     let bytes = u64::from(MOST_SEGMENTS) * size_of::<Heritage>() as u64;
     let heritages = ("heritages", cx.buffer(&HERITAGES, bytes).binding());
     let (arguments, offset) = points.per_segment();
@@ -71,7 +54,6 @@ pub fn take_over(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         heritages,
         work.samples(),
         work.list(),
-        ("farthest", farthest.into()),
     ];
     cx.groups("lines/strokes/temporal", GROUPS, &resources);
 }
