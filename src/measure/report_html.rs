@@ -35,8 +35,9 @@ const COLUMNS: usize = 800;
 /// What the names of steadiness mean.
 const STEADINESS: &str = "Pairs of consecutive frames, followed by exact motion; what is not seen in both is masked. \
     Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after (deaths). \
-    A stroke is born, or dies, when less than half of it goes on. Slip: how far the parameter along a stroke moves under \
-    a place, in pixels per frame. E_warp: mean squared difference of encoded luminance, 0 to 1.";
+    A stroke is born, or dies, when less than half of it goes on. Updates: frames that make strokes anew. Identity: line \
+    pixels that go on as other strokes only. Slip: how far the parameter along the same stroke moves under a place, in \
+    pixels per frame. E_warp: mean squared difference of encoded luminance, 0 to 1.";
 
 /// Writes `report.html`, whole or not at all. `frames` are the runs of the report, in its order; the plots along the
 /// path need them.

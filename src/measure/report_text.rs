@@ -20,10 +20,12 @@ const HEADS: [&str; 12] = [
 ];
 
 /// The columns of steadiness: head, name of the number, what it is multiplied by, decimals.
-const STEADINESS: [(&str, &str, f64, usize); 10] = [
+const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("pairs", "pairs", 1.0, 0),
     ("lines %", "line_coverage", 100.0, 2),
     ("flicker %", "flicker", 100.0, 2),
+    ("updates %", "flicker_updates", 100.0, 2),
+    ("between %", "flicker_between", 100.0, 2),
     ("by ink %", "flicker_ink", 100.0, 2),
     ("births/frame", "births_per_frame", 1.0, 2),
     ("deaths/frame", "deaths_per_frame", 1.0, 2),
@@ -142,7 +144,7 @@ mod tests {
         let table = table(&report);
         let below = table.split("\n\n").nth(1).expect("a second table");
         let cells: Vec<Vec<&str>> = below.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
-        assert_eq!(cells[0], ["ink", "3", "50.00", "1.23", "–", "–", "–", "–", "–", "–", "250.0"]);
-        assert_eq!(cells[1], ["plain", "–", "–", "–", "–", "–", "–", "–", "–", "–", "–"]);
+        assert_eq!(cells[0], ["ink", "3", "50.00", "1.23", "–", "–", "–", "–", "–", "–", "–", "–", "250.0"]);
+        assert_eq!(cells[1], ["plain", "–", "–", "–", "–", "–", "–", "–", "–", "–", "–", "–", "–"]);
     }
 }

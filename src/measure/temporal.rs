@@ -9,8 +9,8 @@
 //!   later frame, deaths from the earlier one. In the ink-weighted form a pixel counts with the ink that the other
 //!   frame lacks within the same reach, and needs no threshold;
 //! - *births and deaths of strokes*: strokes of which less than half goes on;
-//! - *change of identity*: line pixels that go on as a stroke of another identity;
-//! - *slip*: how far the parameter along strokes (what a texture is laid by) moved under a place (`parameter`);
+//! - *change of identity*: line pixels that go on as strokes of other identities, and not as their own;
+//! - *slip*: how far the parameter along a stroke (what a texture is laid by) moved under a place (`parameter`);
 //! - *E_warp*: the mean squared difference between the later picture and the earlier one, bilinearly fetched from where
 //!   each pixel was.
 //!
@@ -80,6 +80,8 @@ pub struct StrokePictures {
     pub depth_m: Vec<f32>,
     /// Whether an identity means the same stroke in the next frame. If not, changes of identity are not measured.
     pub identities_last: bool,
+    /// The frame made its strokes anew (an update); else it moved those of the frame before.
+    pub made_anew: bool,
 }
 
 /// A part of a whole: a number that can be summed over frames before it becomes a share.
@@ -134,10 +136,12 @@ pub struct StrokeMeasures {
     pub born: Share,
     /// Strokes that are there no more, of the earlier frame's strokes that can be followed.
     pub died: Share,
-    /// Line pixels that were of another stroke before, of those that go on; none where identities do not last.
+    /// Line pixels that were of other strokes only, of those that go on; none where identities do not last.
     pub identity_change: Option<Share>,
-    /// Of each line pixel that was of a stroke before: how far the parameter moved, in pixels.
+    /// Of each line pixel that was of the same stroke before: how far the parameter moved, in pixels.
     pub slips_px: Vec<f32>,
+    /// The later frame made its strokes anew.
+    pub made_anew: bool,
 }
 
 /// What two frames tell.
@@ -181,11 +185,13 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
     });
     if let (Some(strokes_before), Some(strokes_now)) = (&before.strokes, &now.strokes) {
         let identities_last = strokes_before.identities_last && strokes_now.identities_last;
+        let followed = parameter::follow(&born, strokes_now, strokes_before, ink_before, &seen_before);
         measures.strokes = Some(StrokeMeasures {
             born: born.lone_strokes(&strokes_now.id),
             died: died.lone_strokes(&strokes_before.id),
-            identity_change: identities_last.then(|| born.identity_change(&strokes_now.id, &strokes_before.id)),
-            slips_px: parameter::slips_px(&born, strokes_now, strokes_before, ink_before, &seen_before),
+            identity_change: identities_last.then_some(followed.changed),
+            slips_px: followed.slips_px,
+            made_anew: strokes_now.made_anew,
         });
     }
     Ok(measures)

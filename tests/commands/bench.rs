@@ -93,7 +93,8 @@ fn check_steadiness(temporal: &Value, is_plain: bool) -> Result<(), String> {
     let lines = ["line_coverage", "line_masked", "flicker", "flicker_births", "flicker_deaths", "flicker_ink"];
     let lines = [&lines[..], &["flicker_ink_births", "flicker_ink_deaths"]].concat();
     let strokes = ["strokes_per_frame", "births_per_frame", "deaths_per_frame", "identity_change"];
-    let strokes = [&strokes[..], &["slip_px_p50", "slip_px_p95"]].concat();
+    let of_updates = ["flicker_updates", "flicker_between", "identity_updates", "identity_between"];
+    let strokes = [&strokes[..], &["slip_px_p50", "slip_px_p95"], &of_updates].concat();
     keys(temporal, &[&["pairs", "e_warp"][..], &lines[..], &strokes[..]].concat())?;
     strokes.iter().try_for_each(|name| is_null(temporal, name))?;
     let is_share = |name: &&str| temporal[*name].as_f64().is_some_and(|share| (0.0..=1.0).contains(&share));

@@ -35,8 +35,13 @@ struct Vertex {
 }
 
 const FRINGE_PX: f32 = 0.75;
-// Beyond the last sample of a stroke that runs off the sheet.
+// Beyond the last sample of a stroke that runs off the sheet. Between updates the sheet moves on, and the stroke runs on
+// straight, as far as the sheet came: aslant it is farther to its border.
 const OFF_PX: f32 = 4.0;
+const ASLANT: f32 = 1.5;
+const MOST_OFF_PX: f32 = 64.0;
+// The way it runs is that of so many segments.
+const OFF_SEGMENTS: u32 = 4u;
 // So much of a taper pales.
 const PALE_PX: f32 = 4.0;
 // Farther outside of the picture nothing is drawn: rounding.
@@ -54,6 +59,21 @@ fn nothing() -> Vertex {
 
 fn is_out(own: Sample) -> bool {
     return own.depth_m < view.near_m || any(abs(own.px) > vec2<f32>(FAR_OUT_PX));
+}
+
+// How far a stroke that runs off the sheet at a place runs on.
+fn off_px(px: vec2<f32>) -> f32 {
+    let from_border = min(px, vec2<f32>(view.size_px) - px);
+    return OFF_PX + min(ASLANT * max(min(from_border.x, from_border.y), 0.0), MOST_OFF_PX);
+}
+
+// Which way a stroke runs at its last sample, or at its first one.
+fn way_off(number: u32, ends: u32) -> vec2<f32> {
+    var at = number;
+    for (var i = 0u; i < OFF_SEGMENTS && (samples[at].flags & ends) == 0u; i++) {
+        at = select(at - 1u, at + 1u, ends == LAST);
+    }
+    return direction(samples[at].px, samples[number].px);
 }
 
 @vertex
@@ -98,9 +118,15 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
     let ends = vec2<bool>((begin.flags & FIRST) != 0u, (end.flags & LAST) != 0u) & is_open;
     let runs_off = ends & (vec2<u32>(begin.flags, end.flags) & vec2<u32>(RUNS_OFF)) != vec2<u32>(0u);
     let has_end = ends & !runs_off;
-    let extents_px = select(vec2<f32>(0.0), reach + select(vec2<f32>(0.0), vec2<f32>(OFF_PX), runs_off), ends);
+    let beyond_ends_px = reach + select(vec2<f32>(0.0), vec2<f32>(off_px(begin.px), off_px(end.px)), runs_off);
+    let extents_px = select(vec2<f32>(0.0), beyond_ends_px, ends);
     let extent_px = select(extents_px.x, extents_px.y, is_next);
-    px += along * select(-extent_px, extent_px, is_next);
+    var onward = along * select(-1.0, 1.0, is_next);
+    if select(runs_off.x, runs_off.y, is_next) {
+        onward = way_off(i, select(LAST, FIRST, is_next));
+        px = at.px + vec2<f32>(onward.y, -onward.x) * (side * reach * select(-1.0, 1.0, is_next));
+    }
+    px += onward * extent_px;
     along_px += sense * select(-extent_px, extent_px, is_next);
     let own_px = select(-extent_px, length_px + extent_px, is_next);
     let beyond_px = select(vec2<f32>(-1.0), vec2<f32>(-own_px, own_px - length_px), has_end);

@@ -131,6 +131,8 @@ pub struct StrokeMemory {
     history: History,
     lists: [SampleList; 2],
     current: usize,
+    /// The last frame was an update.
+    made_anew: bool,
     uniform: StrokesUniform,
     texture: Option<Arc<StrokeTexture>>,
 }
@@ -143,7 +145,8 @@ impl StrokeMemory {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         chain::check(gpu, MOST_SEGMENTS)?;
         let lists = [SampleList::new(gpu), SampleList::new(gpu)];
-        Ok(Self { history: History::default(), lists, current: 0, uniform: StrokesUniform::zeroed(), texture: None })
+        let history = History::default();
+        Ok(Self { history, lists, current: 0, made_anew: false, uniform: StrokesUniform::zeroed(), texture: None })
     }
 
     /// The samples of the last frame.
@@ -178,6 +181,11 @@ impl<'a> DrawnStrokes<'a> {
     /// Its samples.
     pub fn samples(&self) -> &'a SampleList {
         self.memory.samples()
+    }
+
+    /// Whether it made them anew; else it moved those of the frame before.
+    pub fn made_anew(&self) -> bool {
+        self.memory.made_anew
     }
 
     /// A buffer of the eye that was drawn last: [`COUNTS`], [`SEGMENTS`] and those of the rooms beside. None if
@@ -235,6 +243,7 @@ impl FrameStrokes {
     ) -> Self {
         let plan = memory.history.plan(strokes, view, step, leader.map(|leader| leader.plan.is_update));
         memory.current = 1 - memory.current;
+        memory.made_anew = plan.is_update;
         memory.uniform = StrokesUniform::new(strokes, view.part.size_px, haze_m);
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
         let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));

@@ -111,17 +111,4 @@ impl Fates {
         let lone = held.values().filter(|held| held.part < HELD_SHARE * held.whole).count();
         Share { part: lone as f64, whole: held.len() as f64 }
     }
-
-    /// Line pixels whose stroke is another one there, of those that are of a stroke in both.
-    pub fn identity_change(&self, id: &[u32], id_there: &[u32]) -> Share {
-        let mut change = Share::default();
-        for fate in self.lines() {
-            let Some(line) = fate.there.as_ref().and_then(|there| there.line) else { continue };
-            let (own, other) = (id[fate.pixel], id_there[line]);
-            if own != 0 && other != 0 {
-                change += Share { part: f64::from(u8::from(own != other)), whole: 1.0 };
-            }
-        }
-        change
-    }
 }

@@ -1,15 +1,20 @@
-//! How far the parameter along strokes moves under a place of the world.
+//! How far the parameter along strokes moves under a place of the world, and where strokes change who they are.
 //!
 //! The parameter is known at the centres of pixels, and a pixel's place in the other frame lies between them. So the
 //! nearest line pixel's parameter is carried to that place by its gradient: a plane laid through the same stroke's
 //! pixels around, by least squares. A line is thin and often straight, and says nothing of its parameter across itself;
 //! a small weight on the gradient's length makes it 0 there.
+//!
+//! Where strokes lie close, the nearest line pixel may be of another one. So a stroke is looked for by its identity,
+//! within reach of the place. Where it is not, the pixel says nothing of slip: it counts as a change of identity. A stroke
+//! may also pass a place more than once (a fold, or what was one stroke and fell into two that lie side by side): of
+//! its turns within reach the one whose parameter is closest counts.
 
 use glam::{DMat2, DVec2};
 
 use super::follow::SurfaceOfFrame;
 use super::lines::Fates;
-use super::{LINE_INK, REACH_PX, StrokePictures};
+use super::{LINE_INK, REACH_PX, Share, StrokePictures};
 
 /// Pixels within this tell the gradient.
 const AROUND_PX: f64 = 2.5;
@@ -18,40 +23,74 @@ const STEEPEST: f64 = 2.0;
 /// Weight of the gradient's length, in squares of pixels: far below those of a few neighbours.
 const TOWARD_ZERO: f64 = 0.01;
 
-/// Of each line pixel of a stroke that was near a line pixel of a stroke before: |its parameter − that at its place|,
-/// in pixels.
-pub(super) fn slips_px(
+/// What became of the line pixels of strokes.
+#[derive(Debug, Default)]
+pub(super) struct Followed {
+    /// Of each that goes on as the same stroke: |its parameter − that at its place|, in pixels.
+    pub slips_px: Vec<f32>,
+    /// Those that go on as other strokes only, of all that go on.
+    pub changed: Share,
+}
+
+/// Follows the line pixels of strokes to those of the frame before.
+pub(super) fn follow(
     fates: &Fates,
     own: &StrokePictures,
     before: &StrokePictures,
     ink_before: &[f32],
     seen_before: &SurfaceOfFrame<'_>,
-) -> Vec<f32> {
+) -> Followed {
     let is_stroke = |at: usize| ink_before[at] >= LINE_INK && before.id[at] != 0 && before.along_px[at].is_finite();
-    let slip = |pixel: usize, place: DVec2| {
-        let along_px = f64::from(own.along_px[pixel]);
-        if own.id[pixel] == 0 || !along_px.is_finite() {
-            return None;
+    let identities_last = own.identities_last && before.identities_last;
+    let mut followed = Followed::default();
+    for fate in fates.0.iter().filter(|fate| fate.is_line()) {
+        let (id, along_px) = (own.id[fate.pixel], f64::from(own.along_px[fate.pixel]));
+        let Some(there) = fate.there.as_ref().filter(|_| id != 0 && along_px.is_finite()) else { continue };
+        let mut near: Vec<_> = seen_before.within(there.place, REACH_PX).filter(|(at, _)| is_stroke(*at)).collect();
+        near.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((nearest, _)) = near.first() else { continue };
+        // Who is not known is taken for the nearest.
+        let same = if identities_last { id } else { before.id[*nearest] };
+        let near = near.into_iter().map(|(at, _)| at).filter(|at| before.id[*at] == same);
+        let slip_px = turns(before, near, seen_before)
+            .into_iter()
+            .map(|at| {
+                let offset = there.place - seen_before.centre(at);
+                let there_px = f64::from(before.along_px[at]) + gradient(before, at, seen_before).dot(offset);
+                (along_px - there_px).abs()
+            })
+            .min_by(f64::total_cmp);
+        followed.changed += Share { part: f64::from(u8::from(slip_px.is_none())), whole: 1.0 };
+        followed.slips_px.extend(slip_px.map(|slip_px| slip_px as f32));
+    }
+    followed
+}
+
+/// Of pixels of a stroke, from near to far, the nearest one of each turn of it.
+fn turns(strokes: &StrokePictures, pixels: impl Iterator<Item = usize>, seen: &SurfaceOfFrame<'_>) -> Vec<usize> {
+    let mut turns: Vec<usize> = Vec::new();
+    for pixel in pixels {
+        if !turns.iter().any(|turn| is_one_turn(strokes, [*turn, pixel], seen)) {
+            turns.push(pixel);
         }
-        let near = seen_before.within(place, REACH_PX).filter(|(at, _)| is_stroke(*at));
-        let nearest = near.min_by(|a, b| a.1.total_cmp(&b.1))?.0;
-        let offset = place - seen_before.centre(nearest);
-        let there_px = f64::from(before.along_px[nearest]) + gradient(before, nearest, seen_before).dot(offset);
-        Some((along_px - there_px).abs() as f32)
-    };
-    let lines = fates.0.iter().filter(|fate| fate.is_line());
-    lines.filter_map(|fate| slip(fate.pixel, fate.there.as_ref()?.place)).collect()
+    }
+    turns
+}
+
+/// Whether two pixels of a stroke differ in their parameter by no more than by their distance, nearly.
+fn is_one_turn(strokes: &StrokePictures, [a, b]: [usize; 2], seen: &SurfaceOfFrame<'_>) -> bool {
+    let difference_px = f64::from(strokes.along_px[a]) - f64::from(strokes.along_px[b]);
+    // Comparisons with NaN fail: a pixel without a parameter is left out.
+    difference_px.abs() <= STEEPEST * (seen.centre(a) - seen.centre(b)).length()
 }
 
 /// Of the parameter at a pixel of a stroke, per pixel.
 fn gradient(strokes: &StrokePictures, pixel: usize, seen: &SurfaceOfFrame<'_>) -> DVec2 {
     let (centre, own_px) = (seen.centre(pixel), f64::from(strokes.along_px[pixel]));
     let (mut squares, mut products) = (DMat2::from_diagonal(DVec2::splat(TOWARD_ZERO)), DVec2::ZERO);
-    for (at, squared) in seen.within(centre, AROUND_PX).filter(|(at, _)| strokes.id[*at] == strokes.id[pixel]) {
-        let difference_px = f64::from(strokes.along_px[at]) - own_px;
-        // Comparisons with NaN fail: a pixel without a parameter is left out.
-        if difference_px.abs() <= STEEPEST * squared.sqrt() {
-            let way = seen.centre(at) - centre;
+    for (at, _) in seen.within(centre, AROUND_PX).filter(|(at, _)| strokes.id[*at] == strokes.id[pixel]) {
+        if is_one_turn(strokes, [pixel, at], seen) {
+            let (way, difference_px) = (seen.centre(at) - centre, f64::from(strokes.along_px[at]) - own_px);
             squares += DMat2::from_cols(way * way.x, way * way.y);
             products += way * difference_px;
         }

@@ -9,7 +9,7 @@ use crate::gpu::readback::{self, read_buffer};
 use crate::gpu::target::TargetKind;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::LeftOut;
-use crate::lines::strokes::samples::SampleCounts;
+use crate::lines::strokes::samples::{Sample, SampleCounts};
 use crate::style::Style;
 
 /// How many strokes the last frame drew, without those that only fade; none where the style has none.
@@ -61,10 +61,15 @@ pub fn read_stroke_pictures(
             let Some([a, b]) = segment else { return (0, [f32::NAN; 3]) };
             let at = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
             let (begin, way) = (Vec2::from(a.px), Vec2::from(b.px) - Vec2::from(a.px));
-            let part = ((at - begin).dot(way) / way.length_squared().max(1e-12)).clamp(0.0, 1.0);
-            let between = |a: f32, b: f32| a + part * (b - a);
+            // What runs off the sheet runs on beyond its last sample.
+            let runs_off = |own: &Sample| own.flags & Sample::RUNS_OFF != 0;
+            let least = if runs_off(a) && a.flags & Sample::FIRST != 0 { f32::NEG_INFINITY } else { 0.0 };
+            let most = if runs_off(b) && b.flags & Sample::LAST != 0 { f32::INFINITY } else { 1.0 };
+            let part = (at - begin).dot(way) / way.length_squared().max(1e-12);
+            let between = |a: f32, b: f32| a + part.clamp(0.0, 1.0) * (b - a);
             let half_width_px = between(a.half_width_px, b.half_width_px);
-            (a.stroke, [between(a.along_px, b.along_px), half_width_px, between(a.depth_m, b.depth_m)])
+            let along_px = a.along_px + part.clamp(least, most) * (b.along_px - a.along_px);
+            (a.stroke, [along_px, half_width_px, between(a.depth_m, b.depth_m)])
         })
         .collect();
     Ok(Some(StrokePictures {
@@ -73,5 +78,6 @@ pub fn read_stroke_pictures(
         half_width_px: places.iter().map(|(_, at)| at[1]).collect(),
         depth_m: places.iter().map(|(_, at)| at[2]).collect(),
         identities_last: true,
+        made_anew: passes.made_anew(),
     }))
 }

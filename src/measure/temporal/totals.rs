@@ -12,6 +12,8 @@ pub struct TemporalTotals {
     lines: LineMeasures,
     stroke_pairs: u64,
     strokes: StrokeMeasures,
+    /// Lone line pixels and changed identities of frames that move strokes, and of those that make them anew.
+    kinds: [[Share; 2]; 2],
     e_warp: Share,
 }
 
@@ -20,6 +22,12 @@ impl TemporalTotals {
     pub fn add(&mut self, pair: PairMeasures) {
         self.pairs += 1;
         self.e_warp += pair.e_warp;
+        if let (Some(lines), Some(strokes)) = (&pair.lines, &pair.strokes) {
+            let [lone, changed] = &mut self.kinds[usize::from(strokes.made_anew)];
+            *lone += lines.births.lone;
+            *lone += lines.deaths.lone;
+            *changed += strokes.identity_change.unwrap_or_default();
+        }
         if let Some(lines) = pair.lines {
             self.line_pairs += 1;
             self.lines.coverage += lines.coverage;
@@ -48,8 +56,10 @@ impl TemporalTotals {
     /// | `flicker_ink_births`, `flicker_ink_deaths`, `flicker_ink` | the same, weighted by ink |
     /// | `strokes_per_frame` | strokes that can be followed |
     /// | `births_per_frame`, `deaths_per_frame` | of strokes |
-    /// | `identity_change` | line pixels that go on as another stroke, of those that go on |
-    /// | `slip_px_p50`, `slip_px_p95` | over all line pixels of strokes that go on, pixels per frame |
+    /// | `identity_change` | line pixels that go on as other strokes only, of those that go on |
+    /// | `slip_px_p50`, `slip_px_p95` | over all line pixels that go on as the same stroke, pixels per frame |
+    /// | `flicker_updates`, `flicker_between` | of frames that make strokes anew, and of those that move them |
+    /// | `identity_updates`, `identity_between` | the same of the change of identity |
     /// | `e_warp` | mean squared difference of luma, 0 to 1 |
     pub fn metrics(&self) -> Option<Metrics> {
         if self.pairs == 0 {
@@ -60,6 +70,7 @@ impl TemporalTotals {
         masked += deaths.masked;
         let mean = |a: Share, b: Share| Some(0.5 * (a.value()? + b.value()?));
         let per_frame = |count: f64| (self.stroke_pairs > 0).then(|| count / self.stroke_pairs as f64);
+        let [between, updates] = self.kinds.map(|kind| kind.map(Share::value));
         let slip = Percentiles::of(self.strokes.slips_px.iter().map(|slip_px| f64::from(*slip_px)));
         let metrics = [
             ("pairs", Some(self.pairs as f64)),
@@ -77,6 +88,10 @@ impl TemporalTotals {
             ("identity_change", self.strokes.identity_change.and_then(Share::value)),
             ("slip_px_p50", slip.map(|slip| slip.p50)),
             ("slip_px_p95", slip.map(|slip| slip.p95)),
+            ("flicker_updates", updates[0]),
+            ("flicker_between", between[0]),
+            ("identity_updates", updates[1]),
+            ("identity_between", between[1]),
             ("e_warp", self.e_warp.value()),
         ];
         Some(metrics.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())

@@ -2,7 +2,10 @@
 //! a wall, seen by an eye that moves. And on a real drawing.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+#[path = "../common/mod.rs"]
 mod common;
+
+mod identity;
 
 use common::random;
 use glam::{DQuat, DVec2, DVec3};
@@ -96,6 +99,7 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
             half_width_px: vec![f32::NAN; pixels],
             depth_m: vec![f32::NAN; pixels],
             identities_last: true,
+            made_anew: true,
         }),
         centres: None,
         marks: None,
@@ -262,41 +266,6 @@ fn what_comes_to_light_is_masked() {
     let turned = pair(DVec3::ZERO, 110.0, &near, &near);
     assert!(value(turned.lines.unwrap().deaths.masked) > 0.3);
     assert_eq!(flicker(&turned)[..2], [0.0; 2]);
-}
-
-#[test]
-fn slip_is_the_motion_of_the_parameter() {
-    let line = Line { along: [0.0, 1.3], ..Line::on_the_ground() };
-    for (step_m, turned_px) in STEPS {
-        let slipped = |by_px: f64| {
-            let now = Line { along: [by_px, line.along[1]], ..line };
-            slip_px(&pair(step_m.into(), turned_px, &[line], &[now]))[0]
-        };
-        // The ground's motion is not the same across the line.
-        assert!(slipped(0.0) < 0.1, "{step_m:?}: {}", slipped(0.0));
-        assert!((slipped(0.7) - 0.7).abs() < 0.1, "{step_m:?}: {}", slipped(0.7));
-        assert!((slipped(-25.0) - 25.0).abs() < 0.5, "{step_m:?}: {}", slipped(-25.0));
-    }
-    // Motion of 0.3 px with what is fixed to the world, and, planted, to the picture.
-    let still = shoot(eye(EYE_M, 0.0), SCENE, &[line]);
-    let mut moved = shoot(eye(EYE_M, 0.3), SCENE, &[line]);
-    let slip = slip_px(&compare(&still, &moved).unwrap());
-    assert!(slip[0] < 0.1 && slip[1] < 0.1, "{slip:?}");
-    moved.strokes.as_mut().unwrap().along_px.clone_from(&still.strokes.as_ref().unwrap().along_px);
-    let planted = slip_px(&compare(&still, &moved).unwrap());
-    assert!(planted[0] > 0.2 && planted[0] < 0.5, "{planted:?}");
-}
-
-#[test]
-fn another_identity_is_noticed() {
-    let (line, other) = (Line::on_the_ground(), Line { id: 9, ..Line::on_the_ground() });
-    let renamed = pair(DVec3::X, 0.0, &[line], &[other]);
-    let strokes = renamed.strokes.as_ref().unwrap();
-    assert_eq!((value(strokes.identity_change.unwrap()), value(strokes.born)), (1.0, 0.0));
-    // Where identities do not last, a change of them is not a change of 0.
-    let [mut before, now] = [line, other].map(|line| shoot(eye(EYE_M, 0.0), SCENE, &[line]));
-    before.strokes.as_mut().unwrap().identities_last = false;
-    assert_eq!(compare(&before, &now).unwrap().strokes.unwrap().identity_change, None);
 }
 
 #[test]
