@@ -5,7 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs, land_maps, mark_layers};
+use super::{EyeMemory, FrameInputs, crowd, land_maps, mark_layers};
 use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -236,7 +236,7 @@ fn see(
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
-/// them, stairs are smoothed, and what has no partner in the other eye goes.
+/// them, stairs are smoothed, crowded ones are thinned out, and what has no partner in the other eye goes.
 fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: &mut [Seen], eyes: &mut [EyeMemory]) {
     let gpu = cx.gpu();
     let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
@@ -253,14 +253,17 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
             *line = smoothed;
         }
     }
+    let by_eye = seen.iter_mut().zip(eyes.iter_mut()).filter_map(|(own, memory)| {
+        Some(crowd::AtEye { view: &own.view, position: &own.position, line: own.line.as_mut()?, memory })
+    });
+    crowd::thin_out(cx, lines, stereo != Stereo::Alone, by_eye.collect());
     if stereo == Stereo::Alone {
         return;
     }
-    // Each eye reads what the other has before anything of either has gone.
-    let before = seen.iter().filter_map(|Seen { view, position, line, .. }| {
+    let eye_of = |Seen { view, position, line, .. }: &Seen| {
         Some(agree::Eye { view: view.clone(), position: position.clone(), line: line.clone()? })
-    });
-    let before: Vec<agree::Eye> = before.collect();
+    };
+    let before: Vec<agree::Eye> = seen.iter().filter_map(eye_of).collect();
     for (eye, own) in before.iter().enumerate() {
         let agreed = eyes[eye].targets.whole(gpu, &agree::AGREED);
         agree::run(cx, &agree::Inputs { own, other: &before[1 - eye], agreed: &agreed });

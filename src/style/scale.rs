@@ -20,6 +20,9 @@ impl Style {
         }
         let factor = factor as f32;
         let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
+        if let Some(lines) = &mut style.lines {
+            scale(&mut lines.crowd_px, 8.0, 512.0);
+        }
         if let Some(strokes) = &mut style.strokes {
             scale(&mut strokes.width_px, 0.5, 64.0);
             scale(&mut strokes.taper_px, 0.0, 1000.0);
