@@ -374,19 +374,17 @@ fn finish(
         &balance.marks
     });
     let picture = &targets.whole(gpu, &composite::PICTURE);
-    let line = line.as_ref().unwrap_or(&nothing);
+    let (line, tone) = (line.as_ref().unwrap_or(&nothing), &shaded[eye].colors);
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
-    let tone = &shaded[eye].colors;
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
         let sky = targets.whole(gpu, &SKY);
         sky::run(cx, &sky::Inputs { view, style: &style.sky, light, sky: &sky });
         sky
     });
-    let sky = sky.as_ref();
-    let (lines, is_sample) = (inputs.lines, false);
+    let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
     let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {

@@ -5,7 +5,8 @@
 //! says how high the [`bar`] is above which there is no more ink than the style allows; and [`thin`] takes what is below
 //! it, in a soft step. Everything is a smooth function of the picture, between the middles of cells too, so that nothing
 //! jumps in a flight. It is the density control of Grabli et al. 2010 (Programmable rendering of line drawing from 3D
-//! scenes, section 5.2), of pixels instead of strokes.
+//! scenes, section 5.2), of pixels; strokes have it by their
+//! samples ([`strokes::crowd`](super::strokes::crowd)).
 
 pub mod bar;
 pub mod count;
