@@ -16,7 +16,7 @@ const BINS: u32 = 8u;
 // Ink is counted in whole numbers, so that its sum is the same in whatever order: of a pixel that is all ink.
 const UNITS: f32 = 64.0;
 // Lines go as their rank falls below the bar by this, and are whole above it by as much.
-const SOFT: f32 = 0.1;
+const SOFT: f32 = 0.2;
 
 // Cells are counted in the whole picture, so that parts of a large one agree.
 fn first_cell(view: View, crowd: Crowd) -> vec2<i32> {

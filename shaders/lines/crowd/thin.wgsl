@@ -17,6 +17,21 @@
 @group(0) @binding(8) var other_bars: texture_2d<f32>;
 #endif
 
+// Pixels to either side whose ranks a line's rank is the mean of, by their ink: a rank is noisy, and a line whole.
+const AROUND: i32 = 3;
+
+fn rank_at(pixel: vec2<i32>) -> f32 {
+    var sum = vec2<f32>(0.0);
+    for (var y = -AROUND; y <= AROUND; y++) {
+        for (var x = -AROUND; x <= AROUND; x++) {
+            let at = clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+            let ink = textureLoad(line, at, 0).r;
+            sum += ink * vec2<f32>(textureLoad(rank, at, 0).r, 1.0);
+        }
+    }
+    return sum.x / max(sum.y, 1e-6);
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size_px) {
@@ -37,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             bar = 0.5 * (bar + bar_at(other_view, crowd, other_bars, there));
         }
 #endif
-        left = ink * left_of(bar, textureLoad(rank, pixel, 0).r);
+        left = ink * left_of(bar, rank_at(pixel));
     }
     textureStore(thinned, pixel, vec4<f32>(left));
 }
