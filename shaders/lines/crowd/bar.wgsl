@@ -15,6 +15,8 @@
 const REACH: i32 = 2;
 // Of what is no crumb.
 const LEAST_RANK: f32 = 0.25;
+// Of a window that the border cuts.
+const LEAST_AREA: f32 = 0.6;
 
 // Pixels of a cell on the targets.
 fn area_of(cell: vec2<i32>) -> f32 {
@@ -43,7 +45,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    var room = crowd.most * area;
+    // In a corner of the sheet a single broad stroke that runs off it is no crowd.
+    let whole = f32(16u * crowd.cell_px * crowd.cell_px);
+    let room = crowd.most * max(area, LEAST_AREA * whole);
     // Where there is room for all, the bar lies below all.
     var bar = -SOFT;
     var above = 0.0;
