@@ -18,8 +18,7 @@ parameters! {
         ramp: [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, and 2 is the paper's.
         density: f32 = 0.0 => Range::AtLeast(0.0);
-        /// The part of the paper that lines may cover about a place: where there would be more, the shortest and those on
-        /// faces are left out first; 1 is no cap.
+        /// The part of the paper that lines may cover about a place; beyond it the least ones go first, and 1 is no cap.
         crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
         /// Side of the window in which that is counted.
         crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);

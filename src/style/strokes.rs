@@ -27,8 +27,7 @@ parameters! {
         depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How many times as long as wide a stroke is at least, about: shorter ones are thinner; 0 is no bound.
         slender: f32 = 0.0 => Range::Within(0.0, 200.0);
-        /// The part of the paper that strokes may cover about a place: where there would be more, the shortest and those
-        /// on faces are left out first; 1 is no cap.
+        /// The part of the paper that strokes may cover about a place; beyond it the least ones go first, and 1 is no cap.
         crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
         /// Side of the window in which that is counted.
         crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
