@@ -23,7 +23,10 @@ struct Sample {
     flags: u32,
     // How far from its own place it is held by the line before: a part of `px`.
     held_px: vec2<f32>,
-    padding: vec2<f32>,
+    // Of its chain.
+    length_px: f32,
+    // How much it matters where strokes are crowded, 0 to 1.
+    rank: f32,
 }
 
 // What a sample found in the frame before, or in the other eye.

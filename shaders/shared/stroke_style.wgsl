@@ -35,4 +35,6 @@ struct Strokes {
     wobble_px: f32,
     // Edges that run side by side within this are one line; 0: none are.
     merge_px: f32,
+    // How many times as long as wide strokes are where they are not thinner; 0: all have their width.
+    slender: f32,
 }

@@ -5,7 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs, land_maps, mark_layers};
+use super::{EyeMemory, FrameInputs, crowd, land_maps, mark_layers};
 use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -238,7 +238,7 @@ fn see(
 }
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
-/// them, stairs are smoothed, and what has no partner in the other eye goes.
+/// them, stairs are smoothed, crowded ones are thinned out, and what has no partner in the other eye goes.
 fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: &mut [Seen], eyes: &mut [EyeMemory]) {
     let gpu = cx.gpu();
     let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
@@ -255,14 +255,17 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
             *line = smoothed;
         }
     }
+    let by_eye = seen.iter_mut().zip(eyes.iter_mut()).filter_map(|(own, memory)| {
+        Some(crowd::AtEye { view: &own.view, position: &own.position, line: own.line.as_mut()?, memory })
+    });
+    crowd::thin_out(cx, lines, stereo != Stereo::Alone, by_eye.collect());
     if stereo == Stereo::Alone {
         return;
     }
-    // Each eye reads what the other has before anything of either has gone.
-    let before = seen.iter().filter_map(|Seen { view, position, line, .. }| {
+    let eye_of = |Seen { view, position, line, .. }: &Seen| {
         Some(agree::Eye { view: view.clone(), position: position.clone(), line: line.clone()? })
-    });
-    let before: Vec<agree::Eye> = before.collect();
+    };
+    let before: Vec<agree::Eye> = seen.iter().filter_map(eye_of).collect();
     for (eye, own) in before.iter().enumerate() {
         let agreed = eyes[eye].targets.whole(gpu, &agree::AGREED);
         agree::run(cx, &agree::Inputs { own, other: &before[1 - eye], agreed: &agreed });
@@ -388,11 +391,10 @@ fn finish(
         &balance.marks
     });
     let picture = &targets.whole(gpu, &composite::PICTURE);
-    let line = line.as_ref().unwrap_or(&nothing);
+    let (line, tone) = (line.as_ref().unwrap_or(&nothing), &shaded[eye].colors);
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
-    let tone = &shaded[eye].colors;
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
     let height_ink = shaded[eye].height_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
@@ -400,8 +402,7 @@ fn finish(
         sky::run(cx, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
         sky
     });
-    let sky = sky.as_ref();
-    let (lines, is_sample) = (inputs.lines, false);
+    let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
     let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink, heights: height_ink };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {

@@ -1,6 +1,7 @@
 //! Lines from pictures of the surface: a detector writes errors, the threshold makes lines of them, smoothing takes the
-//! stairs away. [`stereo`] lets lines of two eyes agree. [`strokes`] has lines as geometry.
+//! stairs away. [`crowd`] thins crowded ones out. [`stereo`] lets lines of two eyes agree. [`strokes`] has lines as geometry.
 
+pub mod crowd;
 pub mod detector;
 pub mod lsa;
 pub mod smooth;

@@ -31,6 +31,7 @@ use crate::frame::{self, Antialias, Frame, Light, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::crowd::Cap;
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Clock, Part, Pose, Rig, View};
 use crate::style::Style;
@@ -212,7 +213,9 @@ fn render_eyes<E>(
     let parallax_px = parallax_px.min(PARALLAX_MARGIN_PX).ceil() as u32;
     let is_flight = single && request.samples <= 1;
     let antialias = if is_flight { request.antialias } else { Antialias::None };
-    let margin_px = (parts.margin_px + parallax_px).max(stroke_px).max(balance_px);
+    let crowd_px = request.style.lines.as_ref().and_then(|lines| Cap::of(lines.crowd, lines.crowd_px));
+    let crowd_px = crowd_px.map_or(0, |cap| cap.reach_px());
+    let margin_px = (parts.margin_px + parallax_px + crowd_px).max(stroke_px).max(balance_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {

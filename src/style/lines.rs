@@ -18,6 +18,10 @@ parameters! {
         ramp: [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, and 2 is the paper's.
         density: f32 = 0.0 => Range::AtLeast(0.0);
+        /// The part of the paper that lines may cover about a place; beyond it the least ones go first, and 1 is no cap.
+        crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
+        /// Side of the window in which that is counted.
+        crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
         /// What two eyes do so that their lines agree.
         stereo: Stereo = Stereo::Full;
         /// Where contours of two eyes begin to fade out, from the contour in angles between the eyes.
@@ -48,6 +52,8 @@ impl Lines {
             epsilon: Epsilon::Footprint,
             geometric_antialias: false,
             halved: true,
+            crowd: 1.0,
+            crowd_px: 32.0,
             stereo: Stereo::Full,
             fade_start: 1.75,
             fade_end: 0.4375,

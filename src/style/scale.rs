@@ -20,6 +20,9 @@ impl Style {
         }
         let factor = factor as f32;
         let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
+        if let Some(lines) = &mut style.lines {
+            scale(&mut lines.crowd_px, 8.0, 512.0);
+        }
         if let Some(strokes) = &mut style.strokes {
             scale(&mut strokes.width_px, 0.5, 64.0);
             scale(&mut strokes.taper_px, 0.0, 1000.0);
@@ -27,6 +30,7 @@ impl Style {
             scale(&mut strokes.shortest_px, 0.0, 1000.0);
             scale(&mut strokes.join_px, 1.0, 16.0);
             scale(&mut strokes.merge_px, 0.0, 8.0);
+            scale(&mut strokes.crowd_px, 8.0, 512.0);
             if let Some(texture) = &mut strokes.texture {
                 *texture = texture.scaled(factor);
             }

@@ -25,6 +25,12 @@ parameters! {
         shortest_px: f32 = 4.0 => Range::Within(0.0, 1000.0);
         /// How much wider near strokes are than far ones.
         depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How many times as long as wide a stroke is at least, about: shorter ones are thinner; 0 is no bound.
+        slender: f32 = 0.0 => Range::Within(0.0, 200.0);
+        /// The part of the paper that strokes may cover about a place; beyond it the least ones go first, and 1 is no cap.
+        crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
+        /// Side of the window in which that is counted.
+        crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
         /// Pixels of the image in which visible edges are found, per pixel of the picture.
         resolution: f32 = 1.0 => Range::Within(0.25, 1.0);
         /// Ends that are this near to each other may be joined.

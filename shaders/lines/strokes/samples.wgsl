@@ -113,8 +113,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A right angle within BEND_UNITS is the full effect; at its ends a stroke has no bend.
     let lengths = length(way_back) * length(way_on);
     let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
-    let half_width_px =
+    let wide_px =
         strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * (1.0 + strokes.curve_width * bend);
+    // A short stroke as wide as a long one is a slug. What runs off the sheet is longer than it looks.
+    let length_px = length_units / UNITS_PER_PX;
+    let seen_px = length_px * select(1.0, 2.0, any(is_off));
+    let slender = 2.0 * strokes.slender * wide_px / max(seen_px, 1.0);
+    let half_width_px = select(wide_px, wide_px / sqrt(1.0 + slender * slender), strokes.slender > 0.0 && !is_closed);
     // The last one that there is room for ends its stroke.
     let is_last = i == count || id.x + 1u == temporal.capacity;
     let ends = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed);
@@ -124,7 +129,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Until it is carried, the chain stands for the stroke.
     // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
-    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS_PER_PX, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), vec2<f32>(0.0));
+    samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS_PER_PX, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), length_px, 0.0);
     // Until it looks elsewhere it has found nothing.
     matches[id.x] = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_units / UNITS_PER_PX, -WHOLLY_PX, 0u);
 }

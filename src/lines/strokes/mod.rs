@@ -14,6 +14,7 @@
 pub mod temporal;
 pub mod centres;
 pub mod chain;
+pub mod crowd;
 pub mod extract;
 pub mod history;
 pub mod id_image;
@@ -46,6 +47,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
 pub(crate) use crate::gpu::wgsl::shared::stroke_style::Strokes as StrokesUniform;
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::crowd::Cap;
 use crate::scene::view::View;
 use crate::style;
 use crate::surface::edges::{EdgeList, EdgeRules};
@@ -121,7 +123,7 @@ impl StrokesUniform {
             curve_width: strokes.curve_width,
             wobble_px: strokes.wobble_px,
             merge_px: strokes.merge_px,
-            pad_0: Default::default(),
+            slender: strokes.slender,
         }
     }
 }
@@ -208,6 +210,7 @@ pub struct FrameStrokes {
     lists: Lists,
     rules: ChainRules,
     merges: bool,
+    cap: Option<Cap>,
     work: SampleWork,
     texture: Option<Arc<StrokeTexture>>,
 }
@@ -259,7 +262,8 @@ impl FrameStrokes {
         }
         let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
         let edge_rules = EdgeRules { crease_deg: strokes.crease_deg, borders: strokes.borders };
-        Self { plan, edge_rules, lists, rules, merges: strokes.merge_px > 0.0, work, texture }
+        let (merges, cap) = (strokes.merge_px > 0.0, Cap::of(strokes.crowd, strokes.crowd_px));
+        Self { plan, edge_rules, lists, rules, merges, cap, work, texture }
     }
 
     /// Whether strokes are made anew: then edges are to be found, and which.
@@ -300,6 +304,9 @@ impl FrameStrokes {
         let points = &points::run(cx, lists, edges, chains);
         let view = still_view;
         samples::run(cx, &samples::Inputs { view, lists, chains, points, work });
+        if let Some(cap) = self.cap {
+            crowd::run(cx, view, depth, work, cap, targets);
+        }
         if plan.takes_over {
             temporal::look(cx, view, work, ids);
         }

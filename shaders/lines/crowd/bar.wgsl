@@ -1,0 +1,77 @@
+// The bar that a line must reach to be drawn, for each cell: so high that what is above it is no more ink than the style
+// allows, in a window of four cells to a side.
+//
+// From the highest rank down ink is counted until there is enough; in the last step of ranks the bar lies where the
+// count would be full if ink lay even in it. If lines of the highest step alone are too many, they are paler.
+#import hachure::view::View
+#import hachure::crowd::{Crowd, first_cell, BINS, UNITS, SOFT}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> crowd: Crowd;
+@group(0) @binding(2) var<storage, read> counts: array<u32>;
+// The bar, and what is left of lines above it.
+@group(0) @binding(3) var bars: texture_storage_2d<rgba32float, write>;
+
+const REACH: i32 = 2;
+// Of what is no crumb.
+const LEAST_RANK: f32 = 0.25;
+// Of a window that the border cuts.
+const LEAST_AREA: f32 = 0.6;
+
+// Pixels of a cell on the targets.
+fn area_of(cell: vec2<i32>) -> f32 {
+    let first = (cell + first_cell(view, crowd)) * i32(crowd.cell_px) - view.origin_px;
+    let low = max(first, vec2<i32>(0));
+    let side = max(min(first + i32(crowd.cell_px), vec2<i32>(view.size_px)) - low, vec2<i32>(0));
+    return f32(side.x * side.y);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= crowd.cells) {
+        return;
+    }
+    let cell = vec2<i32>(id.xy);
+    var inks: array<f32, BINS>;
+    var area = 0.0;
+    for (var y = max(-REACH, -cell.y); y <= min(REACH, i32(crowd.cells.y) - 1 - cell.y); y++) {
+        for (var x = max(-REACH, -cell.x); x <= min(REACH, i32(crowd.cells.x) - 1 - cell.x); x++) {
+            // Half of the outer ones: the window has four to a side.
+            let weight = select(1.0, 0.5, abs(x) == REACH) * select(1.0, 0.5, abs(y) == REACH);
+            let around = vec2<u32>(cell + vec2<i32>(x, y));
+            area += weight * area_of(vec2<i32>(around));
+            for (var bin = 0u; bin < BINS; bin++) {
+                inks[bin] += weight / UNITS * f32(counts[(around.y * crowd.cells.x + around.x) * BINS + bin]);
+            }
+        }
+    }
+    // In a corner of the sheet a single broad stroke that runs off it is no crowd.
+    let whole = f32(16u * crowd.cell_px * crowd.cell_px);
+    let room = crowd.most * max(area, LEAST_AREA * whole);
+    // Where there is room for all, the bar lies below all.
+    var bar = -SOFT;
+    var above = 0.0;
+    for (var bin = i32(BINS) - 1; bin >= 0; bin--) {
+        let ink = inks[bin];
+        if above + ink > room {
+            // So much of this step.
+            let part = (room - above) / max(ink, 1e-6);
+            bar = (f32(bin) + 1.0 - part) / f32(BINS);
+            break;
+        }
+        above += ink;
+    }
+    // Crumbs go where there is nearly enough without them, and before a line is paler.
+    var all = 0.0;
+    for (var bin = 0u; bin < BINS; bin++) {
+        all += inks[bin];
+    }
+    bar = max(bar, mix(-SOFT, LEAST_RANK, smoothstep(0.5, 1.0, all / max(room, 1e-6))));
+    // Ranks end at 1: what no bar can hold back is paler.
+    var left = 0.0;
+    for (var bin = 0u; bin < BINS; bin++) {
+        let rank = (f32(bin) + 0.5) / f32(BINS);
+        left += inks[bin] * smoothstep(bar - SOFT, bar + SOFT, rank);
+    }
+    textureStore(bars, cell, vec4<f32>(bar, min(1.0, room / max(left, 1e-6)), 0.0, 0.0));
+}

@@ -1,0 +1,38 @@
+// How much ink of each rank a cell has.
+#import hachure::view::View
+#import hachure::crowd::{Crowd, first_cell, bin_of, BINS, UNITS}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> crowd: Crowd;
+@group(0) @binding(2) var line: texture_2d<f32>;
+@group(0) @binding(3) var rank: texture_2d<f32>;
+// BINS for each cell.
+@group(0) @binding(4) var<storage, read_write> counts: array<u32>;
+
+var<workgroup> sums: array<atomic<u32>, BINS>;
+
+// A group for each cell.
+@compute @workgroup_size(8, 8)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let number = local.y * 8u + local.x;
+    if number < BINS {
+        atomicStore(&sums[number], 0u);
+    }
+    workgroupBarrier();
+    let cell = vec2<i32>(group.xy) + first_cell(view, crowd);
+    let first = cell * i32(crowd.cell_px) - view.origin_px;
+    let low = max(first, vec2<i32>(0));
+    let high = min(first + i32(crowd.cell_px), vec2<i32>(view.size_px));
+    for (var y = low.y + i32(local.y); y < high.y; y += 8) {
+        for (var x = low.x + i32(local.x); x < high.x; x += 8) {
+            let ink = textureLoad(line, vec2<i32>(x, y), 0).r;
+            if ink > 0.0 {
+                atomicAdd(&sums[bin_of(textureLoad(rank, vec2<i32>(x, y), 0).r)], u32(round(ink * UNITS)));
+            }
+        }
+    }
+    workgroupBarrier();
+    if number < BINS {
+        counts[(group.y * crowd.cells.x + group.x) * BINS + number] = atomicLoad(&sums[number]);
+    }
+}

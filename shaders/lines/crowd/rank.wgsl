@@ -1,0 +1,70 @@
+// How much a line matters, pixel by pixel: 0 is a crumb on a face, 1 a long skyline.
+//
+// Half of it is the step in distance across the line, as a part of that distance: nearest surface against farthest
+// around, and the sky is farthest. Half of it is how far the line goes on: the mean of its ink along a straight way of a
+// quarter of the window to either side, in the best of eight directions, less the mean across. A crumb has little along
+// its way, and grey noise as much across as along.
+#import hachure::view::View
+#import hachure::crowd::Crowd
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> crowd: Crowd;
+@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(3) var line: texture_2d<f32>;
+@group(0) @binding(4) var rank: texture_storage_2d<r32float, write>;
+
+const DIRECTIONS: i32 = 8;
+// To either side.
+const TAPS: i32 = 6;
+const AROUND_PX: i32 = 2;
+// A step by this part of the distance counts for half.
+const STEP: f32 = 0.05;
+const PI: f32 = 3.14159265;
+
+fn inside(pixel: vec2<i32>) -> vec2<i32> {
+    return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+}
+
+fn step_at(pixel: vec2<i32>) -> f32 {
+    var nearness = vec2<f32>(1e30, 0.0);
+    for (var y = -AROUND_PX; y <= AROUND_PX; y++) {
+        for (var x = -AROUND_PX; x <= AROUND_PX; x++) {
+            let depth_m = textureLoad(position, inside(pixel + vec2<i32>(x, y)), 0).w;
+            let near = select(0.0, 1.0 / max(depth_m, 1e-6), depth_m > 0.0);
+            nearness = vec2<f32>(min(nearness.x, near), max(nearness.y, near));
+        }
+    }
+    let step = 1.0 - nearness.x / max(nearness.y, 1e-30);
+    return step / (step + STEP);
+}
+
+fn length_at(pixel: vec2<i32>) -> f32 {
+    let apart_px = f32(crowd.cell_px) / f32(TAPS);
+    var means: array<f32, DIRECTIONS>;
+    for (var i = 0; i < DIRECTIONS; i++) {
+        let angle = PI * f32(i) / f32(DIRECTIONS);
+        let way = apart_px * vec2<f32>(cos(angle), sin(angle));
+        for (var tap = 1; tap <= TAPS; tap++) {
+            let off = vec2<i32>(round(way * f32(tap)));
+            means[i] += textureLoad(line, inside(pixel + off), 0).r + textureLoad(line, inside(pixel - off), 0).r;
+        }
+    }
+    var best = 0.0;
+    for (var i = 0; i < DIRECTIONS; i++) {
+        best = max(best, means[i] - means[(i + DIRECTIONS / 2) % DIRECTIONS]);
+    }
+    return best / f32(2 * TAPS);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    var value = 0.0;
+    if textureLoad(line, pixel, 0).r > 0.0 {
+        value = 0.5 * (step_at(pixel) + length_at(pixel));
+    }
+    textureStore(rank, pixel, vec4<f32>(value));
+}

@@ -1,0 +1,63 @@
+// How much a stroke matters where a sample is, and its ink, counted in cells.
+//
+// Half of the rank is the step in distance across the stroke, as for lines of pixels (lines/crowd/rank.wgsl), but as the
+// mean along 16 px to either side: the pen does not lift for a notch. Half is the stroke's length.
+#import hachure::view::View
+#import hachure::crowd::{Crowd, cell_at, bin_of, BINS, UNITS}
+#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, BESIDE}
+
+// Not moved; the depth is.
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> crowd: Crowd;
+// Reversed: near / distance; 0 is the sky.
+@group(0) @binding(2) var depth: texture_depth_2d;
+@group(0) @binding(3) var<storage, read> list: SampleCounts;
+@group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
+// BINS for each cell.
+@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
+
+// A step by this part of the distance counts for half.
+const STEP: f32 = 0.05;
+const AROUND_PX: f32 = 2.5;
+const TURNS: u32 = 8u;
+
+fn step_at(px: vec2<f32>) -> f32 {
+    let last = vec2<i32>(view.size_px) - 1;
+    var nearness = vec2<f32>(1e30, 0.0);
+    for (var i = 0u; i < TURNS; i++) {
+        let angle = 6.2831853 * f32(i) / f32(TURNS);
+        let around = px + view.jitter_px + AROUND_PX * vec2<f32>(cos(angle), sin(angle));
+        let near = textureLoad(depth, clamp(vec2<i32>(floor(around)), vec2<i32>(0), last), 0);
+        nearness = vec2<f32>(min(nearness.x, near), max(nearness.y, near));
+    }
+    let step = 1.0 - nearness.x / max(nearness.y, 1e-30);
+    return step / (step + STEP);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= list.fresh {
+        return;
+    }
+    let own = samples[id.x];
+    var steps = step_at(own.px);
+    var count = 1.0;
+    for (var way = 0u; way < 2u; way++) {
+        let ends = select(LAST, FIRST, way == 1u);
+        var at = id.x;
+        for (var i = 0u; i < BESIDE && (samples[at].flags & ends) == 0u; i++) {
+            at = select(at + 1u, at - 1u, way == 1u);
+            steps += step_at(samples[at].px);
+            count += 1.0;
+        }
+    }
+    let window_px = 4.0 * f32(crowd.cell_px);
+    let rank = 0.5 * (steps / count + own.length_px / (own.length_px + 2.0 * window_px));
+    samples[id.x].rank = rank;
+    if (own.flags & LAST) != 0u || any(own.px < vec2<f32>(0.0)) || any(own.px >= vec2<f32>(view.size_px)) {
+        return;
+    }
+    let ink_px = distance(own.px, samples[id.x + 1u].px) * 2.0 * own.half_width_px * own.pressure;
+    let cell = vec2<u32>(cell_at(view, crowd, own.px));
+    atomicAdd(&counts[(cell.y * crowd.cells.x + cell.x) * BINS + bin_of(rank)], u32(round(min(ink_px, 1e3) * UNITS)));
+}

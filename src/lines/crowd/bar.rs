@@ -1,0 +1,16 @@
+//! How much a line must matter to be drawn. See `shaders/lines/crowd/bar.wgsl`.
+
+use super::Cells;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+
+/// From the cells' counts into their bars.
+pub fn run(cx: &mut Cx<'_>, view: &Resource, cells: &Cells) {
+    let resources = [
+        ("view", view.clone()),
+        ("crowd", cells.crowd.clone()),
+        ("counts", cells.counts.binding()),
+        ("bars", (&cells.bars).into()),
+    ];
+    cx.pixels("lines/crowd/bar", cells.bars.size_px(), &resources);
+}
