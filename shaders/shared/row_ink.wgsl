@@ -5,6 +5,8 @@
 // Side of a square, in spacings, and parts of a pixel's ink that are counted.
 const SQUARE: f32 = 4.0;
 const INK_UNIT: f32 = 64.0;
+// A mark is as long as so many of its widths.
+const SLENDER: f32 = 4.0;
 
 fn square_px(rules: RowRules) -> i32 {
     return i32(ceil(SQUARE * rules.spacing_px));

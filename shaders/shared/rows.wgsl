@@ -30,7 +30,7 @@ const GREATEST_OCTAVE: i32 = 12;
 // Candidates to a cell's width along the middle of a row; the picture chooses among them.
 const DENSITY: u32 = 4u;
 // Candidates of a block.
-const MOST_CANDIDATES: u32 = 10240u;
+const MOST_CANDIDATES: u32 = 16384u;
 // Samples of a mark: in the middle, and on each side of it.
 const HALF: i32 = 8;
 // Of these, the samples to the border of the row: those beyond are for marks that no row goes on from.

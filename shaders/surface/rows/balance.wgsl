@@ -16,7 +16,7 @@
 // Pixels from one that is asked to the next.
 const STRIDE: i32 = 2;
 const LEAST: f32 = 0.7;
-const MOST: f32 = 2.0;
+const MOST: f32 = 3.0;
 
 // Of a square: darkness that is asked for.
 fn asked_in(square: vec2<i32>) -> f32 {

@@ -3,16 +3,17 @@
 // Evenly spaced streamlines (Jobard and Lefer 1997) are grown one after the other. Here all proposals are looked at in
 // rounds (Luby 1986, "A simple parallel algorithm for the maximal independent set problem"): in each, a proposal loses what
 // lies too near to a mark that is drawn, the rest of it is put on a raster with its turn, and it is drawn if no other one
-// that is near has a greater turn. Turns have rows first, and are else lots that belong to a mark's place on the land: so
+// that is near has a greater turn. Turns have what is long first, and rows before others, and are else lots that belong to a mark's place on the land: so
 // what is chosen depends on what is around it alone. A round has three stages, since all must have done one before any does
 // the next.
 #import hachure::rows::{HALF, PROPOSAL, UNDECIDED, CHOSEN, DRAWN, DROPPED, SAMPLES}
 #import hachure::row_places::{places, rules, proposed, proposals, raster, TAKEN, WALK, CELLS_PER_SPACING, cell_px, cell_at, word_at}
 #import hachure::row_places::{sample_of, along_at, across_at, is_seen}
 
-// How near to another mark a mark may lie, in spacings: beside it, and before its ends.
-const APART: f32 = 0.6;
-const AHEAD: f32 = 0.3;
+// How near to another mark a mark may lie, in spacings: beside it, one that stands in no row, and before its ends.
+const APART: f32 = 0.4;
+const APART_ALONE: f32 = 0.6;
+const AHEAD: f32 = 0.0;
 // What is left of a proposal is not drawn if it is shorter, in spacings.
 const SHORTEST: f32 = 1.2;
 const CLAIM: u32 = 0u;
@@ -24,7 +25,8 @@ fn greatest_near(number: u32, j: i32, begin: i32, end: i32) -> u32 {
     let along = along_at(number, j, begin, end);
     let across = vec2<f32>(-along.y, along.x);
     var word = word_at(px);
-    for (var t = WALK; t <= APART * CELLS_PER_SPACING; t += WALK) {
+    let apart = select(APART, APART_ALONE, sample_of(number, j).z < 0.0);
+    for (var t = WALK; t <= apart * CELLS_PER_SPACING; t += WALK) {
         word = max(word, max(word_at(px + across * (t * cell_px())), word_at(px - across * (t * cell_px()))));
     }
     if j == begin || j == end {
@@ -64,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var first = proposals[at];
     let begin = i32(first.x) % 32;
     let end = i32(first.x) / 32;
-    let turn = (places.round << 20u) | u32(first.z);
+    let turn = (places.round << 22u) | u32(first.z);
     if places.stage == CLAIM {
         if first.w != UNDECIDED {
             return;

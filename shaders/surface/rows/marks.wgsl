@@ -4,14 +4,12 @@
 // tone of the style has), times what makes up for bare land around it.
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL, SAMPLES, DRAWN}
-#import hachure::row_ink::{square_px, squares_of}
+#import hachure::row_ink::{SLENDER, square_px, squares_of}
 
-// A mark is as long as so many of its widths.
-const SLENDER: f32 = 4.0;
 // In widths of a gap.
 const WIDEST: f32 = 0.9;
 // What makes up for bare land does not make marks of light tones wider, by their room: they would touch.
-const LEAN: f32 = 0.6;
+const LEAN: f32 = 0.7;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: RowRules;

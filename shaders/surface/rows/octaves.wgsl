@@ -10,7 +10,7 @@
 #import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}
 
 // Octaves that are tried.
-const TRIES: i32 = 4;
+const TRIES: i32 = 2;
 // A flow line abreast, in cells, and how near it may come, by how near it was.
 const ASIDE: f32 = 0.25;
 const GATHERED: f32 = 0.4;

@@ -30,6 +30,13 @@ const SLACK: f32 = 0.2;
 const MOST_RANK: i32 = 5;
 // Marks that are shorter are not proposed, in spacings.
 const SHORTEST: f32 = 1.2;
+// It turns by 70 degrees at most from where it is drawn most, by the cosine.
+const STRAIGHT: f32 = 0.34;
+// Spacings of a cell, in the middle of what it may have. Lengths on the land are the same for every eye.
+const MEAN_CELL: f32 = 1.4;
+// By how many spacings marks of rows count as longer than others.
+const GROWING_AHEAD: f32 = 1.5;
+const GROWN_AHEAD: f32 = 2.5;
 // Samples from one place at which the gaps beside a mark are found to the next.
 const SPAN: i32 = 4;
 // What a mark has of gaps at most, in spacings.
@@ -251,10 +258,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // One piece of it.
     var begin = best;
     var end = best;
-    while begin > -one.down && shares[begin + HALF] > 0.0 {
+    while begin > -one.down && shares[begin + HALF] > 0.0 && dot(stands[begin - 1 + HALF], stands[best + HALF]) > STRAIGHT {
         begin--;
     }
-    while end < one.up && shares[end + HALF] > 0.0 {
+    while end < one.up && shares[end + HALF] > 0.0 && dot(stands[end + 1 + HALF], stands[best + HALF]) > STRAIGHT {
         end++;
     }
 
@@ -303,8 +310,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if number >= rules.most_marks {
         return;
     }
-    // Rows come first, and of these what has grown.
-    let turn = select(select(1.0, 2.0, most >= 1.0), 0.0, one.is_alone) * 65536.0 + lot(one);
+    // What is long comes first, and rows before what fills them up: they count as longer, most so what has grown.
+    let ahead = select(select(GROWING_AHEAD, GROWN_AHEAD, most >= 1.0), 0.0, one.is_alone);
+    let chord = distance(place_of(one, begin), place_of(one, end)) * MEAN_CELL;
+    let order = floor(min(chord + ahead, 9.9));
+    let turn = order * 65536.0 + lot(one);
     let at = number * u32(PROPOSAL);
     proposals[at] = vec4<f32>(f32(begin + HALF + 32 * (end + HALF)), f32(seen_samples), turn, 0.0);
     for (var j = -HALF; j <= HALF; j++) {

@@ -6,7 +6,7 @@
 #import hachure::rows::{HALF, PROPOSAL, DRAWN, SAMPLES}
 #import hachure::row_places::{view, places, rules, proposed, proposals, TAKEN, WALK, CELLS_PER_SPACING, cell_px, word_at}
 #import hachure::row_places::{sample_of, across_at, is_seen}
-#import hachure::row_ink::{SQUARE, INK_UNIT, square_px, squares_of}
+#import hachure::row_ink::{SLENDER, INK_UNIT, square_px, squares_of}
 
 @group(0) @binding(6) var<storage, read_write> inks: array<atomic<u32>>;
 @group(0) @binding(7) var tone: texture_2d<f32>;
@@ -50,6 +50,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         rooms[j] = select(min(own.z, most), min(0.5 * (gaps.x + gaps.y), most) * -own.z, own.z < 0.0);
     }
     let size = vec2<i32>(view.size_px);
+    // Short marks are narrow.
+    var whole_px = 0.0;
+    var widest_px = 0.0;
+    for (var j = begin; j <= end; j++) {
+        let px = sample_of(number, j).xy;
+        whole_px += distance(px, sample_of(number, max(j - 1, begin)).xy);
+        let dark = 1.0 - textureLoad(tone, clamp(vec2<i32>(floor(px)), vec2<i32>(0), size - 1), 0).a;
+        widest_px = max(widest_px, rooms[j] * clamp(dark, 0.0, rules.darkest));
+    }
+    let slim = min(1.0, whole_px / (SLENDER * max(widest_px, 1e-6)));
     for (var j = begin; j <= end; j++) {
         let own = sample_of(number, j);
         // Evened out along it.
@@ -63,6 +73,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, rules.darkest);
         let square = pixel / square_px(rules);
         let squares = squares_of(rules, view.size_px);
-        atomicAdd(&inks[square.y * squares.x + square.x], u32(dark * room * length_px * INK_UNIT));
+        atomicAdd(&inks[square.y * squares.x + square.x], u32(dark * room * slim * length_px * INK_UNIT));
     }
 }

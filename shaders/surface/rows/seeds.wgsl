@@ -17,6 +17,9 @@
 // Cells that a piece may have, and pieces that a cell may have.
 const MOST_STEPS: i32 = 4096;
 const MOST_LINES: i32 = 8;
+// Seeds of single marks in a cell that has rows, and in one that has none.
+const ALONE_BESIDE: i32 = 1;
+const ALONE_INSTEAD: i32 = 2;
 const NEXT: array<vec2<i32>, 4> = array<vec2<i32>, 4>(vec2<i32>(0, -1), vec2<i32>(1, 0), vec2<i32>(0, 1), vec2<i32>(-1, 0));
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
@@ -196,11 +199,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if cell.y >= CELLS {
         return;
     }
-    let alone = atomicAdd(&counts[block.slot], 1u);
-    if alone < MOST_CANDIDATES {
-        put(block.slot, alone, 0u, ALONE, 0, vec2<f32>(cell) + shaken(cell));
-    }
     let octave = octave_at(first, cell);
+    for (var i = 0; i < select(ALONE_BESIDE, ALONE_INSTEAD, octave == 0); i++) {
+        let number = atomicAdd(&counts[block.slot], 1u);
+        if number < MOST_CANDIDATES {
+            put(block.slot, number, 0u, ALONE, 0, vec2<f32>(cell) + shaken(cell + CELLS * i));
+        }
+    }
     if octave == 0 {
         return;
     }

@@ -10,7 +10,7 @@ use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, RASTER_BESIDE, Row
 /// Who is where.
 const RASTER: BufferKind = BufferKind::storage("row raster");
 /// After these nearly all is decided.
-const ROUNDS: u32 = 6;
+const ROUNDS: u32 = 8;
 /// Of a round.
 const STAGES: u32 = 3;
 
