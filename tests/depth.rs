@@ -61,9 +61,8 @@ fn the_far_third_has_less_ink_than_the_near_one() {
         println!("{name:12} near {near:.3}, far {far:.3}: {part:.2}; without haze {clear_part:.2}");
         // Half is what is wanted, and what is left above it is contours: this land has ridges behind each other to its
         // edge.
-        // Rows of hachures leave this land half bare where it is near, since it has folds in every sample: a known
-        // problem. Air takes two thirds of what is far from them as well.
-        let most = if style.rows.is_some() { 1.6 } else { 0.75 };
+        // Rows of hachures have 1.07: how much of that is marks, and how much contours, is not known yet.
+        let most = if style.rows.is_some() { 1.2 } else { 0.75 };
         if part > most || clear_part < 2.0 * part {
             failed.push(name);
         }

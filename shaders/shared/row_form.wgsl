@@ -1,7 +1,7 @@
 // The land's form as rows of hachures follow it: heights at the corners of a block's cells, and cubic polynomials between
 // them (Keys 1981, cubic convolution), which go through these heights and have no kinks.
 #define_import_path hachure::row_form
-#import hachure::rows::{RowBlock, Frame, BESIDE, NODES}
+#import hachure::rows::{RowBlock, Frame, BESIDE, NODES, SLOPE_CELLS, SLOPE_NODES}
 
 // Of a step, in cells.
 const LONGEST: f32 = 2.0;
@@ -42,4 +42,13 @@ fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3
 fn way_of(block: RowBlock, frame: Frame, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
     let by_m = slope * (rise_m / max(dot(slope, slope), 1e-12));
     return (frame.point.dg_dx * by_m.x + frame.point.dg_dy * by_m.y) / block.cell;
+}
+
+// The mean square of the slope around a place.
+fn steepness(first: i32, at: vec2<f32>) -> f32 {
+    let place = at / f32(SLOPE_CELLS) + 1.0;
+    let node = clamp(vec2<i32>(floor(place)), vec2<i32>(0), vec2<i32>(SLOPE_NODES - 2));
+    let f = place - vec2<f32>(node);
+    let i = first + NODES * NODES + node.y * SLOPE_NODES + node.x;
+    return mix(mix(relief[i], relief[i + 1], f.x), mix(relief[i + SLOPE_NODES], relief[i + SLOPE_NODES + 1], f.x), f.y);
 }

@@ -30,7 +30,7 @@ const GREATEST_OCTAVE: i32 = 12;
 // Candidates to a cell's width along the middle of a row; the picture chooses among them.
 const DENSITY: u32 = 4u;
 // Candidates of a block.
-const MOST_CANDIDATES: u32 = 10240u;
+const MOST_CANDIDATES: u32 = 16384u;
 // Samples of a mark: in the middle, and on each side of it.
 const HALF: i32 = 8;
 // Of these, the samples to the border of the row: those beyond are for marks that no row goes on from.
@@ -41,6 +41,19 @@ const WORDS: u32 = 21u;
 const CLOSED: u32 = 0x80000000u;
 // Of an index: the same mark begins a piece of the next block, which draws it.
 const ELSEWHERE: u32 = 0x80000000u;
+
+// Of intervals: a mark that stands in no row. Its index is what it rises from sample to sample, and its height is one, in
+// metres.
+const ALONE: u32 = 0x40000000u;
+// What is proposed for the picture, in words of four numbers. First the samples at which it begins and ends (the last times
+// 32), a bit for each sample that is seen, its turn (the greatest comes first), and what is decided: UNDECIDED and so on.
+// Then the samples: place in pixels, room beside it in pixels, distance along the view axis. A mark that stands in no row
+// does not know its room: below 0 is how much of it is drawn.
+const PROPOSAL: i32 = 18;
+const UNDECIDED: f32 = 0.0;
+const CHOSEN: f32 = 1.0;
+const DRAWN: f32 = 2.0;
+const DROPPED: f32 = 3.0;
 
 struct RowRules {
     // Distance of marks on the picture.

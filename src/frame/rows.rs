@@ -5,7 +5,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
 use crate::style::hatching::Hatching;
-use crate::surface::rows::{beside, marks, ribbons};
+use crate::surface::rows::{balance, beside, choice, marks, proposals, ribbons, rooms};
 
 /// The hatching that a frame draws: where the land has rows, a texture is for what stands on it.
 pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
@@ -37,7 +37,11 @@ pub(super) fn draw(
 ) -> Option<Target> {
     let plan = inputs.rows?;
     let heights = &inputs.world.terrain.resources();
-    let marks = &marks::run(cx, &marks::Inputs { view, terrain: heights, plan, position, tone });
+    let proposals = &proposals::run(cx, &proposals::Inputs { view, terrain: heights, plan, position });
+    let places = choice::run(cx, view, plan, proposals, tone.size_px());
+    let inks = rooms::run(cx, plan, &places, tone);
+    let gains = &balance::run(cx, view, plan, &inks, [position, tone]);
+    let marks = &marks::run(cx, &marks::Inputs { view, plan, proposals, gains, tone });
     let ink = targets.whole(cx.gpu(), &ribbons::ROW_INK);
     ribbons::run(cx, &ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
     Some(ink)

@@ -175,6 +175,13 @@ impl<'a> Cx<'a> {
         self.encoder.copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
     }
 
+    /// Makes all of a buffer 0 between the passes recorded so far and those to come.
+    pub fn clear(&mut self, buffer: &Buffer) {
+        if !self.rehearses() {
+            self.encoder.clear_buffer(&buffer.raw, buffer.offset, buffer.size.map(std::num::NonZeroU64::get));
+        }
+    }
+
     /// Copies bytes between the passes recorded so far and those to come: from a place in a buffer to one in another.
     pub fn copy(&mut self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
         if self.rehearses() {

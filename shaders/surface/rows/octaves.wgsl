@@ -5,12 +5,12 @@
 // cell ends at a crest, at the bottom of a valley or on level land before it comes to that height, no mark comes, and rows
 // of half the height are tried. That is a function of the place alone: blocks side by side find the same.
 #import hachure::terrain::{terrain, is_in_grid}
-#import hachure::rows::{RowRules, RowBlock, Frame, NODES, SLOPE_CELLS, SLOPE_NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
+#import hachure::rows::{RowRules, RowBlock, Frame, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
 #import hachure::rows::{LEAST_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
-#import hachure::row_form::{LONGEST, relief, row_form, way_of}
+#import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}
 
 // Octaves that are tried.
-const TRIES: i32 = 4;
+const TRIES: i32 = 2;
 // A flow line abreast, in cells, and how near it may come, by how near it was.
 const ASIDE: f32 = 0.25;
 const GATHERED: f32 = 0.4;
@@ -20,11 +20,7 @@ const GATHERED: f32 = 0.4;
 
 // The octave of rows that are as long as they should be.
 fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
-    let place = (vec2<f32>(cell) + 0.5) / f32(SLOPE_CELLS) + 1.0;
-    let node = clamp(vec2<i32>(floor(place)), vec2<i32>(0), vec2<i32>(SLOPE_NODES - 2));
-    let f = place - vec2<f32>(node);
-    let at = first + NODES * NODES + node.y * SLOPE_NODES + node.x;
-    let slope = mix(mix(relief[at], relief[at + 1], f.x), mix(relief[at + SLOPE_NODES], relief[at + SLOPE_NODES + 1], f.x), f.y);
+    let slope = steepness(first, vec2<f32>(cell) + 0.5);
     let steps = STEPS * rules.row_cells * sqrt(max(slope, 1e-8));
     return clamp(i32(round(log2(steps))), LEAST_OCTAVE, GREATEST_OCTAVE);
 }

@@ -1,7 +1,7 @@
 // The relief of a block of rows: the heights of the land's form at the corners of its cells, and how steep it is around.
 //
-// The form is the level of the pyramid whose samples are as far apart as marks are, under a B-spline (`form_of_level`): what
-// rows follow has no folds that are finer than a mark. Heights are of the world, so that they are the same for every
+// The form is the level of the pyramid whose samples are twice as far apart as marks are, under a B-spline (`form_of_level`):
+// what rows follow has no folds that are finer than a few marks. Heights are of the world, so that they are the same for every
 // camera; beside the grid they are those at its border. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
 // them. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
 #import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample}
@@ -10,6 +10,8 @@
 
 // Places at which the slope is asked, along a side of its square of SLOPE_CELLS.
 const TAPS: i32 = 6;
+// Levels by which the form is coarser than a block's cells.
+const COARSER: f32 = 1.0;
 
 @group(0) @binding(0) var<storage, read> jobs: array<RowBlock>;
 @group(0) @binding(1) var<storage, read_write> relief: array<f32>;
@@ -26,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if number < NODES * NODES {
         let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES) - BESIDE));
         let inside = clamp(g, first_sample(), last_sample());
-        relief[first + number] = form_of_level(inside, block.level).height_m + camera_height_m();
+        relief[first + number] = form_of_level(inside, block.level + COARSER).height_m + camera_height_m();
     }
     let node = number - NODES * NODES;
     if node < 0 || node >= SLOPE_NODES * SLOPE_NODES {
@@ -38,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0; i < TAPS * TAPS; i++) {
         let tap = (vec2<f32>(vec2<i32>(i % TAPS, i / TAPS)) + 0.5) / f32(TAPS) - 0.5;
         let g = clamp(grid_of(block, middle + tap * f32(2 * SLOPE_CELLS)), first_sample(), last_sample());
-        let form = form_of_level(g, block.level);
+        let form = form_of_level(g, block.level + COARSER);
         let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
         sum += dot(slope, slope);
     }

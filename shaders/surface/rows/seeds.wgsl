@@ -9,13 +9,17 @@
 // What differs from Lehmann's rows: seeds are in the middle and not at the upper contour, since flow lines that leave a
 // ridge spread without end, and those of the middle only half as far. And rows are not everywhere as high: their height
 // follows the slope of the land around in octaves, so that they are about as long on gentle land as on steep land.
+// Where land is so folded that no row comes, single marks fill what is left: each cell has a seed for one.
 #import hachure::terrain::terrain
 #import hachure::rows::{RowRules, RowBlock, Frame, CELLS, BESIDE, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
-#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, cell_m, frame_at, world_way}
+#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_way}
 
 // Cells that a piece may have, and pieces that a cell may have.
 const MOST_STEPS: i32 = 4096;
 const MOST_LINES: i32 = 8;
+// Seeds of single marks in a cell that has rows, and in one that has none.
+const ALONE_BESIDE: i32 = 1;
+const ALONE_INSTEAD: i32 = 2;
 const NEXT: array<vec2<i32>, 4> = array<vec2<i32>, 4>(vec2<i32>(0, -1), vec2<i32>(1, 0), vec2<i32>(0, 1), vec2<i32>(-1, 0));
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
@@ -178,6 +182,14 @@ fn sow(block: RowBlock, line: Line, start: Step, height: i32, is_closed: bool) {
     }
 }
 
+// A place in a cell that is nobody's: its own one of a grid that is shaken.
+fn shaken(cell: vec2<i32>) -> vec2<f32> {
+    var word = u32(cell.x) * 0x9e3779b9u + u32(cell.y) * 0x85ebca6bu;
+    word = (word ^ (word >> 16u)) * 0x7feb352du;
+    word = (word ^ (word >> 15u)) * 0x846ca68bu;
+    return vec2<f32>(f32(word & 0xffffu), f32(word >> 16u)) / 65536.0;
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = jobs[id.y];
@@ -188,6 +200,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let octave = octave_at(first, cell);
+    for (var i = 0; i < select(ALONE_BESIDE, ALONE_INSTEAD, octave == 0); i++) {
+        let number = atomicAdd(&counts[block.slot], 1u);
+        if number < MOST_CANDIDATES {
+            put(block.slot, number, 0u, ALONE, 0, vec2<f32>(cell) + shaken(cell + CELLS * i));
+        }
+    }
     if octave == 0 {
         return;
     }

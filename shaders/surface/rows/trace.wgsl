@@ -10,10 +10,11 @@
 // other, however many of them the picture thins out, three at most stand alike.
 //
 // Beyond the border of its row a mark goes on where no mark of the next row would come: where the land ends to rise, or to
-// fall, before the middle of that row. So crests and valleys between rows are not bare.
-#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, ELSEWHERE, HALF, CORE}
+// fall, before the middle of that row. So crests and valleys between rows are not bare. A mark that stands in no row runs
+// as far up and down as one of a row does on land that is as steep as it is around.
+#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, ELSEWHERE, ALONE, HALF, CORE}
 #import hachure::rows::{cell_m, frame_at, pack_place}
-#import hachure::row_form::{LONGEST, relief, row_form, way_of}
+#import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
 @group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
@@ -37,14 +38,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = (block.slot * MOST_CANDIDATES + id.x) * WORDS;
     let first = i32(id.y) * RELIEF;
     let seed = vec2<f32>(bitcast<f32>(candidates[at + 4u]), bitcast<f32>(candidates[at + 5u]));
+    let frame = frame_at(block, seed);
+    let is_alone = candidates[at + 1u] == ALONE;
     let height = bitcast<i32>(candidates[at + 3u]);
     let unit_m = cell_m(block) / STEPS;
-    let middle_m = f32(height) * unit_m;
+    var middle_m = f32(height) * unit_m;
     // The lowest bit that is set is half of the row.
     let half_row = height & -height;
     let octave = i32(firstTrailingBit(u32(half_row))) + 1;
-    let step_m = f32(half_row) * unit_m / f32(CORE);
-    let frame = frame_at(block, seed);
+    var step_m = f32(half_row) * unit_m / f32(CORE);
+    if is_alone {
+        middle_m = row_form(block, first, frame, seed).z;
+        step_m = 0.5 * rules.row_cells * cell_m(block) * sqrt(max(steepness(first, seed), 1e-8)) / f32(CORE);
+        candidates[at] = bitcast<u32>(step_m);
+        candidates[at + 3u] = bitcast<u32>(middle_m);
+    }
     var reach = vec2<u32>(0u);
     // Samples that the mark stands higher than its row.
     let index = max(candidates[at] & ~ELSEWHERE, 1u);
@@ -57,7 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         var slope = row_form(block, first, frame, place).xy;
         // Clear of the threshold at the seed, a mark may be.
         var goes = length(slope) > rules.level;
-        for (var i = 1; i <= 2 * CORE && goes; i++) {
+        for (var i = 1; i <= select(2 * CORE, CORE, is_alone) && goes; i++) {
             var next = place;
             for (var part = 0; part < 2; part++) {
                 let half = next + 0.25 * way_of(block, frame, slope, sign * step_m);
@@ -71,7 +79,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             slope = row_form(block, first, frame, next).xy;
             let gone = distance(next, place);
             goes = length(slope) > rules.level && gone < LONGEST
-                && (octave_at(first, next) == octave || (octave_at(first, next) < octave && octave_at(first, place) == octave)) && dot(slope, end.xy) > 0.0;
+                && (is_alone || octave_at(first, next) == octave || (octave_at(first, next) < octave && octave_at(first, place) == octave)) && dot(slope, end.xy) > 0.0;
             if goes {
                 place = next;
                 reach[side] = u32(i);
@@ -84,7 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
         }
         // The next row goes on from here, or what is beyond is too far for this one.
-        reach[side] = u32(select(min(i32(reach[side]), HALF), CORE + select(-stagger, stagger, side == 1), goes));
+        reach[side] = u32(select(min(i32(reach[side]), HALF), CORE + select(select(-stagger, stagger, side == 1), 0, is_alone), goes));
     }
     candidates[at + 2u] = reach.x | (reach.y << 8u);
 }

@@ -23,8 +23,8 @@ use crate::tiles::terrain::{Loading, Terrain};
 
 /// Blocks that a frame makes if it must not wait, and that one submit makes if it must.
 pub const JOBS_AT_ONCE: usize = 8;
-/// Blocks that are kept: 124 MB of candidates, and less than what a binding may hold.
-const SLOTS: usize = 144;
+/// Blocks that are kept: 132 MB of candidates, and less than what a binding may hold.
+const SLOTS: usize = 96;
 /// The finest blocks: their cells are so many halvings of a sample.
 const LEAST_LEVEL: i32 = -6;
 /// A cell is as wide as so many spacings, in the middle of what it may be.

@@ -1,12 +1,13 @@
-//! Which candidates are drawn, and how wide. See `shaders/surface/rows/marks.wgsl`.
+//! What is drawn of the proposals, and how wide. See `shaders/surface/rows/marks.wgsl`.
 
-use super::{BLOCKS, RowPlan};
-use crate::gpu::bind::{Named, Resource};
+use super::RowPlan;
+use super::proposals::Proposals;
+use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::readback::read_buffer;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
-use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, SAMPLES};
+use crate::gpu::wgsl::shared::rows::SAMPLES;
 use crate::gpu::{Gpu, GpuError};
 
 /// Vertices and instances.
@@ -18,12 +19,12 @@ pub const MARKS: BufferKind = BufferKind::storage("row marks");
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
-    pub terrain: &'a [Named],
-    /// The blocks, and how marks are drawn.
+    /// How marks are drawn.
     pub plan: &'a RowPlan,
-    /// Of what is seen.
-    pub position: &'a Target,
+    /// What may be drawn, and is chosen.
+    pub proposals: &'a Proposals,
+    /// By how much marks are wider, in squares of the picture.
+    pub gains: &'a Buffer,
     /// Its alpha is the tone that is asked for.
     pub tone: &'a Target,
 }
@@ -36,25 +37,23 @@ pub struct Marks {
     pub samples: Buffer,
 }
 
-/// Chooses marks.
+/// Gives marks their widths.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = cx.buffer(&DRAWN, 16);
     let samples = cx.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
     cx.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
-    let mut resources = vec![
+    let resources = [
         ("view", inputs.view.clone()),
         ("rules", cx.uniform("row rules", &plan.rules)),
-        ("blocks", cx.upload(&BLOCKS, &plan.seen).binding()),
-        ("counts", plan.counts.binding()),
-        ("candidates", plan.candidates.binding()),
+        ("proposed", inputs.proposals.count.binding()),
+        ("proposals", inputs.proposals.all.binding()),
+        ("gains", inputs.gains.binding()),
         ("drawn", drawn.binding()),
         ("marks", samples.binding()),
-        ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
     ];
-    resources.extend(inputs.terrain.iter().cloned());
-    cx.groups("surface/rows/marks", [MOST_CANDIDATES / 64, plan.seen.len() as u32], &resources);
+    cx.groups("surface/rows/marks", [plan.rules.most_marks.div_ceil(64), 1], &resources);
     Marks { drawn, samples }
 }
 

@@ -2,17 +2,22 @@
 //!
 //! [`blocks`] says which blocks of land a view needs, and keeps those that are made. A block is made once: its
 //! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be
-//! ([`trace`]). For each frame [`marks`] chooses among them and gives them their widths, and [`ribbons`] draws these. Models and trees have marks of a texture,
-//! where the style has any ([`beside`]).
+//! ([`trace`]). For each frame [`proposals`] says which of them may be drawn, [`choice`] which are, [`rooms`] how much room
+//! they have, and [`balance`] how much ink is wanting; [`marks`] gives them their widths, and [`ribbons`] draws these.
+//! Models and trees have marks of a texture, where the style has any ([`beside`]).
 //!
 //! Why: `docs/decisions/rows.md`.
 
+pub mod balance;
 pub mod beside;
 pub mod blocks;
+pub mod choice;
 pub mod marks;
 pub mod octaves;
+pub mod proposals;
 pub mod relief;
 pub mod ribbons;
+pub mod rooms;
 pub mod seeds;
 pub mod trace;
 

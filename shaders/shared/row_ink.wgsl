@@ -1,0 +1,17 @@
+// Squares of the picture in which the ink of rows is held against what is asked for.
+#define_import_path hachure::row_ink
+#import hachure::rows::RowRules
+
+// Side of a square, in spacings, and parts of a pixel's ink that are counted.
+const SQUARE: f32 = 4.0;
+const INK_UNIT: f32 = 64.0;
+// A mark is as long as so many of its widths.
+const SLENDER: f32 = 4.0;
+
+fn square_px(rules: RowRules) -> i32 {
+    return i32(ceil(SQUARE * rules.spacing_px));
+}
+
+fn squares_of(rules: RowRules, size_px: vec2<u32>) -> vec2<i32> {
+    return (vec2<i32>(size_px) + square_px(rules) - 1) / square_px(rules);
+}

@@ -1,0 +1,54 @@
+// By how much marks have to be wider, so that their ink is what is asked for: between rows, and on crests and in folds, land
+// stays bare, and marks beside it make up for that.
+//
+// For each square of the picture: the darkness that is asked for around it, by the ink that marks would have there.
+#import hachure::view::View
+#import hachure::rows::RowRules
+#import hachure::row_ink::{INK_UNIT, square_px, squares_of}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> rules: RowRules;
+@group(0) @binding(2) var<storage, read> inks: array<u32>;
+@group(0) @binding(3) var<storage, read_write> gains: array<f32>;
+@group(0) @binding(4) var position: texture_2d<f32>;
+@group(0) @binding(5) var tone: texture_2d<f32>;
+
+// Pixels from one that is asked to the next.
+const STRIDE: i32 = 2;
+const LEAST: f32 = 0.7;
+const MOST: f32 = 3.0;
+
+// Of a square: darkness that is asked for.
+fn asked_in(square: vec2<i32>) -> f32 {
+    let low = square * square_px(rules);
+    let to = min(low + square_px(rules), vec2<i32>(view.size_px));
+    var sum = 0.0;
+    for (var y = low.y; y < to.y; y += STRIDE) {
+        for (var x = low.x; x < to.x; x += STRIDE) {
+            let dark = clamp(1.0 - textureLoad(tone, vec2<i32>(x, y), 0).a, 0.0, rules.darkest);
+            sum += select(0.0, dark, textureLoad(position, vec2<i32>(x, y), 0).w > 0.0);
+        }
+    }
+    return sum * f32(STRIDE * STRIDE);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let squares = squares_of(rules, view.size_px);
+    let number = i32(id.x);
+    if number >= squares.x * squares.y {
+        return;
+    }
+    let own = vec2<i32>(number % squares.x, number / squares.x);
+    var asked = 0.0;
+    var drawn = 0.0;
+    for (var i = 0; i < 9; i++) {
+        let square = own + vec2<i32>(i % 3, i / 3) - 1;
+        if all(square >= vec2<i32>(0)) && all(square < squares) {
+            let weight = f32((2 - abs(i % 3 - 1)) * (2 - abs(i / 3 - 1)));
+            asked += weight * asked_in(square);
+            drawn += weight * f32(inks[square.y * squares.x + square.x]) / INK_UNIT;
+        }
+    }
+    gains[number] = clamp(asked / max(drawn, 1.0), LEAST, MOST);
+}

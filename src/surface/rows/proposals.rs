@@ -1,0 +1,54 @@
+//! Which candidates may be drawn. See `shaders/surface/rows/proposals.wgsl`.
+
+use super::{BLOCKS, RowPlan};
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, PROPOSAL};
+
+/// How many proposals there are.
+const PROPOSED: BufferKind = BufferKind::storage("row proposed");
+/// The proposals.
+const PROPOSALS: BufferKind = BufferKind::storage("row proposals");
+
+/// What the pass reads.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Heights and tables.
+    pub terrain: &'a [Named],
+    /// The blocks, and how marks are drawn.
+    pub plan: &'a RowPlan,
+    /// Of what is seen.
+    pub position: &'a Target,
+}
+
+/// What may be drawn.
+pub struct Proposals {
+    /// Their number, and three that are nothing.
+    pub count: Buffer,
+    /// `PROPOSAL` of each.
+    pub all: Buffer,
+}
+
+/// Proposes marks.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Proposals {
+    let plan = inputs.plan;
+    let count = cx.buffer(&PROPOSED, 16);
+    let all = cx.buffer(&PROPOSALS, 16 * u64::from(plan.rules.most_marks) * PROPOSAL as u64);
+    cx.write(&count, &[0_u32; 4]);
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("rules", cx.uniform("row rules", &plan.rules)),
+        ("blocks", cx.upload(&BLOCKS, &plan.seen).binding()),
+        ("counts", plan.counts.binding()),
+        ("candidates", plan.candidates.binding()),
+        ("proposed", count.binding()),
+        ("proposals", all.binding()),
+        ("position", inputs.position.into()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.groups("surface/rows/proposals", [MOST_CANDIDATES / 64, plan.seen.len() as u32], &resources);
+    Proposals { count, all }
+}

@@ -1,0 +1,27 @@
+//! Room and ink of marks. See `shaders/surface/rows/rooms.wgsl`.
+
+use super::RowPlan;
+use crate::gpu::bind::Named;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::shared::row_ink::SQUARE;
+
+/// Ink in squares of the picture.
+const INKS: BufferKind = BufferKind::storage("row inks");
+
+/// How many squares there are, as in `shaders/shared/row_ink.wgsl`.
+pub(super) fn squares(plan: &RowPlan, size_px: [u32; 2]) -> u32 {
+    let side_px = ((SQUARE * plan.rules.spacing_px).ceil() as u32).max(1);
+    size_px.map(|side| side.div_ceil(side_px)).iter().product()
+}
+
+/// Finds the rooms, with the resources that `choice` returned, and returns the ink of squares.
+pub fn run(cx: &mut Cx<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
+    let inks = cx.buffer(&INKS, 4 * u64::from(squares(plan, tone.size_px())));
+    cx.clear(&inks);
+    let mut resources = places.to_vec();
+    resources.extend([("inks", inks.binding()), ("tone", tone.into())]);
+    cx.groups("surface/rows/rooms", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+    inks
+}
