@@ -21,9 +21,8 @@ const BORDER_PX: usize = 3;
 const CAMERA: &str = "900,-900,+20,315,3,60";
 
 fn paper() -> Paper {
-    let plain = Style::load("plain").unwrap().paper;
     let [color, border] = [[1.0, 0.9, 0.6], [0.25, 0.125, 0.0625]].map(Color::from_srgb);
-    Paper { color, grain: 0.0, margin_px: MARGIN_PX as f32, border_px: BORDER_PX as f32, border, ..plain }
+    Paper { color, grain: 0.0, margin_px: MARGIN_PX as f32, border_px: BORDER_PX as f32, border }
 }
 
 /// How far a pixel is from the nearest edge of the sheet.
