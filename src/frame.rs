@@ -6,7 +6,6 @@
 //! what is not called any more goes.
 
 mod antialias;
-mod crowd;
 mod eye;
 mod land_maps;
 mod left;

@@ -5,12 +5,13 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs, crowd, land_maps, mark_layers};
+use super::{EyeMemory, FrameInputs, land_maps, mark_layers};
 use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
+use crate::lines::crowd::{self, Cap};
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::history::Step;
 use crate::lines::strokes::partner::{Partner, SeenSurface};
@@ -210,10 +211,20 @@ fn see(
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
+        let is_pair = inputs.rig.is_pair();
         let resolution = style.resolution;
         let ink = frame.draw(
             cx,
-            strokes::Inputs { view: &view, still_view: &still_view, depth, edges, targets, resolution, leader },
+            strokes::Inputs {
+                view: &view,
+                still_view: &still_view,
+                depth,
+                edges,
+                targets,
+                resolution,
+                is_pair,
+                leader,
+            },
         );
         let surface = SeenSurface { depth: depth.clone(), position: position.clone(), normal: normal.clone() };
         let drawn = if rig.is_pair() { frame.partner(cx, &still_view, surface, targets) } else { None };
@@ -254,11 +265,10 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
             smooth::run(cx, &smooth::Inputs { view, line, smoothed: &smoothed });
             *line = smoothed;
         }
+        if let Some(cap) = Cap::of(lines.crowd, lines.crowd_px).filter(|_| !inputs.rig.is_pair()) {
+            *line = crowd::run(cx, &crowd::Inputs { view, position, line, cap }, &mut memory.targets);
+        }
     }
-    let by_eye = seen.iter_mut().zip(eyes.iter_mut()).filter_map(|(own, memory)| {
-        Some(crowd::AtEye { view: &own.view, position: &own.position, line: own.line.as_mut()?, memory })
-    });
-    crowd::thin_out(cx, lines, stereo != Stereo::Alone, by_eye.collect());
     if stereo == Stereo::Alone {
         return;
     }

@@ -75,3 +75,28 @@ impl Cells {
         }
     }
 }
+
+/// What is thinned out.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Lines: 0 none, 1 full.
+    pub line: &'a Target,
+    /// What is left of them.
+    pub cap: Cap,
+}
+
+/// Thins the lines of an eye, and returns what is left. Eyes of a pair count in cells of their own pictures and would
+/// leave out different lines, so a pair keeps all of them.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+    let &Inputs { view, position, line, cap } = inputs;
+    let cells = Cells::new(cx, targets, cap);
+    let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(cx.gpu(), kind));
+    rank::run(cx, &rank::Inputs { view, cells: &cells, position, line, rank: &rank });
+    count::run(cx, view, line, &rank, &cells);
+    bar::run(cx, view, &cells);
+    thin::run(cx, &thin::Inputs { view, line, rank: &rank, cells: &cells, thinned: &thinned });
+    thinned
+}

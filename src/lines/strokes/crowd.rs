@@ -2,7 +2,7 @@
 //!
 //! Each sample has a rank and counts its ink (`crowd_count`), a window of cells says which ranks are too many
 //! ([`bar`]), and the pen is pressed less where a sample is below that (`crowd_thin`). Pressure is carried from frame to
-//! frame, agreed between two eyes, and known to files of lines; so all of them leave the same strokes out.
+//! frame and known to files of lines, so all of them leave the same strokes out. A pair of eyes leaves none out.
 
 use super::samples::{GROUPS, SampleWork};
 use crate::gpu::bind::Resource;

@@ -231,6 +231,8 @@ pub struct Inputs<'a> {
     pub resolution: f32,
     /// The other eye of a pair, if it has drawn before.
     pub leader: Option<&'a Partner>,
+    /// Whether the eye is one of a pair: then no strokes are left out as crowded.
+    pub is_pair: bool,
 }
 
 impl FrameStrokes {
@@ -275,7 +277,7 @@ impl FrameStrokes {
     /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
     /// with the world.
     pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
-        let Inputs { view, still_view, depth, edges, targets, resolution, leader } = inputs;
+        let Inputs { view, still_view, depth, edges, targets, resolution, leader, is_pair } = inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
@@ -304,7 +306,7 @@ impl FrameStrokes {
         let points = &points::run(cx, lists, edges, chains);
         let view = still_view;
         samples::run(cx, &samples::Inputs { view, lists, chains, points, work });
-        if let Some(cap) = self.cap {
+        if let Some(cap) = self.cap.filter(|_| !is_pair) {
             crowd::run(cx, view, depth, work, cap, targets);
         }
         if plan.takes_over {
