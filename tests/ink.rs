@@ -79,10 +79,14 @@ fn no_part_of_a_drawing_is_mush() {
         // clear air has taken some of it.
         assert!(darkest < 0.25, "{file}: darkest pixel {darkest}");
 
-        // Planted: neither filter nor distance.
+        // Planted: neither filter nor cap nor distance.
         let text = preset_text("ink").unwrap();
-        let raw = text.replace("density = 2.0", "density = 0.0").replace("faintest = 0.12", "faintest = 1.0");
-        assert_ne!(raw, text);
+        let raw = [("density = 2.0", "density = 0.0"), ("crowd = 0.09\n", ""), ("faintest = 0.12", "faintest = 1.0")]
+            .into_iter()
+            .fold(text.to_owned(), |text, (from, to)| {
+                assert!(text.contains(from), "{from}");
+                text.replace(from, to)
+            });
         let raw = grey(&mut world, &Style::parse("raw", &raw).unwrap(), camera);
         let most = most_ink(&raw);
         println!("{file}: without filter and distance {most:.3}");

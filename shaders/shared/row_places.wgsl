@@ -1,7 +1,8 @@
 // Proposals of marks on the picture, and a raster that says who is where on it.
 //
-// A cell of the raster has the greatest word that was put there: the number of a mark that is drawn, above all, or the
-// turn of one that would be. Walks across a mark, from cell to cell, tell how near the next one is.
+// A cell of the raster has the greatest word that was put there: the turn of a mark that is drawn, above all, or that of
+// one that would be. A turn belongs to a mark's place on the land, as its number does not: which mark has a cell depends on
+// no timing. Walks across a mark, from cell to cell, tell how near the next one is.
 #define_import_path hachure::row_places
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL}
@@ -9,7 +10,7 @@
 // Cells of the raster to a spacing, and spacings that it reaches beside the picture.
 const CELLS_PER_SPACING: f32 = 6.0;
 const RASTER_BESIDE: f32 = 16.0;
-// Of a word: here is a mark that is drawn, whose number follows.
+// Of a word: here is a mark that is drawn, whose turn follows.
 const TAKEN: u32 = 0x80000000u;
 // Steps of a walk and of a line, in cells: none is passed over.
 const WALK: f32 = 0.7;

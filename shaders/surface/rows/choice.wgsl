@@ -108,6 +108,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         proposals[at].w = CHOSEN;
     } else if first.w == CHOSEN {
         proposals[at].w = DRAWN;
-        put_down(number, begin, end, first, TAKEN | number);
+        put_down(number, begin, end, first, TAKEN | u32(first.z));
     }
 }

@@ -18,10 +18,10 @@ const ALONE_GAP: f32 = 1.2;
 const OF_NEARER: f32 = 1.5;
 
 // How far it is to the next mark on one side, in spacings.
-fn gap(number: u32, px: vec2<f32>, across: vec2<f32>) -> f32 {
+fn gap(own_turn: u32, px: vec2<f32>, across: vec2<f32>) -> f32 {
     for (var t = WALK; t <= FARTHEST * CELLS_PER_SPACING; t += WALK) {
         let word = word_at(px + across * (t * cell_px()));
-        if (word & TAKEN) != 0u && word != TAKEN && word != (TAKEN | number) {
+        if (word & TAKEN) != 0u && word != TAKEN && word != (TAKEN | own_turn) {
             return t / CELLS_PER_SPACING;
         }
     }
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var j = begin; j <= end; j++) {
         let own = sample_of(number, j);
         let across = across_at(number, j, begin, end);
-        let gaps = vec2<f32>(gap(number, own.xy, across), gap(number, own.xy, -across)) * rules.spacing_px;
+        let gaps = vec2<f32>(gap(u32(first.z), own.xy, across), gap(u32(first.z), own.xy, -across)) * rules.spacing_px;
         let most = OF_NEARER * min(gaps.x, gaps.y);
         rooms[j] = select(min(own.z, most), min(0.5 * (gaps.x + gaps.y), most) * -own.z, own.z < 0.0);
     }
