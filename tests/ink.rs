@@ -127,7 +127,8 @@ fn costs_stay_in_proportion() {
     let whole = of(1, FRAME) / of(0, FRAME);
     println!("lsa takes {lines:.2} times as long as sobel, an ink frame {whole:.2} times a plain one");
     assert!(lines <= 6.0, "lsa against sobel: {lines}");
-    assert!(whole <= 1.6, "ink against plain: {whole}");
+    // The cap of crowded lines takes a fifth of a plain frame, on land that is full of lines.
+    assert!(whole <= 2.0, "ink against plain: {whole}");
     // Planted: were the times not told apart, every ratio would be 1. A fast GPU's clock is too coarse to tell.
     if world.gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu {
         assert!(lines > 1.05 && whole > 1.02, "{times:?}");
