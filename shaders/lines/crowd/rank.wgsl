@@ -19,7 +19,7 @@ const TAPS: i32 = 6;
 const AROUND_PX: i32 = 2;
 // A step by this part of the distance counts for half.
 const STEP: f32 = 0.05;
-const PI: f32 = 3.14159265;
+const PI: f32 = 3.1415927;
 
 fn inside(pixel: vec2<i32>) -> vec2<i32> {
     return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
