@@ -22,10 +22,10 @@ const CHANNEL_DIFFERENCE: u8 = 48;
 /// Of broad strokes one link that is chosen otherwise moves a whole brush: those have bounds of their own.
 fn outlier_share(name: &str, style: &Style) -> f64 {
     match name {
-        "dry-ink" => 0.115,
-        "charcoal" => 0.09,
-        "brush" => 0.08,
-        "pencil-lines" => 0.06,
+        "dry-ink" => 0.05,
+        "charcoal" | "brush" => 0.03,
+        // Crowded lines are thinned to pale ones, of which few pixels are clear.
+        "pencil-lines" => 0.0125,
         "pencil" => 0.05,
         "wash" => 0.03,
         _ if style.strokes.is_some() || style.hatching.is_some() => 0.02,
