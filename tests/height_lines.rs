@@ -37,7 +37,7 @@ struct Shown {
     gap_px: f64,
 }
 
-fn shown(world: &mut World, camera: &str, style: &Style, interval_m: f64) -> Vec<Shown> {
+fn shown(world: &mut World, camera: &str, style: &Style, [interval_m, from_m]: [f64; 2]) -> Vec<Shown> {
     let pose = world.pose(camera);
     let mut frame = Frame::new(&world.gpu).unwrap();
     draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &NOON);
@@ -57,8 +57,9 @@ fn shown(world: &mut World, camera: &str, style: &Style, interval_m: f64) -> Vec
             if (east - 2.0 * here_m + west).abs().max((south - 2.0 * here_m + north).abs()) > 0.2 * rise_m {
                 continue;
             }
-            let number = (here_m / interval_m).round();
-            let away_px = (here_m - number * interval_m).abs() / rise_m;
+            let above_m = here_m - from_m;
+            let number = (above_m / interval_m).round();
+            let away_px = (above_m - number * interval_m).abs() / rise_m;
             let is_index = number.rem_euclid(5.0) == 0.0;
             let gap_px = interval_m / rise_m;
             found.push(Shown { ink: f64::from(ink[y * width + x][0]), away_px, is_index, gap_px });
@@ -85,14 +86,16 @@ fn lines_lie_at_their_heights() {
     let Some(mut world) = world() else { return };
     let style = style(|lines| lines.interval_m = INTERVAL_M);
     for camera in VIEWS {
-        let found = shown(&mut world, camera, &style, f64::from(INTERVAL_M));
+        let found = shown(&mut world, camera, &style, [f64::from(INTERVAL_M), 0.0]);
         let [astray, missing] = wrong(&found);
         println!("{camera}: {:.2} % astray, {:.2} % missing", 100.0 * astray, 100.0 * missing);
         assert!(astray < 0.01 && missing < 0.01);
         // Planted: lines of another interval, and an origin that is off by a quarter of it.
-        let other = shown(&mut world, camera, &style, 1.1 * f64::from(INTERVAL_M));
-        let [astray, missing] = wrong(&other);
-        assert!(astray > 0.3 && missing > 0.3, "{astray} {missing}");
+        let interval_m = f64::from(INTERVAL_M);
+        for planted in [[1.1 * interval_m, 0.0], [interval_m, 0.25 * interval_m]] {
+            let [astray, missing] = wrong(&shown(&mut world, camera, &style, planted));
+            assert!(astray > 0.3 && missing > 0.3, "{astray} {missing}");
+        }
     }
 }
 
@@ -105,7 +108,7 @@ fn lines_are_as_wide_as_asked() {
             lines.line_px = line_px;
             lines.index_px = index_px;
         });
-        let found = shown(&mut world, VIEWS[0], &style, f64::from(INTERVAL_M));
+        let found = shown(&mut world, VIEWS[0], &style, [f64::from(INTERVAL_M), 0.0]);
         // Over the picture a pixel stands for its part of the way from a line to the next.
         let width_px = |is_index: bool| {
             let of_line = || found.iter().filter(|own| own.is_index == is_index);
