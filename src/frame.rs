@@ -12,6 +12,7 @@ mod left;
 mod mark_layers;
 mod passes;
 mod rows;
+mod shade;
 mod switch;
 mod trees;
 mod water;

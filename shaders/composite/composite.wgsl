@@ -53,6 +53,8 @@ struct Composite {
 @group(0) @binding(6) var marks: texture_2d<f32>;
 // Ink of rows of hachures.
 @group(0) @binding(7) var rows: texture_2d<f32>;
+// Ink of cut lines, a family in each of three channels.
+@group(0) @binding(12) var cuts: texture_2d<f32>;
 // Ink of shores and water lines.
 @group(0) @binding(8) var water_ink: texture_2d<f32>;
 // Ink of lines of equal height.
@@ -95,7 +97,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
     var color: vec3<f32>;
-    var mark_ink = max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r);
+    // Families of cut lines cross each other.
+    let bare = 1.0 - textureLoad(cuts, pixel, 0).rgb;
+    let cut_ink = 1.0 - bare.r * bare.g * bare.b;
+    var mark_ink = max(max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r), cut_ink);
     var shore_ink = textureLoad(water_ink, pixel, 0).r;
     var contour_ink = textureLoad(height_ink, pixel, 0).r;
     if at.w <= 0.0 {

@@ -21,6 +21,8 @@ struct HeightLineRules {
     form_px: f32,
     // Lines from a heavier one to the next.
     index: f32,
+    // Tangent of the slope from which on land has no lines.
+    steepest: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -74,5 +76,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ink = max(
         lines(height_m, rise_m, interval_m, height_line_rules.line_px),
         lines(height_m, rise_m, index_m, height_line_rules.index_px));
-    textureStore(height_ink, pixel, vec4<f32>(ink));
+    let is_gentle = 1.0 - smoothstep(0.8 * height_line_rules.steepest, height_line_rules.steepest, length(slope));
+    textureStore(height_ink, pixel, vec4<f32>(ink * is_gentle));
 }

@@ -230,10 +230,20 @@ fn draws(style: &Style) -> Vec<String> {
         Scale::Add => "fractal hatching",
     });
     let rows = style.rows.as_ref().map(|_| "rows of hachures");
+    let cuts = style.cuts.as_ref().map(|_| "cut lines");
     let strokes = style.strokes.as_ref().map(|_| "strokes");
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
     let named = |part: Option<&str>| part.map(str::to_owned);
-    let parts = [lines, named(strokes), named(shadows), Some(tone), named(watercolor), named(hatching), named(rows)];
+    let parts = [
+        lines,
+        named(strokes),
+        named(shadows),
+        Some(tone),
+        named(watercolor),
+        named(hatching),
+        named(rows),
+        named(cuts),
+    ];
     parts.into_iter().flatten().collect()
 }
 

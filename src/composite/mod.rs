@@ -54,6 +54,8 @@ pub struct Inks<'a> {
     pub marks: &'a Target,
     /// Rows of hachures.
     pub rows: &'a Target,
+    /// Cut lines, a family in each channel.
+    pub cuts: &'a Target,
     /// Shores and water lines.
     pub water: &'a Target,
     /// Lines of equal height.
@@ -100,6 +102,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("ink", inputs.inks.strokes.into()),
         ("marks", inputs.inks.marks.into()),
         ("rows", inputs.inks.rows.into()),
+        ("cuts", inputs.inks.cuts.into()),
         ("water_ink", inputs.inks.water.into()),
         ("height_ink", inputs.inks.heights.into()),
         ("picture", inputs.picture.into()),

@@ -4,8 +4,9 @@
 //! other ([`finish_lines`]). Then for each eye: tones and marks ([`shade`]), and its picture ([`finish`]). All eyes share
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
+use super::shade::{Shaded, shade};
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs, land_maps, mark_layers};
+use super::{EyeMemory, FrameInputs, land_maps};
 use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -20,30 +21,30 @@ use crate::lines::{self, detector, lsa, smooth, threshold};
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
-use crate::surface::{self, form, height_lines, land, mark_normal, meshes, motion, trees};
-use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
+use crate::surface::{self, land, meshes, motion, trees};
+use crate::tones::balance;
 
 /// What an eye sees, and its lines.
-struct Seen {
+pub(super) struct Seen {
     /// `View`.
-    view: Resource,
+    pub(super) view: Resource,
     /// The same without its jitter: strokes cover their borders exactly.
-    still_view: Resource,
-    surface_id: Target,
-    position: Target,
-    normal: Target,
+    pub(super) still_view: Resource,
+    pub(super) surface_id: Target,
+    pub(super) position: Target,
+    pub(super) normal: Target,
     /// Of a style that asks for them.
-    local_color: Option<Target>,
+    pub(super) local_color: Option<Target>,
     /// Of a style with shadows.
-    tree_shadow: Option<Target>,
+    pub(super) tree_shadow: Option<Target>,
     /// Of a world with a forest.
-    tree_form: Option<Target>,
+    pub(super) tree_form: Option<Target>,
     /// Of a style with lines.
-    line: Option<Target>,
+    pub(super) line: Option<Target>,
     /// Of a style with strokes.
     strokes: Option<SeenStrokes>,
     /// Trees may be among it that wind moves.
-    may_sway: bool,
+    pub(super) may_sway: bool,
 }
 
 /// The strokes of an eye.
@@ -52,19 +53,6 @@ struct SeenStrokes {
     ink: Target,
     /// As the other eye of a pair looks at them, if they were made anew.
     drawn: Option<Partner>,
-}
-
-/// The tones of an eye.
-struct Shaded {
-    colors: Target,
-    /// Of a style with hatching.
-    balance: Option<balance::Inputs>,
-    /// Ink of a style with rows of hachures.
-    rows: Option<Target>,
-    /// Ink of shores and water lines, of a style with water.
-    water_ink: Option<Target>,
-    /// Lines of equal height, of a style with such lines.
-    height_ink: Option<Target>,
 }
 
 /// All passes of all eyes. Whether trees may be in view that wind moves.
@@ -283,100 +271,6 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
     }
 }
 
-/// Tones of an eye, and its marks as far as they are its own.
-fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
-    let &FrameInputs { world, rig, style, light, .. } = inputs;
-    let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
-    let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, .. } = seen;
-    let targets = &mut memory.targets;
-
-    // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
-    let hatching = super::rows::drawn_hatching(inputs);
-    let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
-    let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
-    let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
-    let place_beside =
-        hatching.and_then(|_| super::rows::place_beside(cx, inputs, view, [surface_id, mark_place], targets));
-    let mark_place = place_beside.as_ref().unwrap_or(mark_place);
-    let mark_normal = hatching.map(|hatching| {
-        let size = mark_normal::mark_normal_size(targets.size_px());
-        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
-        let heights = &terrain.resources();
-        let (position, normal) = (mark_place, mark_surface);
-        let ground =
-            mark_normal::Inputs { view, hatching, terrain: heights, surface_id, position, normal, mark_normal };
-        mark_normal::run(cx, &ground);
-        mark_normal.clone()
-    });
-    let form_normal = style.asks_for_form().then(|| {
-        let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
-        let heights = &terrain.resources();
-        let shading =
-            form::Inputs { view, terrain: heights, style, light, surface_id, position, form_normal: &form_normal };
-        form::run(cx, &shading);
-        form_normal
-    });
-    let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
-    let tone = targets.whole(gpu, &TONE);
-    let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
-    let asked = tones::Inputs {
-        view,
-        terrain: terrain.uniform(),
-        horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
-        style,
-        light,
-        camera_z_m: origin_m.z as f32,
-        range_m: terrain.range_m(),
-        position,
-        normal,
-        form_normal: form_normal.as_ref().unwrap_or(nothing),
-        mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
-        tree_shadow: tree_shadow.as_ref(),
-        local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
-        tone: &tone,
-    };
-    tones::run(cx, &asked);
-    // Water has no tones of its own, and so no marks.
-    let of_water = super::water::AtEye { view, surface_id, position, tone: &tone };
-    let watered = super::water::draw(cx, inputs, &of_water, targets);
-    let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
-    let height_ink = style.drawn_height_lines().map(|lines| {
-        let height_ink = targets.whole(gpu, &height_lines::HEIGHT_INK);
-        let (terrain, origin_z_m) = (&terrain.resources(), origin_m.z);
-        let drawn = height_lines::Inputs {
-            view,
-            terrain,
-            style: lines,
-            origin_z_m,
-            surface_id,
-            position,
-            height_ink: &height_ink,
-        };
-        height_lines::run(cx, &drawn);
-        height_ink
-    });
-    let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
-        let washed = targets.whole(gpu, &watercolor::WASHED);
-        let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
-        watercolor::run(cx, &wet);
-        washed
-    });
-    let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
-        let balance = balance::Inputs::new(cx, targets, view, hatching);
-        let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
-        let layer = None;
-        let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, layer, cover };
-        mark_layers::hatch(cx, &marks);
-        balance::count(cx, &balance);
-        if inputs.wants_mark_layers {
-            mark_layers::draw(cx, &marks, &balance, targets);
-        }
-        balance
-    });
-    let rows = super::rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);
-    Shaded { colors, balance, rows, water_ink, height_ink }
-}
-
 /// The picture of an eye.
 fn finish(
     cx: &mut Cx<'_>,
@@ -405,6 +299,7 @@ fn finish(
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let ink = stroke_ink.unwrap_or(&nothing);
     let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
+    let cuts = shaded[eye].cut_ink.as_ref().unwrap_or(&nothing);
     let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
     let height_ink = shaded[eye].height_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
@@ -413,7 +308,7 @@ fn finish(
         sky
     });
     let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
-    let inks = composite::Inks { line, strokes: ink, marks, rows, water: water_ink, heights: height_ink };
+    let inks = composite::Inks { line, strokes: ink, marks, rows, cuts, water: water_ink, heights: height_ink };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);

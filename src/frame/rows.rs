@@ -7,13 +7,13 @@ use crate::gpu::target::{Target, Targets};
 use crate::style::hatching::Hatching;
 use crate::surface::rows::{balance, beside, choice, marks, proposals, ribbons, rooms};
 
-/// The hatching that a frame draws: where the land has rows, a texture is for what stands on it.
+/// The hatching that a frame draws: where the land has rows or cut lines, a texture is for what stands on it.
 pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
     let has_standing = inputs.world.meshes().is_some() || inputs.world.forest().is_some();
-    inputs.style.hatching.as_ref().filter(|_| inputs.style.rows.is_none() || has_standing)
+    inputs.style.hatching.as_ref().filter(|_| !inputs.style.has_land_lines() || has_standing)
 }
 
-/// Where hatching lies, if the land has rows: a position without the land.
+/// Where hatching lies, if the land has rows or cut lines: a position without the land.
 pub(super) fn place_beside(
     cx: &mut Cx<'_>,
     inputs: &FrameInputs<'_>,
@@ -21,7 +21,9 @@ pub(super) fn place_beside(
     [surface_id, position]: [&Target; 2],
     targets: &mut Targets,
 ) -> Option<Target> {
-    inputs.style.rows.as_ref()?;
+    if !inputs.style.has_land_lines() {
+        return None;
+    }
     let place = targets.whole(cx.gpu(), &beside::PLACE_BESIDE);
     beside::run(cx, view, surface_id, position, &place);
     Some(place)

@@ -16,6 +16,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::scene::view::View;
 use crate::style::{Color, Style};
+use crate::surface::cuts::CUT_INK;
 use crate::surface::height_lines::HEIGHT_INK;
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
@@ -103,6 +104,19 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
             })
             .collect();
         groups.extend(drawn);
+    }
+    if let Some((cuts, ink)) = style.cuts.as_ref().zip(frame.target(&CUT_INK)) {
+        let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
+        let families: Vec<Group> = (0..cuts.layers.len())
+            .into_par_iter()
+            .map(|family| {
+                let ink = texels.iter().map(|texel| f32_from_f16(texel[family])).collect();
+                let lines = surface.hazed(lines(&InkPicture { size_px, ink }), cuts.faintest);
+                let number = family + 1;
+                group(&format!("cuts-{number}"), format!("Cut lines {number}"), cuts.ink, lines)
+            })
+            .collect();
+        groups.extend(families);
     }
     if let Some(rows) = &style.rows {
         let ids: Vec<u32> = match frame.target(&SURFACE_ID) {

@@ -16,6 +16,8 @@ parameters! {
         index_px: f32 = 1.3 => Range::Within(0.1, 8.0);
         /// Lines follow the land's form at this scale, and not each of its samples.
         form_px: f32 = 4.0 => Range::Within(1.0, 256.0);
+        /// Land whose form slopes more has no lines: on a map with rock drawing, rock.
+        steepest_deg: f32 = 90.0 => Range::Within(5.0, 90.0);
         /// What is left of the lines in full haze.
         faintest: f32 = 0.2 => Range::Within(0.0, 1.0);
     }

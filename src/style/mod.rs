@@ -1,6 +1,7 @@
 //! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
 
 pub mod color;
+mod cuts;
 mod error;
 pub mod hatching;
 mod height_lines;
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::toml_text::Wrong;
 pub use color::Color;
+pub use cuts::{CutLayer, Cuts};
 pub use error::StyleError;
 pub use height_lines::HeightLines;
 pub use held::StyleFiles;
@@ -46,6 +48,7 @@ const PRESETS: &[(&str, &str)] = &[
     ("charcoal", include_str!("presets/charcoal.toml")),
     ("pencil-lines", include_str!("presets/pencil-lines.toml")),
     ("hachures", include_str!("presets/hachures.toml")),
+    ("rock", include_str!("presets/rock.toml")),
     ("crosshatch", include_str!("presets/crosshatch.toml")),
     ("stipple", include_str!("presets/stipple.toml")),
     ("pencil", include_str!("presets/pencil.toml")),
@@ -81,6 +84,8 @@ parameters! {
         hatching: Option<hatching::Hatching>;
         /// Rows of hachures on the land; hatching of the same style is then for models and trees.
         rows: Option<Rows>;
+        /// Lines that planes cut out of the land; hatching of the same style is then for models and trees.
+        cuts: Option<Cuts>;
         /// Lines of equal height; without the section none are drawn.
         height_lines: Option<HeightLines>;
         /// Lakes and the sea, where heights show them; without the section they are land.
@@ -182,16 +187,21 @@ impl Style {
         self.height_lines.as_ref().filter(|lines| lines.interval_m > 0.0)
     }
 
-    /// Colour of its marks, if it has any: of rows, where it has these and hatching.
+    /// Whether marks of its land are lines, so that hatching is for what stands on it.
+    pub fn has_land_lines(&self) -> bool {
+        self.rows.is_some() || self.cuts.is_some()
+    }
+
+    /// Colour of its marks, if it has any: of rows or cut lines, where it has these and hatching.
     pub fn mark_ink(&self) -> Option<Color> {
-        let of_rows = self.rows.as_ref().map(|rows| rows.ink);
-        of_rows.or(self.hatching.as_ref().map(|hatching| hatching.ink))
+        let of_land = self.rows.as_ref().map(|rows| rows.ink).or(self.cuts.as_ref().map(|cuts| cuts.ink));
+        of_land.or(self.hatching.as_ref().map(|hatching| hatching.ink))
     }
 
     /// What is left of that in full haze.
     pub fn faintest_mark(&self) -> f32 {
-        let of_rows = self.rows.as_ref().map(|rows| rows.faintest);
-        of_rows.or(self.hatching.as_ref().map(|hatching| hatching.faintest)).unwrap_or(1.0)
+        let of_land = self.rows.as_ref().map(|rows| rows.faintest).or(self.cuts.as_ref().map(|cuts| cuts.faintest));
+        of_land.or(self.hatching.as_ref().map(|hatching| hatching.faintest)).unwrap_or(1.0)
     }
 
     /// Whether tones have the shadows that trees throw.
@@ -255,6 +265,9 @@ impl Style {
                 style.files.extend(layer.files(folder));
             }
             hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        }
+        if let Some(cuts) = &mut style.cuts {
+            cuts.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
         }
         if let Some(strokes) = &mut style.strokes {
             strokes.complete(folder).map_err(|error| named("strokes.texture", error))?;

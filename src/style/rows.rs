@@ -13,7 +13,7 @@ parameters! {
         /// About how many times longer than that marks are.
         length: f32 = 5.0 => Range::Within(3.0, 16.0);
         /// Land whose form slopes less has no marks.
-        level_deg: f32 = 2.0 => Range::Within(0.5, 20.0);
+        level_deg: f32 = 2.0 => Range::Within(0.5, 45.0);
         /// The part of the land that marks cover where the tone is darkest.
         darkest: f32 = 0.8 => Range::Within(0.0, 0.9);
         /// Part of a mark's length over which it thins out, at each end.

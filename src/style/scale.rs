@@ -44,6 +44,12 @@ impl Style {
         if let Some(rows) = &mut style.rows {
             scale(&mut rows.spacing_px, 2.0, 64.0);
         }
+        if let Some(cuts) = &mut style.cuts {
+            scale(&mut cuts.form_px, 1.0, 256.0);
+            for layer in &mut cuts.layers {
+                scale(&mut layer.spacing_px, 2.0, 64.0);
+            }
+        }
         if let Some(water) = &mut style.water {
             scale(&mut water.shore_px, 0.0, 16.0);
             scale(&mut water.line_px, 0.1, 8.0);

@@ -43,6 +43,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         index_px: style.index_px,
         form_px: style.form_px,
         index: INDEX as f32,
+        steepest: if style.steepest_deg < 90.0 { style.steepest_deg.to_radians().tan() } else { 1e9 },
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),

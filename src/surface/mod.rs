@@ -14,6 +14,7 @@ pub mod mark_normal;
 pub mod form;
 pub mod lakes;
 pub mod water;
+pub mod cuts;
 pub mod height_lines;
 pub mod rows;
 pub mod motion;

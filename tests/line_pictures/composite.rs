@@ -146,7 +146,7 @@ fn the_composite_is_its_twin() {
                 position,
                 tone,
                 sky: None,
-                inks: composite::Inks { line, strokes: ink, marks, rows, water, heights },
+                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights },
                 is_sample: false,
                 picture,
             };

@@ -1,0 +1,128 @@
+// Cut lines: what families of parallel planes cut out of the land, as wide as the tone is dark.
+//
+// An engraver lays lines beside each other that follow the form, and lets them swell in the shade. Tanaka drew relief so
+// with lines of equal height (K. Tanaka, "The Relief Contour Method of Representing Topography on Maps", 1950); Dürer's
+// followers did with planes that stand upright or lean. Each family of planes is a height above one of them, so a pixel
+// knows how far the next line is from this height, by how fast it changes over the picture, as `height_lines` does.
+// Lines are the same at the borders of parts and where land hides land, they belong to the land, and never fork.
+//
+// What is ours: lines are as dense as the picture wants them. Planes stand at distances that are powers of two; where
+// lines of one power lie farther apart than 1.3 spacings, those between them grow, so gaps stay between 0.7 and 1.45
+// spacings on even slopes. A line has its part of the gaps beside it, so ink is the tone that is asked for, while lines
+// grow as well. How dense lines are follows a coarser form than the lines themselves: they do not end in each small fold.
+#import hachure::view::{View, ray_of_pixel}
+#import hachure::terrain::{terrain, grid_from_world}
+#import hachure::earth::{bend_normal, unbend}
+#import hachure::form::{form_of_level, form_seen}
+#import hachure::surface_id::{kind_of, LAND}
+
+struct CutLayer {
+    // Of the planes, unit: east, north, up.
+    normal: vec3<f32>,
+    // How far the rig's origin lies above a plane that all powers of two share.
+    phase_m: f32,
+    spacing_px: f32,
+    // Sine of the angle to the planes under which land has no lines.
+    level: f32,
+    darkness_from: f32,
+}
+
+struct CutRules {
+    form_px: f32,
+    darkest: f32,
+    count: u32,
+    layers: array<CutLayer, 3>,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> cut_rules: CutRules;
+@group(0) @binding(2) var surface_id: texture_2d<u32>;
+@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(4) var tone: texture_2d<f32>;
+// Ink of each family in a channel, 0 to 1.
+@group(0) @binding(5) var cut_ink: texture_storage_2d<rgba16float, write>;
+
+// Levels by which the form is coarser that says how dense lines are.
+const COARSER: f32 = 1.5;
+// Gaps, in spacings, between which the line between two grows.
+const CLOSED_GAP: f32 = 1.3;
+const OPEN_GAP: f32 = 1.45;
+// Of a gap that is wider than the coarser form has it, a line has so much more at most: on crests and saddles are no blots.
+const WIDEST_GAP: f32 = 1.25;
+// Of the darkness beyond its `darkness_from`, what a crossing family takes.
+const CROSSING: f32 = 0.6;
+
+// By east and north, the slope of a height above planes, on a form with a slope by east and north.
+fn slope_above(normal: vec3<f32>, slope: vec2<f32>) -> vec2<f32> {
+    return normal.xy + normal.z * slope;
+}
+
+// Ink of lines `interval_m` apart, shifted by a part of that, at a height that changes by `rise_m` over a pixel.
+fn line_ink(height_m: f32, interval_m: f32, shift: f32, rise_m: f32, width_px: f32) -> f32 {
+    let turn = height_m / interval_m - shift;
+    let away_px = abs(turn - round(turn)) * interval_m / rise_m;
+    return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - away_px, 0.0, 1.0);
+}
+
+// Ink of a family at a height above its planes, where that changes by `rise_m` over a pixel, and by `calm_m` as far as
+// density is concerned.
+fn family_ink(layer: CutLayer, height_m: f32, rise_m: f32, calm_m: f32, dark: f32) -> f32 {
+    let wanted = log2(layer.spacing_px * max(calm_m, 1e-12));
+    // Whole lines are one to two spacings apart.
+    let power = ceil(wanted);
+    let gap = exp2(power - wanted);
+    let share = smoothstep(CLOSED_GAP, OPEN_GAP, gap);
+    let interval_m = exp2(power);
+    let gap_px = interval_m / max(rise_m, calm_m / WIDEST_GAP);
+    let own = line_ink(height_m, interval_m, 0.0, rise_m, (1.0 - 0.5 * share) * gap_px * dark);
+    let between = line_ink(height_m, interval_m, 0.5, rise_m, 0.5 * share * gap_px * dark);
+    return max(own, between);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    let dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, cut_rules.darkest);
+    if at.w <= 0.0 || dark <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+        textureStore(cut_ink, pixel, vec4<f32>(0.0, 0.0, 0.0, 1.0));
+        return;
+    }
+    let flat_place = unbend(at.xyz);
+    let point = grid_from_world(flat_place.flat_m.xy);
+    let level = form_seen(view, at.xyz, flat_place, point, cut_rules.form_px).level;
+    let form = form_of_level(point.g, level);
+    let calm = form_of_level(point.g, level + COARSER).gradient;
+    let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
+    let calm_slope = vec2<f32>(dot(calm, point.dg_dx), dot(calm, point.dg_dy));
+    // Where the rays of the pixels beside this one meet the form's plane.
+    let n = bend_normal(flat_place, slope);
+    let ray = ray_of_pixel(view, pixel);
+    let facing = dot(n, ray);
+    let by_facing = 1.0 / select(facing, -1e-6, abs(facing) < 1e-6);
+    let right = at.w * (view.ray_dx - ray * (dot(n, view.ray_dx) * by_facing));
+    let down = at.w * (view.ray_dy - ray * (dot(n, view.ray_dy) * by_facing));
+
+    // What crossing families leave of the darkness, as light that passes through all of them.
+    var light = 1.0 - dark;
+    for (var i = 1u; i < cut_rules.count; i++) {
+        light /= 1.0 - CROSSING * max(dark - cut_rules.layers[i].darkness_from, 0.0);
+    }
+    var inks = vec3<f32>(0.0);
+    for (var i = 0u; i < cut_rules.count; i++) {
+        let layer = cut_rules.layers[i];
+        let own_dark = select(CROSSING * max(dark - layer.darkness_from, 0.0), clamp(1.0 - light, 0.0, 1.0), i == 0u);
+        let height_m = dot(layer.normal, vec3<f32>(flat_place.flat_m.xy, form.height_m)) + layer.phase_m;
+        let by_m = slope_above(layer.normal, slope);
+        let rise_m = max(length(vec2<f32>(dot(by_m, right.xy), dot(by_m, down.xy))), 1e-9);
+        let calm_by_m = slope_above(layer.normal, calm_slope);
+        let calm_m = length(vec2<f32>(dot(calm_by_m, right.xy), dot(calm_by_m, down.xy)));
+        let calm_sine = length(cross(layer.normal, normalize(vec3<f32>(-calm_slope, 1.0))));
+        let sine = min(length(cross(layer.normal, normalize(vec3<f32>(-slope, 1.0)))), calm_sine);
+        inks[i] = family_ink(layer, height_m, rise_m, calm_m, own_dark * smoothstep(layer.level, 2.0 * layer.level, sine));
+    }
+    textureStore(cut_ink, pixel, vec4<f32>(inks, 1.0));
+}

@@ -1,0 +1,126 @@
+//! The tones of an eye, and its marks: what the land's light and its marks are, before lines and paper.
+
+use super::passes::Seen;
+use super::trees as frame_trees;
+use super::{EyeMemory, FrameInputs, mark_layers, rows, water as frame_water};
+use crate::composite;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::surface::{cuts, form, height_lines, mark_normal};
+use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
+
+/// The tones of an eye.
+pub(super) struct Shaded {
+    pub(super) colors: Target,
+    /// Of a style with hatching.
+    pub(super) balance: Option<balance::Inputs>,
+    /// Ink of a style with rows of hachures.
+    pub(super) rows: Option<Target>,
+    /// Cut lines, of a style with such lines.
+    pub(super) cut_ink: Option<Target>,
+    /// Ink of shores and water lines, of a style with water.
+    pub(super) water_ink: Option<Target>,
+    /// Lines of equal height, of a style with such lines.
+    pub(super) height_ink: Option<Target>,
+}
+
+/// Tones of an eye, and its marks as far as they are its own.
+pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
+    let &FrameInputs { world, rig, style, light, .. } = inputs;
+    let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
+    let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, .. } = seen;
+    let targets = &mut memory.targets;
+
+    // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
+    let hatching = rows::drawn_hatching(inputs);
+    let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
+    let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
+    let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
+    let place_beside = hatching.and_then(|_| rows::place_beside(cx, inputs, view, [surface_id, mark_place], targets));
+    let mark_place = place_beside.as_ref().unwrap_or(mark_place);
+    let mark_normal = hatching.map(|hatching| {
+        let size = mark_normal::mark_normal_size(targets.size_px());
+        let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
+        let heights = &terrain.resources();
+        let (position, normal) = (mark_place, mark_surface);
+        let ground =
+            mark_normal::Inputs { view, hatching, terrain: heights, surface_id, position, normal, mark_normal };
+        mark_normal::run(cx, &ground);
+        mark_normal.clone()
+    });
+    let form_normal = style.asks_for_form().then(|| {
+        let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
+        let heights = &terrain.resources();
+        let shading =
+            form::Inputs { view, terrain: heights, style, light, surface_id, position, form_normal: &form_normal };
+        form::run(cx, &shading);
+        form_normal
+    });
+    let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
+    let tone = targets.whole(gpu, &TONE);
+    let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
+    let asked = tones::Inputs {
+        view,
+        terrain: terrain.uniform(),
+        horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
+        style,
+        light,
+        camera_z_m: origin_m.z as f32,
+        range_m: terrain.range_m(),
+        position,
+        normal,
+        form_normal: form_normal.as_ref().unwrap_or(nothing),
+        mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
+        tree_shadow: tree_shadow.as_ref(),
+        local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
+        tone: &tone,
+    };
+    tones::run(cx, &asked);
+    // Water has no tones of its own, and so no marks.
+    let of_water = frame_water::AtEye { view, surface_id, position, tone: &tone };
+    let watered = frame_water::draw(cx, inputs, &of_water, targets);
+    let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
+    let height_ink = style.drawn_height_lines().map(|lines| {
+        let height_ink = targets.whole(gpu, &height_lines::HEIGHT_INK);
+        let (terrain, origin_z_m) = (&terrain.resources(), origin_m.z);
+        let drawn = height_lines::Inputs {
+            view,
+            terrain,
+            style: lines,
+            origin_z_m,
+            surface_id,
+            position,
+            height_ink: &height_ink,
+        };
+        height_lines::run(cx, &drawn);
+        height_ink
+    });
+    let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
+        let washed = targets.whole(gpu, &watercolor::WASHED);
+        let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
+        watercolor::run(cx, &wet);
+        washed
+    });
+    let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
+        let balance = balance::Inputs::new(cx, targets, view, hatching);
+        let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
+        let layer = None;
+        let marks = hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, tone, layer, cover };
+        mark_layers::hatch(cx, &marks);
+        balance::count(cx, &balance);
+        if inputs.wants_mark_layers {
+            mark_layers::draw(cx, &marks, &balance, targets);
+        }
+        balance
+    });
+    let cut_ink = style.cuts.as_ref().map(|cuts| {
+        let cut_ink = targets.whole(gpu, &cuts::CUT_INK);
+        let (terrain, tone) = (&terrain.resources(), &tone);
+        let drawn =
+            cuts::Inputs { view, terrain, style: cuts, origin_m, surface_id, position, tone, cut_ink: &cut_ink };
+        cuts::run(cx, &drawn);
+        cut_ink
+    });
+    let rows = rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);
+    Shaded { colors, balance, rows, cut_ink, water_ink, height_ink }
+}

@@ -1,0 +1,72 @@
+//! Cut lines on the land that is seen. See `shaders/surface/cuts.wgsl`.
+//!
+//! Why: `docs/decisions/cuts.md`.
+
+use glam::DVec3;
+
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::surface::cuts::{CutLayer, CutRules};
+use crate::style::Cuts;
+
+/// Ink of each family of planes in a channel, 0 to 1.
+pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
+
+/// Planes that are so far apart belong to all powers of two below, in metres: heights above them keep their millimetres.
+const PERIOD_M: f64 = (1_u32 << 13) as f64;
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Heights and tables.
+    pub terrain: &'a [Named],
+    /// Which lines.
+    pub style: &'a Cuts,
+    /// The rig's origin in the world, which places on the GPU count from.
+    pub origin_m: DVec3,
+    /// Tells the land from what stands on it.
+    pub surface_id: &'a Target,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// The tones that are asked for.
+    pub tone: &'a Target,
+    /// Out: [`CUT_INK`].
+    pub cut_ink: &'a Target,
+}
+
+/// Draws the lines.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let style = inputs.style;
+    let mut rules = CutRules {
+        form_px: style.form_px,
+        darkest: style.darkest,
+        count: style.layers.len() as u32,
+        ..CutRules::default()
+    };
+    for (drawn, layer) in rules.layers.iter_mut().zip(&style.layers) {
+        let (sin_tilt, cos_tilt) = f64::from(layer.tilt_deg).to_radians().sin_cos();
+        let (east, north) = f64::from(layer.azimuth_deg).to_radians().sin_cos();
+        // Planes rise to the azimuth, so they face away from it.
+        let normal = DVec3::new(-sin_tilt * east, -sin_tilt * north, cos_tilt);
+        *drawn = CutLayer {
+            normal: normal.as_vec3().to_array(),
+            phase_m: normal.dot(inputs.origin_m).rem_euclid(PERIOD_M) as f32,
+            spacing_px: layer.spacing_px,
+            level: layer.level_deg.to_radians().sin(),
+            darkness_from: layer.from,
+            ..CutLayer::default()
+        };
+    }
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("cut_rules", cx.uniform("cut rules", &rules)),
+        ("surface_id", inputs.surface_id.into()),
+        ("position", inputs.position.into()),
+        ("tone", inputs.tone.into()),
+        ("cut_ink", inputs.cut_ink.into()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.pixels("surface/cuts", inputs.cut_ink.size_px(), &resources);
+}
