@@ -113,7 +113,7 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
                 let ink = texels.iter().map(|texel| f32_from_f16(texel[family])).collect();
                 let lines = surface.hazed(lines(&InkPicture { size_px, ink }), cuts.faintest);
                 let number = family + 1;
-                group(&format!("cuts-{number}"), format!("Cut lines {number}"), cuts.ink, lines)
+                group(&format!("cuts-{number}"), format!("Cuts {number}"), cuts.ink, lines)
             })
             .collect();
         groups.extend(families);

@@ -6,6 +6,7 @@ use hachure::lines::strokes::polylines::Polyline;
 use hachure::picture::PictureRequest;
 use hachure::picture::strokes::render_strokes;
 use hachure::style::Style;
+use hachure::surface::cuts::CUT_INK;
 use hachure::surface::rows::ribbons::ROW_INK;
 use hachure::tones::balance::MARKS;
 use hachure::vector::pens::Pens;
@@ -29,7 +30,14 @@ fn ink_of(world: &mut World, style: &Style) -> Vec<f32> {
     let marks: Option<Vec<f32>> = frame.target(&MARKS).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
     let rows: Option<Vec<u16>> = frame.target(&ROW_INK).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
     let rows = rows.map(|rows| rows.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect());
-    marks.or(rows).unwrap()
+    // Families of cut lines cross each other.
+    let crossed = |texel: [u16; 4]| {
+        let light = texel[..3].iter().map(|bits| 1.0 - half::f16::from_bits(*bits).to_f32()).product::<f32>();
+        1.0 - light
+    };
+    let cuts = frame.target(&CUT_INK).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
+    let cuts = cuts.map(|texels| texels.into_iter().map(crossed).collect());
+    marks.or(rows).or(cuts).unwrap()
 }
 
 fn groups_of(world: &mut World, style: &Style) -> Vec<Group> {
@@ -74,6 +82,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
         // Ink that does not fade: what is in the picture of ink is what is drawn.
         style.hatching.iter_mut().for_each(|hatching| hatching.faintest = 1.0);
         style.rows.iter_mut().for_each(|rows| rows.faintest = 1.0);
+        style.cuts.iter_mut().for_each(|cuts| cuts.faintest = 1.0);
         let ink = ink_of(&mut world, &style);
         let groups = groups_of(&mut world, &style);
         assert!(groups.iter().all(|group| group.kind == GroupKind::Marks && !group.lines.is_empty()));
