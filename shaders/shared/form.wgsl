@@ -38,6 +38,16 @@ fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32
     return bend_normal(flat_place, vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy)));
 }
 
+// The level whose samples are `sample_px` wide at a place on land that faces the eye.
+fn level_facing(view: View, at: vec3<f32>, sample_px: f32) -> f32 {
+    return log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
+}
+
+// By how many levels that is coarser on land with a normal.
+fn level_aside(view: View, at: vec3<f32>, normal: vec3<f32>) -> f32 {
+    return -0.5 * log2(max(abs(dot(normal, normalize(view.eye_m - at))), LEAST_FACING));
+}
+
 // The level whose samples are `sample_px` wide at a place, and the normal there. Seen along the land a sample is narrower:
 // it is as large by its area.
 struct Form {
@@ -46,8 +56,7 @@ struct Form {
 }
 
 fn form_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> Form {
-    let level = log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
-    let facing = abs(dot(normal_of_level(flat_place, point, level), normalize(view.eye_m - at)));
-    let seen = level - 0.5 * log2(max(facing, LEAST_FACING));
+    let level = level_facing(view, at, sample_px);
+    let seen = level + level_aside(view, at, normal_of_level(flat_place, point, level));
     return Form(seen, normal_of_level(flat_place, point, seen));
 }

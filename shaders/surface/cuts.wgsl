@@ -13,7 +13,7 @@
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
-#import hachure::form::{form_of_level, form_seen}
+#import hachure::form::{form_of_level, level_aside, level_facing, normal_of_level}
 #import hachure::surface_id::{kind_of, LAND}
 
 struct CutLayer {
@@ -93,7 +93,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let level = form_seen(view, at.xyz, flat_place, point, cut_rules.form_px).level;
+    let head_on = level_facing(view, at.xyz, cut_rules.form_px);
+    let level = head_on + level_aside(view, at.xyz, normal_of_level(flat_place, point, head_on));
     let form = form_of_level(point.g, level);
     let calm = form_of_level(point.g, level + COARSER).gradient;
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
