@@ -52,7 +52,7 @@ fn the_far_third_has_less_ink_than_the_near_one() {
         // Terraces of this land are as level as lakes are, and shores are no marks.
         let style = Style { water: None, ..Style::load(name).unwrap() };
         // Styles of lines alone draw hardly anything on near faces, and more far away: they are not judged.
-        if style.hatching.is_none() {
+        if style.hatching.is_none() && !style.has_land_lines() {
             continue;
         }
         let [near, far] = darkness(&mut world, &style, &light);

@@ -8,6 +8,7 @@ use hachure::lines::threshold::LINE;
 use hachure::style::color::linear_from_srgb;
 use hachure::style::{Color, Style};
 use hachure::surface::POSITION;
+use hachure::surface::cuts::CUT_INK;
 use hachure::tones::TONE;
 use hachure::tones::balance::MARKS;
 
@@ -21,6 +22,7 @@ struct Layers {
     ink: Vec<[half::f16; 1]>,
     marks: Vec<f32>,
     rows: Vec<f32>,
+    cuts: Vec<[half::f16; 4]>,
     water: Vec<f32>,
     heights: Vec<f32>,
 }
@@ -42,6 +44,9 @@ fn layers() -> Layers {
         ink: places().map(|(x, y)| [half::f16::from_f64(part(x, y, 8, 0.2))]).collect(),
         marks: places().map(|(x, y)| part(x, y, 9, 0.5) as f32).collect(),
         rows: places().map(|(x, y)| part(x, y, 10, 0.3) as f32).collect(),
+        cuts: places()
+            .map(|(x, y)| std::array::from_fn(|family| half::f16::from_f64(part(x, y, 13 + family as i64, 0.2))))
+            .collect(),
         water: places().map(|(x, y)| part(x, y, 11, 0.2) as f32).collect(),
         heights: places().map(|(x, y)| part(x, y, 12, 0.2) as f32).collect(),
     }
@@ -75,7 +80,9 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let heights = style.height_lines.as_ref().unwrap();
             let mut height_ink = f64::from(layers.heights[i]);
             let mut shore_ink = f64::from(layers.water[i]);
-            let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i]));
+            // Families of cut lines cross each other.
+            let cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
+            let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i])).max(cut_ink);
             let mut color = if here[3] <= 0.0 {
                 let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
                 mix(linear(style.sky.horizon), linear(style.sky.zenith), (2.0 * up).clamp(0.0, 1.0))
@@ -127,6 +134,7 @@ fn the_composite_is_its_twin() {
     let ink = bench.picture(&INK, SIZE_PX, &bits(&layers.ink));
     let marks = bench.picture(&MARKS, SIZE_PX, &layers.marks);
     let rows = bench.picture(&MARKS, SIZE_PX, &layers.rows);
+    let cuts = bench.picture(&CUT_INK, SIZE_PX, &bits(&layers.cuts));
     let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
     let heights = bench.picture(&MARKS, SIZE_PX, &layers.heights);
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
@@ -137,7 +145,7 @@ fn the_composite_is_its_twin() {
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
-            let (water, heights) = (&water, &heights);
+            let (cuts, water, heights) = (&cuts, &water, &heights);
             let inputs = composite::Inputs {
                 view,
                 style,
