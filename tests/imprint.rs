@@ -92,7 +92,7 @@ const VIEW: &str = "hill.asc --size 128x72 --camera=0,-1600,+300,4,-9,50";
 fn pictures_are_drawn_again() {
     let place = Place::new();
     // A style of one's own, with marks of one's own; both change after the picture was drawn.
-    let preset = hachure::style::preset_text("crosshatch").unwrap();
+    let preset = hachure::style::preset_text("pencil").unwrap();
     let at = preset.find("marks = \"").unwrap() + 9;
     let end = at + preset[at..].find('"').unwrap();
     place.write("mine.toml", &format!("{}marks.toml{}", &preset[..at], &preset[end..]));
