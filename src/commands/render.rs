@@ -26,7 +26,7 @@ use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
-use crate::picture::aov;
+use crate::picture::aov::{self, Names};
 use crate::picture::imprint::DPI_RANGE;
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::Scene;
@@ -105,6 +105,10 @@ pub struct RenderArgs {
     /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
     pub aov: String,
+    /// What --aov calls its channels: hachure (depth.V, position.X, normal.X), or standard (Z, P.X, N.X) for compositors;
+    /// P is in the world and not from the camera: metres east, north, up
+    #[arg(long, value_name = "NAMES", default_value_t)]
+    pub aov_names: Names,
     /// Write this picture of the frame, as its passes left it, instead of the drawing; a name that there is not tells
     /// which there are
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
@@ -205,13 +209,16 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let svg = SvgOptions::new(args, &kind, &style)?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
     let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };
-    let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
+    let planes = aov::planes_named(&args.aov, args.aov_names, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
     {
         let output = named(&args.output);
         let misuse = format!("--aov: only an .exr has room for channels beside the colour, and the output is {output}");
         return Err(Misuse(misuse).into());
+    }
+    if planes.is_empty() && args.aov_names != Names::Hachure {
+        return Err(Misuse("--aov-names: it names the channels of --aov, which is not given".to_owned()).into());
     }
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
