@@ -3,7 +3,9 @@
 mod job;
 mod like;
 mod map;
+mod outputs;
 mod paper;
+mod sheets;
 mod show;
 mod vector;
 
@@ -13,6 +15,7 @@ use anyhow::bail;
 use clap::Args;
 
 use self::job::Job;
+use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
 use super::arguments;
 use super::height_args::HeightArgs;
@@ -20,7 +23,7 @@ use super::light_args::LightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
-use super::{inputs, print, print_json};
+use super::{print, print_json};
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Antialias;
@@ -29,14 +32,12 @@ use crate::gpu::device::AdapterWish;
 use crate::picture::aov::{self, Names};
 use crate::picture::imprint::DPI_RANGE;
 use crate::picture::{PartRule, PictureReport};
-use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::map::{Map, MapArea};
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
-use crate::style::Style;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
@@ -132,6 +133,9 @@ pub struct RenderArgs {
     /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
     pub margin: Option<f64>,
+    /// How it is cut.
+    #[command(flatten)]
+    pub sheets: SheetArgs,
     /// Of an .svg: draw it with so many pens, 1 to 3, each of one width and in full ink; their widths follow from the
     /// picture
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MOST_PENS as u64))]
@@ -150,6 +154,12 @@ impl RenderArgs {
     /// Of an eye's picture, in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size.unwrap_or(SIZE_PX)
+    }
+
+    /// Of the whole picture: side by side it is twice as wide.
+    pub fn size_of_all(&self) -> [u32; 2] {
+        let [width, height] = self.size();
+        [if self.stereo.eyes() == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
     /// Frames in a second.
@@ -207,6 +217,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let svg = SvgOptions::new(args, &kind, &style)?;
+    let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
     let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };
     let planes = aov::planes_named(&args.aov, args.aov_names, &style).map_err(Misuse::of)?;
@@ -235,7 +246,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     // Read once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
-    check_outputs(args, &kind, &scene, &style, flight.as_deref())?;
+    outputs::check(args, &kind, &sheets::paths(args, sheets.as_ref()), &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
     map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
@@ -264,6 +275,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         world,
         frame: None,
         svg,
+        sheets,
         drawn,
         map,
         pair: None,
@@ -297,10 +309,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let report = job.report(&cameras, report);
         return print_json(&report);
     }
-    match &job.svg {
-        Some(svg) => print(&svg.told(&job.drawn)),
-        None => Ok(()),
-    }
+    let told = job.svg.as_ref().map(|svg| svg.told(&job.drawn)).into_iter();
+    told.chain(job.sheets.as_ref().map(|cut| sheets::told(args, cut))).try_for_each(|line| print(&line))
 }
 
 /// A path is for many pictures, and many pictures are of a path: else somebody waits for a film of one frame.
@@ -370,26 +380,4 @@ fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> St
          picture of this size has",
         report.error_px
     )
-}
-
-/// Whether nothing that is to be written is read.
-fn check_outputs(
-    args: &RenderArgs,
-    kind: &OutputKind,
-    scene: &Scene,
-    style: &Style,
-    flight: Option<&str>,
-) -> anyhow::Result<()> {
-    let mut inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
-    args.like.iter().for_each(|like| inputs.add(like));
-    map::side_paths(args, kind).iter().try_for_each(|beside| inputs.check(beside))?;
-    let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
-    // How many frames there are does not depend on the ground.
-    let path = match (flight, &args.path) {
-        (Some(flight), Some(name)) => CameraPath::parse_on_ground(name, flight.as_bytes(), |_, _| 0.0)?,
-        _ => return Ok(inputs.check(&pattern.path(0))?),
-    };
-    // A rate that makes no sense is refused before the first frame.
-    let frames = path.frame_count(args.fps().clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
-    Ok((0..frames).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
 }

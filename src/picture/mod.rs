@@ -11,6 +11,7 @@ pub mod imprint;
 mod marks;
 pub mod nearest;
 mod report;
+pub mod sheets;
 pub mod show;
 pub mod strokes;
 pub mod supersampling;

@@ -85,6 +85,11 @@ impl SvgOptions {
         Ok(Some(Self { settings: Settings { tolerance_px, sheet, ink }, pens: args.pens }))
     }
 
+    /// Width and height of the drawing on paper.
+    pub(super) fn size_mm(&self) -> Option<[f64; 2]> {
+        (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.size)
+    }
+
     /// The length of a pixel on paper.
     pub(super) fn mm_per_px(&self) -> Option<f64> {
         (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.units_per_px)
@@ -202,6 +207,7 @@ impl Job<'_> {
             ink: settings.ink.to_string(),
             layers,
         };
+        self.svg_sheets(&drawing)?;
         svg::write_svg_noted(path, &drawing, Some(&self.imprint_text()))?;
         self.drawn.append(&drawn);
         Ok(report)
