@@ -7,6 +7,7 @@ mod outputs;
 mod paper;
 mod sheets;
 mod show;
+mod title;
 mod vector;
 
 use std::path::PathBuf;
@@ -114,6 +115,10 @@ pub struct RenderArgs {
     /// which there are
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
+    /// Write this below the picture, with where the camera stands and the style; of a --map with a scale bar, north, and
+    /// its scale with --paper or --dpi
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
@@ -216,6 +221,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         None => arguments::style(args.style.as_deref().unwrap_or(STYLE))?,
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
+    let titled = title::with_foot(style.clone(), args, &kind)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
     let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
@@ -259,10 +265,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
-    let map = map::PlacedMap::new(args, &world);
+    let map = map::PlacedMap::new(args, &world, titled.paper.foot_px);
     let style = match &map {
-        Some(map) => style.for_map(map.map.pixel_m * args.px_per_style_px()),
-        None => style,
+        Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px()),
+        None => titled,
     };
     let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
     let imprint = like::imprint(args, &kind, &as_written, &camera);

@@ -89,7 +89,7 @@ impl Line {
             return (self.clone(), height);
         }
         let mut kept: Vec<char> = self.text.chars().collect();
-        while let Some(_) = kept.pop() {
+        while kept.pop().is_some() {
             let begin = kept.iter().collect::<String>();
             let cut = Self { text: format!("{}{ELLIPSIS}", begin.trim_end()), replaced: self.replaced.clone() };
             if cut.width() * height <= room {

@@ -15,6 +15,7 @@ pub mod sheets;
 pub mod show;
 pub mod strokes;
 pub mod supersampling;
+pub mod title;
 
 use std::path::Path;
 

@@ -162,6 +162,7 @@ impl Job<'_> {
             }
             _ => None,
         };
+        self.warn_of_letters(&self.pose(&cameras[0]));
         let mut total = PictureReport::default();
         let (mut previous, start_s) = (None, self.clock.now_s);
         for (number, camera) in cameras.iter().enumerate() {
@@ -266,6 +267,7 @@ impl Job<'_> {
         previous: Pose,
         mut take: impl FnMut(Vec<Band>) -> Result<(), FileError>,
     ) -> anyhow::Result<PictureReport> {
+        let title = self.title_block(&pose);
         let request = PictureRequest {
             pose,
             previous,
@@ -282,6 +284,11 @@ impl Job<'_> {
         }
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
+        let width = self.args.size()[0] as usize;
+        let mut take = |mut bands: Vec<Band>| {
+            title.iter().for_each(|title| bands.iter_mut().for_each(|band| title.draw(band, width)));
+            take(bands)
+        };
         let report = match shown.of_pair() {
             [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
             _ => {

@@ -102,7 +102,7 @@ impl SheetsReport {
 pub(super) fn told(args: &RenderArgs, sheets: &Sheets) -> String {
     let [columns, rows] = sheets.counts;
     let [width, height] = sheets.paper_mm;
-    let name = |place: Place| named(&sheet_path(&args.output, place)).to_string();
+    let name = |place: Place| named(sheet_path(&args.output, place));
     let first = name(Place { column: 0, row: 0 });
     if columns * rows == 1 {
         return format!("1 sheet of {width}x{height} mm: {first}");

@@ -178,6 +178,9 @@ impl Job<'_> {
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }
+                if !is_on_earth {
+                    self.add_title(&mut groups, &pose);
+                }
                 let pens = pens.map(|count| Pens::chosen(count, groups.iter().flat_map(|group| &group.lines)));
                 vector::layers(&groups, settings, pens.as_ref())
             }
