@@ -209,8 +209,12 @@ impl Page {
             }
             left = begin - 0.5 * SMALL[0] * px;
         } else if let Some(text) = fraction(scale) {
-            self.small(&text, at(left, 36.0), px, 1.0);
-            left -= SMALL[0] * px * Line::new(&text).width();
+            let long = SMALL[0] * px * Line::new(&text).width();
+            // A picture that is too narrow for it has none.
+            if left - long >= right - width {
+                self.small(&text, at(left, 36.0), px, 1.0);
+                left -= long;
+            }
         }
         left - GAP * px
     }
