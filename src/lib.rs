@@ -27,6 +27,7 @@ pub mod lines;
 pub mod tones;
 pub mod composite;
 pub mod frame;
+pub mod lettering;
 pub mod vector;
 pub mod picture;
 pub mod measure;

@@ -18,18 +18,20 @@ use hachure::vector::{Group, groups};
 const SIZE_PX: [u32; 2] = [160, 96];
 const MARGIN_PX: usize = 11;
 const BORDER_PX: usize = 3;
+const FOOT_PX: usize = 7;
 const CAMERA: &str = "900,-900,+20,315,3,60";
 
 fn paper() -> Paper {
     let [color, border] = [[1.0, 0.9, 0.6], [0.25, 0.125, 0.0625]].map(Color::from_srgb);
-    Paper { color, grain: 0.0, margin_px: MARGIN_PX as f32, border_px: BORDER_PX as f32, border }
+    let [margin_px, border_px, foot_px] = [MARGIN_PX, BORDER_PX, FOOT_PX].map(|px| px as f32);
+    Paper { color, grain: 0.0, margin_px, border_px, border, foot_px }
 }
 
-/// How far a pixel is from the nearest edge of the sheet.
+/// How far a pixel is from the nearest edge of the sheet without its foot.
 fn from_edge(pixel: usize) -> usize {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let (x, y) = (pixel % width, pixel / width);
-    x.min(y).min(width - 1 - x).min(height - 1 - y)
+    x.min(y).min(width - 1 - x).min((height - 1 - y).saturating_sub(FOOT_PX))
 }
 
 fn picture(world: &mut World, style: &Style, antialias: Antialias) -> Vec<[f64; 4]> {
@@ -62,7 +64,7 @@ fn the_border_lies_where_it_is_asked_to() {
         for antialias in [Antialias::None, Antialias::Temporal] {
             let style = Style { paper: paper(), ..Style::load(name).unwrap() };
             let mut bare = style.clone();
-            (bare.paper.margin_px, bare.paper.border_px) = (0.0, 0.0);
+            (bare.paper.margin_px, bare.paper.border_px, bare.paper.foot_px) = (0.0, 0.0, 0.0);
             let [drawn, without] = [&style, &bare].map(|style| picture(&mut world, style, antialias));
             assert_eq!(wrong(&drawn, &without, &style.paper), 0, "{name}");
             // Planted: no border, and one that lies a pixel farther in.
@@ -71,6 +73,11 @@ fn the_border_lies_where_it_is_asked_to() {
             farther.paper.margin_px += 1.0;
             let farther = picture(&mut world, &farther, antialias);
             assert!(wrong(&farther, &without, &style.paper) > 300, "{name}");
+            // Planted: a foot that is a pixel too high.
+            let mut higher = style.clone();
+            higher.paper.foot_px += 1.0;
+            let higher = picture(&mut world, &higher, antialias);
+            assert!(wrong(&higher, &without, &style.paper) > 100, "{name}");
         }
     }
 }
@@ -103,7 +110,11 @@ fn lines_of_a_drawing_end_at_the_border() {
     let low_px = MARGIN_PX as f32 + 0.5 * BORDER_PX as f32;
     let outside = |drawing: &[Group]| {
         let places = drawing.iter().flat_map(|group| &group.lines).flat_map(|line| &line.points);
-        let is_out = |at: &[f32; 2]| (0..2).any(|i| at[i] < low_px - 0.01 || at[i] > SIZE_PX[i] as f32 - low_px + 0.01);
+        let is_out = |at: &[f32; 2]| {
+            (0..2).any(|i| {
+                at[i] < low_px - 0.01 || at[i] > [SIZE_PX[0], SIZE_PX[1] - FOOT_PX as u32][i] as f32 - low_px + 0.01
+            })
+        };
         places.filter(|at| is_out(&at.px)).count()
     };
     assert!(outside(&drawing) > 10, "planted: as they were");

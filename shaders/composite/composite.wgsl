@@ -40,6 +40,8 @@ struct Composite {
     height_ink_color: vec3<f32>,
     // How much of the ink of lines of equal height is left in full haze.
     faintest_height: f32,
+    // Of bare paper below the picture.
+    foot_px: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -141,7 +143,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     color = mix(color, composite.stroke_ink, textureLoad(ink, pixel, 0).r);
     if composite.is_bordered == 1u {
         let bare = composite.paper * (1.0 + composite.grain * paper_grain(sheet));
-        color = bordered(color, bare, composite.border, composite.border_px, sheet + 0.5, view.picture_px);
+        color = bordered(color, bare, composite.border, composite.border_px, composite.foot_px, sheet + 0.5, view.picture_px);
     }
     // The ink of lines before haze takes its part: far ones are lines as well.
     let alpha = select(1.0, textureLoad(line, pixel, 0).r, composite.is_sample == 1u);

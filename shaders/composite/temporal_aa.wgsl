@@ -34,7 +34,9 @@ struct TemporalAa {
     border: vec3<f32>,
     pad_border: f32,
     border_px: vec2<f32>,
-    pad_px: vec2<f32>,
+    // Of bare paper below the picture.
+    foot_px: f32,
+    pad_px: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -191,7 +193,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var color = mix(mean.rgb * (1.0 + grain), temporal_aa.stroke_ink, strokes);
     if temporal_aa.is_bordered == 1u {
         let bare = temporal_aa.paper * (1.0 + grain);
-        color = bordered(color, bare, temporal_aa.border, temporal_aa.border_px, sheet + 0.5, view.picture_px);
+        color = bordered(color, bare, temporal_aa.border, temporal_aa.border_px, temporal_aa.foot_px, sheet + 0.5, view.picture_px);
     }
     textureStore(picture, pixel, vec4<f32>(color, 1.0));
 }

@@ -10,11 +10,12 @@ fn paper_grain(p: vec2<f32>) -> f32 {
     return (fibre - 1.0) * 0.6 + (tooth - 0.5) * 0.8;
 }
 
-// A sheet with a bare margin along its edges, and a line around the picture within it. `px` counts on the sheet.
-fn bordered(drawn: vec3<f32>, bare: vec3<f32>, border: vec3<f32>, widths_px: vec2<f32>, px: vec2<f32>, sheet_px: vec2<f32>) -> vec3<f32> {
-    let from_edge = min(px, sheet_px - px);
+// A sheet with a bare margin along its edges, a bare foot below, and a line around the picture within them. `px` counts on
+// the sheet; `widths_px` are those of the margin and the line.
+fn bordered(drawn: vec3<f32>, bare: vec3<f32>, border: vec3<f32>, widths_px: vec2<f32>, foot_px: f32, px: vec2<f32>, sheet_px: vec2<f32>) -> vec3<f32> {
+    let from_edge = min(px, sheet_px - vec2<f32>(0.0, foot_px) - px);
     let in_px = min(from_edge.x, from_edge.y) - widths_px.x;
     let on_line = clamp(min(in_px, widths_px.y - in_px) + 0.5, 0.0, min(widths_px.y, 1.0));
-    let outside = select(0.0, clamp(0.5 - in_px, 0.0, 1.0), widths_px.x > 0.0);
+    let outside = select(0.0, clamp(0.5 - in_px, 0.0, 1.0), widths_px.x + foot_px > 0.0);
     return mix(mix(drawn, bare, outside), border, on_line);
 }

@@ -3,8 +3,11 @@
 mod job;
 mod like;
 mod map;
+mod outputs;
 mod paper;
+mod sheets;
 mod show;
+mod title;
 mod vector;
 
 use std::path::PathBuf;
@@ -13,6 +16,7 @@ use anyhow::bail;
 use clap::Args;
 
 use self::job::Job;
+use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
 use super::arguments;
 use super::height_args::HeightArgs;
@@ -20,23 +24,21 @@ use super::light_args::LightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
-use super::{inputs, print, print_json};
+use super::{print, print_json};
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
-use crate::picture::aov;
+use crate::picture::aov::{self, Names};
 use crate::picture::imprint::DPI_RANGE;
 use crate::picture::{PartRule, PictureReport};
-use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::map::{Map, MapArea};
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
-use crate::style::Style;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
@@ -105,10 +107,18 @@ pub struct RenderArgs {
     /// hatch (the tone after the marks)
     #[arg(long, default_value = "")]
     pub aov: String,
+    /// What --aov calls its channels: hachure (depth.V, position.X, normal.X), or standard (Z, P.X, N.X) for compositors;
+    /// P is in the world and not from the camera: metres east, north, up
+    #[arg(long, value_name = "NAMES", default_value_t)]
+    pub aov_names: Names,
     /// Write this picture of the frame, as its passes left it, instead of the drawing; a name that there is not tells
     /// which there are
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
+    /// Write this below the picture, with where the camera stands and the style; of a --map with a scale bar, north, and
+    /// its scale with --paper or --dpi
+    #[arg(long, value_name = "TEXT")]
+    pub title: Option<String>,
     /// Memory for tiles on the GPU, in MiB
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
@@ -128,6 +138,9 @@ pub struct RenderArgs {
     /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
     pub margin: Option<f64>,
+    /// How it is cut.
+    #[command(flatten)]
+    pub sheets: SheetArgs,
     /// Of an .svg: draw it with so many pens, 1 to 3, each of one width and in full ink; their widths follow from the
     /// picture
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MOST_PENS as u64))]
@@ -146,6 +159,12 @@ impl RenderArgs {
     /// Of an eye's picture, in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size.unwrap_or(SIZE_PX)
+    }
+
+    /// Of the whole picture: side by side it is twice as wide.
+    pub fn size_of_all(&self) -> [u32; 2] {
+        let [width, height] = self.size();
+        [if self.stereo.eyes() == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
     /// Frames in a second.
@@ -202,16 +221,21 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         None => arguments::style(args.style.as_deref().unwrap_or(STYLE))?,
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
+    let titled = title::with_foot(style.clone(), args, &kind)?;
     let svg = SvgOptions::new(args, &kind, &style)?;
+    let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
     let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };
-    let planes = aov::planes(&args.aov, &style).map_err(Misuse::of)?;
+    let planes = aov::planes_named(&args.aov, args.aov_names, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
     {
         let output = named(&args.output);
         let misuse = format!("--aov: only an .exr has room for channels beside the colour, and the output is {output}");
         return Err(Misuse(misuse).into());
+    }
+    if planes.is_empty() && args.aov_names != Names::Hachure {
+        return Err(Misuse("--aov-names: it names the channels of --aov, which is not given".to_owned()).into());
     }
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
@@ -228,7 +252,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     }
     // Read once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
-    check_outputs(args, &kind, &scene, &style, flight.as_deref())?;
+    outputs::check(args, &kind, &sheets::paths(args, sheets.as_ref()), &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
     map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
@@ -241,10 +265,10 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
-    let map = map::PlacedMap::new(args, &world);
+    let map = map::PlacedMap::new(args, &world, titled.paper.foot_px);
     let style = match &map {
-        Some(map) => style.for_map(map.map.pixel_m * args.px_per_style_px()),
-        None => style,
+        Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px()),
+        None => titled,
     };
     let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
     let imprint = like::imprint(args, &kind, &as_written, &camera);
@@ -257,6 +281,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         world,
         frame: None,
         svg,
+        sheets,
         drawn,
         map,
         pair: None,
@@ -290,10 +315,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let report = job.report(&cameras, report);
         return print_json(&report);
     }
-    match &job.svg {
-        Some(svg) => print(&svg.told(&job.drawn)),
-        None => Ok(()),
-    }
+    let told = job.svg.as_ref().map(|svg| svg.told(&job.drawn)).into_iter();
+    told.chain(job.sheets.as_ref().map(|cut| sheets::told(args, cut))).try_for_each(|line| print(&line))
 }
 
 /// A path is for many pictures, and many pictures are of a path: else somebody waits for a film of one frame.
@@ -363,26 +386,4 @@ fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> St
          picture of this size has",
         report.error_px
     )
-}
-
-/// Whether nothing that is to be written is read.
-fn check_outputs(
-    args: &RenderArgs,
-    kind: &OutputKind,
-    scene: &Scene,
-    style: &Style,
-    flight: Option<&str>,
-) -> anyhow::Result<()> {
-    let mut inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
-    args.like.iter().for_each(|like| inputs.add(like));
-    map::side_paths(args, kind).iter().try_for_each(|beside| inputs.check(beside))?;
-    let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
-    // How many frames there are does not depend on the ground.
-    let path = match (flight, &args.path) {
-        (Some(flight), Some(name)) => CameraPath::parse_on_ground(name, flight.as_bytes(), |_, _| 0.0)?,
-        _ => return Ok(inputs.check(&pattern.path(0))?),
-    };
-    // A rate that makes no sense is refused before the first frame.
-    let frames = path.frame_count(args.fps().clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
-    Ok((0..frames).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
 }

@@ -90,8 +90,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         horizon: style.panorama.horizon(),
         height_ink_color: style.height_lines.as_ref().map_or([0.0; 3], |lines| lines.ink.linear()),
         faintest_height: style.height_lines.as_ref().map_or(1.0, |lines| lines.faintest),
+        foot_px: style.paper.foot_px,
         pad_0: Default::default(),
         pad_1: Default::default(),
+        pad_2: Default::default(),
     };
     let mut resources: Vec<Named> = vec![
         ("view", inputs.view.clone()),

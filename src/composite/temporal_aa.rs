@@ -97,7 +97,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         border: inputs.style.paper.border.linear(),
         pad_border: 0.0,
         border_px: [inputs.style.paper.margin_px, inputs.style.paper.border_px],
-        pad_px: [0.0; 2],
+        foot_px: inputs.style.paper.foot_px,
+        pad_px: 0.0,
     };
     let Histories { before: [history_before, seen_before], now: [history, seen] } = inputs.histories;
     let mut resources = vec![

@@ -131,13 +131,43 @@ impl PngWriter {
     /// # Errors
     /// As [`PngWriter::finish`], and those of `before`.
     pub fn finish_after(self, before: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
+        let ended = self.end()?;
+        before()?;
+        ended.commit()
+    }
+
+    /// Ends the picture, which has no name yet: for files that get their names together.
+    ///
+    /// # Errors
+    /// As [`PngWriter::finish`].
+    pub fn end(self) -> Result<EndedPng, FileError> {
         let Self { path, file, stream, rows_left, .. } = self;
         if rows_left > 0 {
             return Err(FileError::write(&path, format!("{rows_left} rows are missing")));
         }
         stream.finish().map_err(|error| FileError::write(&path, error))?;
-        before()?;
-        file.commit().map_err(|error| FileError::write(&path, error))
+        Ok(EndedPng { path, file })
+    }
+
+    /// Rows that are still to be written.
+    pub fn rows_left(&self) -> usize {
+        self.rows_left
+    }
+}
+
+/// A PNG that is whole, and has no name yet. Without [`EndedPng::commit`] it goes.
+pub struct EndedPng {
+    path: PathBuf,
+    file: SharedFile,
+}
+
+impl EndedPng {
+    /// Gives it its name.
+    ///
+    /// # Errors
+    /// A full disk, a folder that is gone.
+    pub fn commit(self) -> Result<(), FileError> {
+        self.file.commit().map_err(|error| FileError::write(&self.path, error))
     }
 }
 

@@ -1,4 +1,11 @@
 //! The channels of an EXR beside its colour: one sample at the centre of each pixel, which no anti-aliasing touches.
+//!
+//! They have hachure's own names, or those that compositors look for ([`Names`]): `Z`, `P.X`, `P.Y`, `P.Z`, `N.X`, `N.Y`
+//! and `N.Z`, as Arnold and pbrt write them. `Z` and `N` have the same values under both. `P` is a place in the world,
+//! and `position` counts from the camera, where 32 bits are finer.
+
+use std::fmt;
+use std::str::FromStr;
 
 use super::Window;
 use crate::file::exr::{SampleKind, Samples};
@@ -16,6 +23,35 @@ use crate::surface::{NORMAL, POSITION};
 use crate::tones::TONE;
 use crate::tones::balance::MARKS;
 
+/// What channels are called.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Names {
+    /// By what they hold: `depth.V`, `position.X`, `normal.X`.
+    #[default]
+    Hachure,
+    /// As compositors know them: `Z`, `P.X`, `N.X`. What has no such name keeps its own.
+    Standard,
+}
+
+impl Names {
+    const ALL: [(&'static str, Self); 2] = [("hachure", Self::Hachure), ("standard", Self::Standard)];
+}
+
+impl FromStr for Names {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.iter().find(|(name, _)| *name == text).map(|(_, names)| *names);
+        found.ok_or_else(|| "it must be hachure or standard".to_owned())
+    }
+}
+
+impl fmt::Display for Names {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(Self::ALL.iter().find(|(_, names)| names == self).map_or("", |(name, _)| name))
+    }
+}
+
 /// One channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
@@ -32,6 +68,8 @@ pub enum PlaneSource {
     Depth,
     /// Relative to the camera in metres: x, y or z; sky is 0.
     Position(usize),
+    /// A place in the world in metres: x east, y north, z up; sky is 0.
+    WorldPosition(usize),
     /// Unit, in the world; sky is 0.
     Normal(usize),
     /// Which patch; sky is 0.
@@ -70,13 +108,22 @@ pub enum AovError {
     },
 }
 
-/// The channels of a comma-separated list of names.
+/// The channels of a comma-separated list of what there is, under hachure's own names.
 ///
 /// # Errors
 /// [`AovError`].
-pub fn planes(names: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
+pub fn planes(list: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
+    planes_named(list, Names::Hachure, style)
+}
+
+/// The same under names of one's choice.
+///
+/// # Errors
+/// [`AovError`].
+pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane>, AovError> {
     let mut planes = Vec::new();
-    for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+    let is_standard = names == Names::Standard;
+    for name in list.split(',').map(str::trim).filter(|name| !name.is_empty()) {
         let mut add = |name: &str, source| {
             let plane = Plane { name: name.to_owned(), source };
             if !planes.contains(&plane) {
@@ -85,6 +132,11 @@ pub fn planes(names: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
         };
         let xyz = ["X", "Y", "Z"];
         match name {
+            "depth" if is_standard => add("Z", PlaneSource::Depth),
+            "position" if is_standard => {
+                (0..3).for_each(|i| add(&format!("P.{}", xyz[i]), PlaneSource::WorldPosition(i)));
+            }
+            "normal" if is_standard => (0..3).for_each(|i| add(&format!("N.{}", xyz[i]), PlaneSource::Normal(i))),
             "depth" => add("depth.V", PlaneSource::Depth),
             "position" => (0..3).for_each(|i| add(&format!("position.{}", xyz[i]), PlaneSource::Position(i))),
             "normal" => (0..3).for_each(|i| add(&format!("normal.{}", xyz[i]), PlaneSource::Normal(i))),
@@ -174,6 +226,10 @@ fn read_floats(
             values[i] = if at[3] > 0.0 { at[3] } else { f32::INFINITY };
         }),
         PlaneSource::Position(axis) => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| values[i] = at[axis]),
+        PlaneSource::WorldPosition(axis) => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| {
+            // Rounded once, after the sum. Sky is nowhere.
+            values[i] = if at[3] > 0.0 { (window.origin_m[axis] + f64::from(at[axis])) as f32 } else { 0.0 };
+        }),
         PlaneSource::Normal(axis) => scatter(gpu, frame, window, &NORMAL, |i, n: [f32; 4]| values[i] = n[axis]),
         PlaneSource::Motion(axis) => scatter(gpu, frame, window, &MOTION, |i, v: [f32; 2]| values[i] = v[axis]),
         PlaneSource::LsaError => scatter(gpu, frame, window, &ERRORS, |i, errors: [u16; 4]| {

@@ -11,13 +11,15 @@ pub mod imprint;
 mod marks;
 pub mod nearest;
 mod report;
+pub mod sheets;
 pub mod show;
 pub mod strokes;
 pub mod supersampling;
+pub mod title;
 
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use aov::{Plane, PlaneSource};
@@ -253,7 +255,14 @@ fn render_eyes<E>(
             let frame = Frame::or_new(frame, gpu)?;
             frame.set_antialias(antialias);
             frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
-            let window = |eye| Window { eye, inset, size_px: [columns, rows], first_column, width };
+            let window = |eye| Window {
+                eye,
+                inset,
+                size_px: [columns, rows],
+                first_column,
+                width,
+                origin_m: request.pose.position_m,
+            };
             let step_s = frame.step_s();
             for (number, &(jitter_px, weight)) in samples.iter().enumerate() {
                 // No time passes between samples: strokes neither come nor go.
@@ -325,6 +334,8 @@ struct Window {
     size_px: [u32; 2],
     first_column: u32,
     width: u32,
+    /// What positions count from, in the world.
+    origin_m: DVec3,
 }
 
 impl Window {

@@ -98,6 +98,14 @@ impl Map {
         }
     }
 
+    /// The same on a picture that is longer below by so many rows.
+    #[must_use]
+    pub fn with_foot(self, foot_px: u32) -> Self {
+        let [width, height] = self.size_px;
+        let down_m = 0.5 * self.pixel_m * f64::from(foot_px);
+        Self { centre_m: self.centre_m - DVec2::new(0.0, down_m), size_px: [width, height + foot_px], ..self }
+    }
+
     /// East and north of a place in the picture; (0, 0) is its upper left corner.
     pub fn world_from_px(&self, px: DVec2) -> DVec2 {
         let from_centre = px - 0.5 * self.size();

@@ -104,6 +104,14 @@ parameters! {
     }
 }
 
+/// Between letters and their paper, of the difference between black and white.
+const LEAST_CONTRAST: f32 = 0.4;
+
+/// As it is written: the mean of a colour's parts.
+fn lightness(color: Color) -> f32 {
+    color.srgb().iter().sum::<f32>() / 3.0
+}
+
 parameters! {
     /// The sheet.
     pub struct Paper {
@@ -117,13 +125,15 @@ parameters! {
         border_px: f32 = 0.0 => Range::Within(0.0, 64.0);
         /// Colour of that line.
         border: Color = Color::default();
+        /// Bare paper below the picture beside the margin, over the picture: room for a title block.
+        foot_px: f32 = 0.0 => Range::Within(0.0, 4000.0);
     }
 }
 
 impl Paper {
-    /// Whether it has a margin or a border.
+    /// Whether it has a margin, a foot or a border.
     pub fn is_bordered(&self) -> bool {
-        self.margin_px > 0.0 || self.border_px > 0.0
+        self.margin_px > 0.0 || self.border_px > 0.0 || self.foot_px > 0.0
     }
 }
 
@@ -185,6 +195,20 @@ impl Style {
     /// The lines of equal height that it draws.
     pub fn drawn_height_lines(&self) -> Option<&HeightLines> {
         self.height_lines.as_ref().filter(|lines| lines.interval_m > 0.0)
+    }
+
+    /// Of letters on bare paper: the first of the style's inks that is dark enough on it, or light enough.
+    pub fn lettering_ink(&self) -> Color {
+        let paper = lightness(self.paper.color);
+        let lines = [
+            self.strokes.as_ref().map(|strokes| strokes.ink),
+            self.mark_ink(),
+            self.lines.as_ref().map(|lines| lines.ink),
+            self.height_lines.as_ref().map(|lines| lines.ink),
+            (self.paper.border_px > 0.0).then_some(self.paper.border),
+        ];
+        let seen = lines.into_iter().flatten().find(|ink| (lightness(*ink) - paper).abs() > LEAST_CONTRAST);
+        seen.unwrap_or(if paper > 0.5 { Color::default() } else { Color::WHITE })
     }
 
     /// Whether marks of its land are lines, so that hatching is for what stands on it.

@@ -72,6 +72,7 @@ impl Style {
         scale(&mut style.light.form_px, 0.0, 256.0);
         scale(&mut style.paper.margin_px, 0.0, 1000.0);
         scale(&mut style.paper.border_px, 0.0, 64.0);
+        scale(&mut style.paper.foot_px, 0.0, 4000.0);
         style
     }
 

@@ -12,7 +12,8 @@ pub fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]) {
     }
     // Lines run under half of the border.
     let middle_px = paper.margin_px + 0.5 * paper.border_px;
-    let high_px = size_px.map(|side| (side as f32 - middle_px).max(middle_px));
+    let [right_px, bottom_px] = size_px.map(|side| side as f32 - middle_px);
+    let high_px = [right_px, bottom_px - paper.foot_px].map(|side| side.max(middle_px));
     for group in groups.iter_mut() {
         let lines = std::mem::take(&mut group.lines);
         group.lines = lines.into_iter().flat_map(|line| inside(line, [middle_px; 2], high_px)).collect();

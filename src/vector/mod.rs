@@ -19,6 +19,7 @@ pub mod improve;
 pub mod order;
 pub mod pens;
 pub mod sheet;
+pub mod sheets;
 pub mod trace;
 
 use kurbo::{BezPath, Point};

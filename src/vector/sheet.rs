@@ -51,7 +51,7 @@ impl Sheet {
     /// # Errors
     /// What is wrong with the options, in one line.
     pub fn paper(paper: &str, margin_mm: f64, size_px: [u32; 2]) -> Result<Self, String> {
-        let [longer, shorter] = sides_mm(paper)?;
+        let [longer, shorter] = sides_mm("--paper", paper)?;
         let size = if size_px[0] >= size_px[1] { [longer, shorter] } else { [shorter, longer] };
         if !(margin_mm >= 0.0 && margin_mm.is_finite()) {
             return Err(format!("--margin {margin_mm}: it must be a number of millimetres, 0 or more"));
@@ -73,9 +73,13 @@ impl Sheet {
     }
 }
 
-/// The longer side first.
-pub(crate) fn sides_mm(paper: &str) -> Result<[f64; 2], String> {
+/// The longer side first. `option` says so in errors.
+///
+/// # Errors
+/// What is wrong with the paper, in one line.
+pub fn sides_mm(option: &str, paper: &str) -> Result<[f64; 2], String> {
     let name = paper.to_ascii_lowercase();
+    let name = name.strip_suffix("mm").unwrap_or(&name);
     if let Some((_, sides)) = PAPERS.iter().find(|(known, _)| *known == name) {
         return Ok(*sides);
     }
@@ -83,7 +87,7 @@ pub(crate) fn sides_mm(paper: &str) -> Result<[f64; 2], String> {
     name.split_once('x').and_then(|(a, b)| Some([side(a)?, side(b)?])).map(|[a, b]| [a.max(b), a.min(b)]).ok_or_else(
         || {
             let known = PAPERS.map(|(name, _)| name).join(", ");
-            format!("--paper {}: it must be {known}, or WIDTHxHEIGHT in millimetres like 300x200", quoted(paper))
+            format!("{option} {}: it must be {known}, or WIDTHxHEIGHT in millimetres like 300x200", quoted(paper))
         },
     )
 }

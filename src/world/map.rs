@@ -17,8 +17,14 @@ const ASKED_TILES: u32 = 3;
 impl OpenWorld {
     /// The map of an area on so many pixels, and its eye.
     pub fn map(&self, area: MapArea, size_px: [u32; 2]) -> (Map, Pose) {
+        self.map_above(area, size_px, 0)
+    }
+
+    /// The same of a picture whose lowest `foot_px` rows are not of the area: they are bare paper.
+    pub fn map_above(&self, area: MapArea, [width, height]: [u32; 2], foot_px: u32) -> (Map, Pose) {
         let terrain = &self.surfaces.terrain;
-        let map = Map::new(area, terrain.corners_m(), size_px);
+        let foot_px = foot_px.min(height.saturating_sub(1));
+        let map = Map::new(area, terrain.corners_m(), [width, height - foot_px]).with_foot(foot_px);
         let range_m = local_range_m(terrain, map.corners_m()).unwrap_or_else(|| terrain.range_m());
         (map, map.pose(range_m.map(f64::from)))
     }

@@ -6,6 +6,7 @@ use anyhow::{anyhow, bail};
 use serde::Serialize;
 
 use super::map::{Beside, PlacedMap};
+use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{MOST_FRAMES, RenderArgs, like};
 use crate::file::FileError;
@@ -20,6 +21,7 @@ use crate::picture::aov::Plane;
 use crate::picture::eyes::{self, joined};
 use crate::picture::imprint::{Imprint, matrices};
 use crate::picture::nearest::nearest_m;
+use crate::picture::sheets::{EndedSheets, SheetWriter};
 use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
@@ -27,6 +29,7 @@ use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose};
 use crate::style::Style;
 use crate::vector::DrawingReport;
+use crate::vector::sheets::Sheets;
 use crate::world::OpenWorld;
 
 #[derive(Serialize)]
@@ -56,6 +59,8 @@ pub(super) struct Report {
     camera: String,
     /// Of an SVG.
     svg: Option<DrawingReport>,
+    /// Of a picture that was cut.
+    sheets: Option<SheetsReport>,
     /// On paper.
     mm_per_px: Option<f64>,
     /// Of a map.
@@ -79,6 +84,8 @@ pub(super) struct Job<'a> {
     pub(super) world: OpenWorld,
     pub(super) frame: Option<Frame>,
     pub(super) svg: Option<SvgOptions>,
+    /// How the picture is cut, if it is.
+    pub(super) sheets: Option<Sheets>,
     pub(super) drawn: DrawingReport,
     /// The map, if it is one.
     pub(super) map: Option<PlacedMap>,
@@ -145,7 +152,7 @@ impl Job<'_> {
     }
 
     pub(super) fn run(&mut self, kind: OutputKind, cameras: &[Camera]) -> anyhow::Result<PictureReport> {
-        let [width, height] = self.size_px();
+        let [width, height] = self.args.size_of_all();
         let output = self.args.output.clone();
         let mut film = match kind {
             OutputKind::Mp4 => {
@@ -155,6 +162,7 @@ impl Job<'_> {
             }
             _ => None,
         };
+        self.warn_of_letters(&self.pose(&cameras[0]));
         let mut total = PictureReport::default();
         let (mut previous, start_s) = (None, self.clock.now_s);
         for (number, camera) in cameras.iter().enumerate() {
@@ -195,16 +203,25 @@ impl Job<'_> {
         pose: Pose,
         previous: Pose,
     ) -> anyhow::Result<PictureReport> {
-        let [width, height] = self.size_px();
+        let [width, height] = self.args.size_of_all();
         let imprint = self.imprint_text();
         let notes = self.notes(&imprint, pose);
         match format {
             PictureFormat::Png => {
                 let mut writer = PngWriter::create_noted(path, width, height, PngPixels::Rgba8, &notes)?;
-                let take = |bands| writer.write_rows(&picture::srgb8(&joined(width, bands)));
+                let mut sheets = self.sheets.map(|sheets| SheetWriter::new(sheets, path, notes));
+                let take = |bands| {
+                    let rows = picture::srgb8(&joined(width, bands));
+                    sheets.iter_mut().try_for_each(|sheets| sheets.write_rows(&rows))?;
+                    writer.write_rows(&rows)
+                };
                 let beside = self.map.as_ref().map(|map| Beside::create(path, map)).transpose()?;
                 let report = self.render(pose, previous, take)?;
-                writer.finish_after(|| beside.map_or(Ok(()), Beside::commit))?;
+                let sheets = sheets.map(SheetWriter::end).transpose()?;
+                writer.finish_after(|| {
+                    beside.map_or(Ok(()), Beside::commit)?;
+                    sheets.map_or(Ok(()), EndedSheets::commit)
+                })?;
                 Ok(report)
             }
             PictureFormat::Exr => {
@@ -250,6 +267,7 @@ impl Job<'_> {
         previous: Pose,
         mut take: impl FnMut(Vec<Band>) -> Result<(), FileError>,
     ) -> anyhow::Result<PictureReport> {
+        let title = self.title_block(&pose);
         let request = PictureRequest {
             pose,
             previous,
@@ -266,6 +284,11 @@ impl Job<'_> {
         }
         let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
+        let width = self.args.size()[0] as usize;
+        let mut take = |mut bands: Vec<Band>| {
+            title.iter().for_each(|title| bands.iter_mut().for_each(|band| title.draw(band, width)));
+            take(bands)
+        };
         let report = match shown.of_pair() {
             [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
             _ => {
@@ -274,12 +297,6 @@ impl Job<'_> {
             }
         };
         self.whole(report)
-    }
-
-    /// Of a PNG or a film: side by side it is twice as wide.
-    fn size_px(&self) -> [u32; 2] {
-        let [width, height] = self.args.size();
-        [if self.args.stereo.eyes() == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
     /// What the picture that is drawn says of how it is drawn.
@@ -334,6 +351,7 @@ impl Job<'_> {
             over_budget_frames: report.over_budget,
             gpu_bytes: self.gpu.memory_bytes(),
             camera,
+            sheets: self.sheets.as_ref().map(|sheets| SheetsReport::new(self.args, sheets)),
             mm_per_px: self.svg.as_ref().and_then(SvgOptions::mm_per_px),
             m_per_px: self.map.as_ref().map(|map| map.map.pixel_m),
             svg: self.svg.is_some().then(|| self.drawn.clone()),

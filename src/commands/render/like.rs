@@ -51,6 +51,9 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.size = Some(size_px.map(|side| ((f64::from(side) * finer).round() as u32).clamp(1, 1 << 20)));
     }
     all.dpi = all.dpi.or(*dpi);
+    if !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
+        all.title = all.title.or_else(|| more.title.clone());
+    }
     all.samples = all.samples.or(more.samples);
     all.lod_error = all.lod_error.or(more.lod_error);
     all.heights.nodata = all.heights.nodata.or(more.nodata);
@@ -101,6 +104,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
+    more.title.clone_from(&args.title);
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);

@@ -78,13 +78,13 @@ pub(super) struct PlacedMap {
     pub(super) map: Map,
     pub(super) pose: Pose,
     /// Of the picture's pixels.
-    georeference: Georeference,
+    pub(super) georeference: Georeference,
 }
 
 impl PlacedMap {
     /// None if no map is asked for.
-    pub(super) fn new(args: &RenderArgs, world: &OpenWorld) -> Option<Self> {
-        let (map, pose) = world.map(args.map?, args.size());
+    pub(super) fn new(args: &RenderArgs, world: &OpenWorld, foot_px: f32) -> Option<Self> {
+        let (map, pose) = world.map_above(args.map?, args.size(), foot_px as u32);
         let terrain = &world.surfaces.terrain;
         let first_m = map.world_from_px(DVec2::splat(0.5));
         let georeference = terrain.mapping().picture_georeference(terrain.store().georeference(), first_m, map.pixel_m);

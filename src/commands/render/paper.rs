@@ -43,7 +43,7 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
     if args.size.is_some() {
         return Err(Misuse("--size: on --paper the pixels of a picture follow from --dpi".to_owned()));
     }
-    let [longer, shorter] = sheet::sides_mm(paper).map_err(Misuse)?;
+    let [longer, shorter] = sheet::sides_mm("--paper", paper).map_err(Misuse)?;
     let sides_mm = if args.portrait { [shorter, longer] } else { [longer, shorter] };
     let margin_mm = if is_svg { args.margin.unwrap_or(MARGIN_MM) } else { 0.0 };
     let dpi = *args.dpi.get_or_insert(SHEET_DPI);

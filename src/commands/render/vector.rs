@@ -85,6 +85,11 @@ impl SvgOptions {
         Ok(Some(Self { settings: Settings { tolerance_px, sheet, ink }, pens: args.pens }))
     }
 
+    /// Width and height of the drawing on paper.
+    pub(super) fn size_mm(&self) -> Option<[f64; 2]> {
+        (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.size)
+    }
+
     /// The length of a pixel on paper.
     pub(super) fn mm_per_px(&self) -> Option<f64> {
         (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.units_per_px)
@@ -173,6 +178,9 @@ impl Job<'_> {
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }
+                if !is_on_earth {
+                    self.add_title(&mut groups, &pose);
+                }
                 let pens = pens.map(|count| Pens::chosen(count, groups.iter().flat_map(|group| &group.lines)));
                 vector::layers(&groups, settings, pens.as_ref())
             }
@@ -202,6 +210,7 @@ impl Job<'_> {
             ink: settings.ink.to_string(),
             layers,
         };
+        self.svg_sheets(&drawing)?;
         svg::write_svg_noted(path, &drawing, Some(&self.imprint_text()))?;
         self.drawn.append(&drawn);
         Ok(report)

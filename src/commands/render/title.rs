@@ -1,0 +1,110 @@
+//! `render --title`: a block of text below the picture.
+
+use glam::DVec2;
+
+use super::{Job, RenderArgs};
+use crate::commands::misuse::Misuse;
+use crate::file::message::named;
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::picture::title::{Block, MapScale, Words, block, foot_px, grouped};
+use crate::scene::view::Pose;
+use crate::source::georeference::Crs;
+use crate::style::Style;
+use crate::vector::{Group, GroupKind};
+
+const COMPASS: [&str; 16] =
+    ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
+
+/// The style with the paper that a title needs, if there is one.
+///
+/// # Errors
+/// A picture that has no room for it, or is not on paper.
+pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) -> Result<Style, Misuse> {
+    if args.title.is_none() {
+        return Ok(style);
+    }
+    let output = named(&args.output);
+    if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
+        return Err(Misuse(format!("--title: it stands on paper, and {output} has none")));
+    }
+    let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+    if is_svg && args.stereo.eyes().are_merged() {
+        return Err(Misuse("--title: an anaglyph in an .svg has none; one in a .png has".to_owned()));
+    }
+    style.paper.foot_px = foot_px(&style.paper, args.px_per_style_px());
+    let [width, height] = args.size();
+    let taken_px = style.paper.foot_px + 2.0 * style.paper.margin_px;
+    if taken_px > 0.5 * height as f32 || width < 64 {
+        return Err(Misuse(format!(
+            "--title: a picture of {width}x{height} px has no room for it: its paper takes {taken_px:.0} px of the height"
+        )));
+    }
+    Ok(style)
+}
+
+impl Job<'_> {
+    /// The block of the picture that an eye sees, if it has one.
+    pub(super) fn title_block(&self, pose: &Pose) -> Option<Block> {
+        let title = self.args.title.clone()?;
+        let style = &self.style;
+        let (below, scale) = match &self.map {
+            Some(map) => {
+                let mm_per_px = match &self.svg {
+                    Some(svg) => svg.mm_per_px(),
+                    None => self.args.dpi.map(|dpi| super::paper::MM_PER_INCH / dpi),
+                };
+                let scale = MapScale { m_per_px: map.map.pixel_m, mm_per_px };
+                // That of the picture, which over a geographic DEM is a projection without a code.
+                let code = map.georeference.epsg().map(|code| format!("EPSG:{code} · ")).unwrap_or_default();
+                (format!("{code}{}", style.name), Some(scale))
+            }
+            None => (format!("{} · {}", self.seen_from(pose), style.name), None),
+        };
+        let words = Words { title, below, scale };
+        Some(block(&words, self.args.size(), &style.paper, style.lettering_ink(), self.args.px_per_style_px()))
+    }
+
+    /// Says once which characters have no letter.
+    pub(super) fn warn_of_letters(&self, pose: &Pose) {
+        let replaced = self.title_block(pose).map(|block| block.replaced).unwrap_or_default();
+        if !replaced.is_empty() {
+            let list: String =
+                replaced.iter().map(|letter| letter.escape_debug().to_string()).collect::<Vec<_>>().join(" ");
+            tracing::warn!("--title: question marks stand for what has no letter here: {list}");
+        }
+    }
+
+    /// Adds the block to lines of a drawing.
+    pub(super) fn add_title(&self, groups: &mut Vec<Group>, pose: &Pose) {
+        if let Some(block) = self.title_block(pose) {
+            groups.push(Group {
+                id: "title".to_owned(),
+                label: "Title block".to_owned(),
+                ink: block.ink,
+                kind: GroupKind::Marks,
+                lines: block.polylines(),
+            });
+        }
+    }
+
+    /// `46.5312° N 7.9620° E, height 2 350 m, looking SW (220°)`.
+    fn seen_from(&self, pose: &Pose) -> String {
+        let terrain = &self.world.surfaces.terrain;
+        let at_m = pose.position_m;
+        let crs = terrain.mapping().crs_from_world(DVec2::new(at_m.x, at_m.y));
+        let place = match &terrain.store().georeference().crs {
+            Crs::Geographic { radians_per_unit, .. } => {
+                let [east, north] = [crs.x, crs.y].map(|angle| (angle * radians_per_unit).to_degrees());
+                let east = (east + 180.0).rem_euclid(360.0) - 180.0;
+                let side = |angle: f64, sides: [&'static str; 2]| if angle < 0.0 { sides[1] } else { sides[0] };
+                let (n, e) = (side(north, ["N", "S"]), side(east, ["E", "W"]));
+                format!("{:.4}° {n} {:.4}° {e}", north.abs(), east.abs())
+            }
+            Crs::Projected { .. } => format!("E {}, N {}", grouped(crs.x), grouped(crs.y)),
+            Crs::Local => format!("x {} m, y {} m", grouped(at_m.x), grouped(at_m.y)),
+        };
+        let heading_deg = pose.yaw_deg().rem_euclid(360.0);
+        let name = COMPASS[(heading_deg / 22.5).round() as usize % COMPASS.len()];
+        format!("{place}, height {} m, looking {name} ({:.0}°)", grouped(at_m.z), heading_deg.round() % 360.0)
+    }
+}

@@ -1,0 +1,173 @@
+//! Text as strokes of a pen: the letters are lines without a width, so that pictures, SVG and plotters have the same.
+//!
+//! The letters are those of A. V. Hershey ("Roman simplex"); `letters.txt` has them, where they come from, and its format.
+//! They are as high as capitals are: a length of 1 is the height of an A.
+
+pub mod ink;
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use glam::DVec2;
+
+/// Of capitals, in the units of the table.
+const CAPITALS: f64 = 21.0;
+/// What stands for a character that has no letter.
+const REPLACEMENT: char = '?';
+/// What stands for the end of a text that is cut.
+const ELLIPSIS: char = '…';
+
+/// A letter, in heights of capitals, from the left end of its base line; y goes up.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Letter {
+    /// Where the next letter begins.
+    advance: f64,
+    strokes: Vec<Vec<DVec2>>,
+}
+
+static LETTERS: LazyLock<BTreeMap<char, Letter>> = LazyLock::new(|| table(include_str!("letters.txt")));
+
+/// Reads the table. What does not hold is left out; a test holds the table against that.
+fn table(text: &str) -> BTreeMap<char, Letter> {
+    text.lines().filter(|line| !line.starts_with('#')).filter_map(letter).collect()
+}
+
+fn letter(line: &str) -> Option<(char, Letter)> {
+    let mut words = line.splitn(3, ' ');
+    let code = u32::from_str_radix(words.next()?.strip_prefix("U+")?, 16).ok()?;
+    let advance = words.next()?.parse::<f64>().ok()? / CAPITALS;
+    let point = |text: &str| {
+        let (x, y) = text.split_once(',')?;
+        Some(DVec2::new(x.parse().ok()?, y.parse().ok()?) / CAPITALS)
+    };
+    let stroke = |text: &str| text.split(' ').map(point).collect::<Option<Vec<_>>>();
+    let strokes = words.next().map_or(Some(Vec::new()), |strokes| strokes.split('|').map(stroke).collect())?;
+    Some((char::from_u32(code)?, Letter { advance, strokes }))
+}
+
+/// A line of text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    text: String,
+    /// Characters that have no letter, each once, as they stand in the text.
+    pub replaced: Vec<char>,
+}
+
+impl Line {
+    /// Blanks and line breaks of any number become one blank, and what has no letter a question mark.
+    pub fn new(text: &str) -> Self {
+        let mut replaced = Vec::new();
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let known = |character: char| {
+            if LETTERS.contains_key(&character) {
+                return character;
+            }
+            if !replaced.contains(&character) {
+                replaced.push(character);
+            }
+            REPLACEMENT
+        };
+        Self { text: text.chars().map(known).collect(), replaced }
+    }
+
+    /// The text as it is drawn.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// In heights of capitals.
+    pub fn width(&self) -> f64 {
+        self.letters().map(|letter| letter.advance).sum()
+    }
+
+    /// The line in a room of so many units: as high as `height` where it fits, else less, but not under `least`; what
+    /// then is too long ends in an ellipsis. Returns it with its height. A room that holds no letter has an empty line.
+    pub fn fitted(&self, room: f64, height: f64, least: f64) -> (Self, f64) {
+        let width = self.width();
+        let height = if width * height <= room { height } else { (room / width).clamp(least.min(height), height) };
+        if width * height <= room * (1.0 + 1e-9) {
+            return (self.clone(), height);
+        }
+        let mut kept: Vec<char> = self.text.chars().collect();
+        while kept.pop().is_some() {
+            let begin = kept.iter().collect::<String>();
+            let cut = Self { text: format!("{}{ELLIPSIS}", begin.trim_end()), replaced: self.replaced.clone() };
+            if cut.width() * height <= room {
+                return (cut, height);
+            }
+        }
+        (Self { text: String::new(), replaced: self.replaced.clone() }, height)
+    }
+
+    /// The strokes of letters that are `height` high, from `at`, the left end of the base line. y goes down, as pixels do.
+    pub fn strokes(&self, at: DVec2, height: f64) -> Vec<Vec<DVec2>> {
+        let mut strokes = Vec::new();
+        let mut x = 0.0;
+        for letter in self.letters() {
+            let place = |point: &DVec2| at + height * DVec2::new(x + point.x, -point.y);
+            strokes.extend(letter.strokes.iter().map(|stroke| stroke.iter().map(place).collect::<Vec<_>>()));
+            x += letter.advance;
+        }
+        strokes
+    }
+
+    fn letters(&self) -> impl Iterator<Item = &'static Letter> {
+        self.text.chars().filter_map(|character| LETTERS.get(&character))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_of_the_table_is_a_letter() {
+        let text = include_str!("letters.txt");
+        let holds = |text: &str| table(text).len() == text.lines().filter(|line| !line.starts_with('#')).count();
+        assert!(holds(text) && LETTERS.len() > 190);
+        assert!(!holds(&text.replacen(",", ";", 1)) || text.find(',') < text.find("U+"), "planted: damage");
+        assert!(!holds(&text.replace("U+0041 18 9,21", "U+0041 18 9;21")), "planted: damage");
+        // ASCII and Latin-1 are there, but for the soft hyphen, which nobody sees.
+        let latin = (0x20..0x7f).chain(0xa0..0x100).filter(|code| *code != 0xad).filter_map(char::from_u32);
+        let missing: Vec<char> = latin.filter(|character| !LETTERS.contains_key(character)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
+        // Letters stand on the line, are as high as they are, and stay within their room.
+        let of = |character: char| LETTERS[&character].strokes.concat();
+        let high = |points: &[DVec2]| points.iter().map(|point| point.y).fold(f64::MIN, f64::max);
+        assert!((high(&of('H')) - 1.0).abs() < 1e-9 && high(&of('É')) > 1.2 && high(&of('x')) < 0.7);
+        for (character, letter) in LETTERS.iter() {
+            let inside = |point: &DVec2| point.x >= -0.01 && point.x <= letter.advance + 0.01 && point.y.abs() < 1.5;
+            assert!(letter.strokes.concat().iter().all(inside), "{character}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_letter_is_replaced_and_told_once() {
+        let line = Line::new("  Mont\tBlanc \n 山 é 山 Ж");
+        assert_eq!(line.text(), "Mont Blanc ? é ? ?");
+        assert_eq!(line.replaced, ['山', 'Ж']);
+        assert!(Line::new("Gruss aus Zürich – Säntis").replaced.is_empty());
+    }
+
+    #[test]
+    fn long_texts_shrink_and_are_then_cut() {
+        let line = Line::new("Grosser Aletschgletscher");
+        let width = line.width();
+        assert_eq!(line.fitted(4.0 * width, 3.0, 1.0), (line.clone(), 3.0));
+        let (same, height) = line.fitted(2.0 * width, 3.0, 1.0);
+        assert!(same == line && (height - 2.0).abs() < 1e-9);
+        let (cut, height) = line.fitted(0.5 * width, 3.0, 1.0);
+        assert!(cut.text().ends_with('…') && cut.text().starts_with("Grosser") && height == 1.0, "{}", cut.text());
+        assert!(cut.width() <= 0.5 * width && cut.width() > 0.4 * width);
+        assert_eq!(line.fitted(0.1, 3.0, 1.0).0.text(), "");
+    }
+
+    #[test]
+    fn strokes_lie_where_they_are_asked_for() {
+        let strokes = Line::new("H").strokes(DVec2::new(10.0, 100.0), 42.0);
+        let points = strokes.concat();
+        let [low, high] = [f64::min, f64::max].map(|pick| points.iter().map(|at| at.y).reduce(pick));
+        assert_eq!([low, high], [Some(58.0), Some(100.0)]);
+        assert!(points.iter().all(|at| at.x > 10.0 && at.x < 10.0 + 42.0 * Line::new("H").width()));
+    }
+}

@@ -1,0 +1,172 @@
+//! A poster's pixels on the sheets of a small printer, cut while the poster is drawn: what is held is a row of pixels of
+//! each sheet that is being written.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::file::FileError;
+use crate::file::imprint::Notes;
+use crate::file::png::{EndedPng, PngPixels, PngWriter};
+use crate::lettering::ink::{PenStroke, cover};
+use crate::vector::sheets::{Place, Sheets};
+
+/// Bytes of a pixel.
+const PIXEL: usize = 4;
+
+/// `NAME-B3.png` of `NAME.png`.
+pub fn sheet_path(poster: &Path, place: Place) -> PathBuf {
+    let stem = poster.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = poster.extension().map(|ending| format!(".{}", ending.to_string_lossy())).unwrap_or_default();
+    poster.with_file_name(format!("{stem}-{}{ending}", place.name()))
+}
+
+/// Sheets under construction. Without [`SheetWriter::end`] and [`EndedSheets::commit`] nothing appears under their names.
+pub struct SheetWriter<'a> {
+    sheets: Sheets,
+    poster: PathBuf,
+    notes: Notes<'a>,
+    /// Of the poster, that come next.
+    next_row: usize,
+    open: Vec<OpenSheet>,
+    /// Rows of sheets that were begun.
+    begun: u32,
+    ended: Vec<EndedPng>,
+}
+
+/// Sheets that are whole, and have no names yet.
+pub struct EndedSheets(Vec<EndedPng>);
+
+impl EndedSheets {
+    /// Gives the files their names.
+    ///
+    /// # Errors
+    /// A full disk, a folder that is gone.
+    pub fn commit(self) -> Result<(), FileError> {
+        self.0.into_iter().try_for_each(EndedPng::commit)
+    }
+}
+
+struct OpenSheet {
+    png: PngWriter,
+    marks: Vec<PenStroke>,
+    /// Of the poster.
+    begin: [usize; 2],
+    end: [usize; 2],
+    inset: usize,
+    /// Width and height of the sheet.
+    paper: [usize; 2],
+}
+
+impl<'a> SheetWriter<'a> {
+    /// Of a poster that is written to `poster`; its sheets say of themselves what it says.
+    pub fn new(sheets: Sheets, poster: &Path, notes: Notes<'a>) -> Self {
+        Self { sheets, poster: poster.to_owned(), notes, next_row: 0, open: Vec::new(), begun: 0, ended: Vec::new() }
+    }
+
+    /// Takes whole rows of the poster's RGBA pixels, below those already taken.
+    ///
+    /// # Errors
+    /// A folder that is not there or not writable; a full disk.
+    pub fn write_rows(&mut self, rgba: &[u8]) -> Result<(), FileError> {
+        let row_bytes = self.sheets.poster[0] as usize * PIXEL;
+        let rows = self.next_row..self.next_row + rgba.len() / row_bytes;
+        // A band may be higher than a row of sheets: these end before the next ones begin, but for the overlap.
+        let mut first = rows.start;
+        while first < rows.end {
+            while self.begun < self.sheets.counts[1] && self.begin_of(self.begun) <= first {
+                self.begin_row(self.begun)?;
+                self.begun += 1;
+            }
+            let next = if self.begun < self.sheets.counts[1] { self.begin_of(self.begun) } else { usize::MAX };
+            let until = self.open.iter().map(|sheet| sheet.end[1]).chain([next, rows.end]).min().unwrap_or(rows.end);
+            let part = &rgba[(first - rows.start) * row_bytes..(until - rows.start) * row_bytes];
+            self.open.par_iter_mut().try_for_each(|sheet| sheet.write_rows(part, row_bytes))?;
+            let (ended, open) = std::mem::take(&mut self.open).into_iter().partition(|sheet| sheet.end[1] <= until);
+            self.open = open;
+            for sheet in ended {
+                self.ended.push(sheet.end()?);
+            }
+            first = until;
+        }
+        self.next_row = rows.end;
+        Ok(())
+    }
+
+    /// Ends the sheets, which must have all rows.
+    ///
+    /// # Errors
+    /// Rows are missing; a full disk.
+    pub fn end(mut self) -> Result<EndedSheets, FileError> {
+        // What is still open tells that it is not whole.
+        for sheet in std::mem::take(&mut self.open) {
+            self.ended.push(sheet.end()?);
+        }
+        Ok(EndedSheets(self.ended))
+    }
+
+    fn begin_of(&self, row: u32) -> usize {
+        self.sheets.part(Place { column: 0, row })[0][1] as usize
+    }
+
+    fn begin_row(&mut self, row: u32) -> Result<(), FileError> {
+        for column in 0..self.sheets.counts[0] {
+            let place = Place { column, row };
+            let [width, height] = self.sheets.paper.map(|side| side as u32);
+            let path = sheet_path(&self.poster, place);
+            let png = PngWriter::create_noted(&path, width, height, PngPixels::Rgb8, &self.notes)?;
+            let width_px = self.sheets.pen();
+            let marks = self.sheets.marks(place).into_iter().map(|points| PenStroke { points, width_px }).collect();
+            let [begin, end] = self.sheets.part(place).map(|corner| corner.map(|at| at as usize));
+            let inset = self.sheets.inset as usize;
+            let mut sheet = OpenSheet { png, marks, begin, end, inset, paper: [width as usize, height as usize] };
+            sheet.write_bare(0..inset)?;
+            self.open.push(sheet);
+        }
+        Ok(())
+    }
+}
+
+impl OpenSheet {
+    /// A row of the sheet without the poster.
+    fn bare(&self, row: usize) -> Vec<u8> {
+        let mut covered = vec![0.0; self.paper[0]];
+        cover(&self.marks, 0.0, row as f64, &mut covered);
+        covered.iter().flat_map(|part| [255 - (part * 255.0).round() as u8; 3]).collect()
+    }
+
+    fn write_bare(&mut self, rows: std::ops::Range<usize>) -> Result<(), FileError> {
+        for row in rows {
+            let bytes = self.bare(row);
+            self.png.write_rows(&bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Takes rows of the poster that all lie in the window, below those already taken.
+    fn write_rows(&mut self, rgba: &[u8], row_bytes: usize) -> Result<(), FileError> {
+        let first = self.inset + self.end[1] - self.begin[1] - self.rows_left();
+        for (i, row) in rgba.chunks_exact(row_bytes).enumerate() {
+            let mut bytes = self.bare(first + i);
+            let shown = row[self.begin[0] * PIXEL..self.end[0] * PIXEL].chunks_exact(PIXEL);
+            let pixels = bytes[3 * self.inset..].chunks_exact_mut(3);
+            pixels.zip(shown).for_each(|(to, from)| to.copy_from_slice(&from[..3]));
+            self.png.write_rows(&bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Of the window.
+    fn rows_left(&self) -> usize {
+        let below = self.paper[1] - self.inset - (self.end[1] - self.begin[1]);
+        self.png.rows_left().saturating_sub(below)
+    }
+
+    fn end(mut self) -> Result<EndedPng, FileError> {
+        if self.rows_left() == 0 {
+            let below = self.paper[1] - self.png.rows_left();
+            self.write_bare(below..self.paper[1])?;
+        }
+        self.png.end()
+    }
+}

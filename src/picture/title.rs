@@ -1,0 +1,326 @@
+//! The block of text below a picture: its title and, in small letters, how it was seen; of a map also a scale bar, the
+//! representative fraction and an arrow to the north. All of it is strokes of a pen, for pixels and for paths alike.
+//!
+//! It stands on the bare paper of the style's `foot_px`, below the picture and as wide as it is. Lengths here are pixels of
+//! the style, which become more at more dots to an inch.
+
+use glam::DVec2;
+
+use super::Band;
+use crate::lettering::Line;
+use crate::lettering::ink::{PenStroke, cover};
+use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
+use crate::style::{Color, Paper};
+
+/// What the block needs below a picture.
+const HEIGHT: f64 = 64.0;
+/// From the paper's edge to the text, where the style has no margin.
+const SIDE: f64 = 16.0;
+/// Capitals of the title, and at least.
+const TITLE: [f64; 2] = [16.0, 9.0];
+/// Of small letters, and at least.
+const SMALL: [f64; 2] = [7.5, 5.5];
+/// A pen's width for capitals of height 1, and at least: what is finer is grey, and small letters are hard to read then.
+const PEN: f64 = 0.1;
+const LEAST_PEN: f64 = 1.15;
+/// The line under the picture, where it has no border.
+const RULE: f64 = 1.0;
+/// Between the text and what stands right of it.
+const GAP: f64 = 20.0;
+/// Of the arrow to the north.
+const ARROW: [f64; 2] = [12.0, 38.0];
+/// A scale bar is at most so long, and so much of the picture's width; a shorter one than the last says little.
+const BAR: f64 = 200.0;
+const BAR_PART: f64 = 0.3;
+const LEAST_BAR: f64 = 36.0;
+
+/// What stands in a block.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Words {
+    /// In large letters; may be empty.
+    pub title: String,
+    /// In small letters below it.
+    pub below: String,
+    /// Of a map.
+    pub scale: Option<MapScale>,
+}
+
+/// Of a map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapScale {
+    /// In the world.
+    pub m_per_px: f64,
+    /// On paper, where it has a size.
+    pub mm_per_px: Option<f64>,
+}
+
+/// A block, ready to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// In pixels of the picture.
+    pub strokes: Vec<PenStroke>,
+    /// Of all of it.
+    pub ink: Color,
+    /// Characters that have no letter.
+    pub replaced: Vec<char>,
+}
+
+/// Bare paper that a style's `paper` needs below a picture beside its margin, in whole pixels.
+pub fn foot_px(paper: &Paper, px: f64) -> f32 {
+    let needed = (HEIGHT * px).ceil() as f32 - paper.margin_px.floor();
+    needed.max(paper.foot_px).max(0.0)
+}
+
+/// A length that people like, 1, 2 or 5 times a power of ten metres, which is at most `most_m`.
+pub fn round_m(most_m: f64) -> f64 {
+    let power = 10.0_f64.powf(most_m.log10().floor());
+    [5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|digit| digit * power)
+        .find(|length| *length <= most_m * (1.0 + 1e-9))
+        .unwrap_or(power)
+}
+
+/// `500 m`, `2 km`.
+fn length(metres: f64) -> String {
+    if metres >= 1000.0 { format!("{} km", grouped(metres / 1000.0)) } else { format!("{metres} m") }
+}
+
+/// A whole number with a blank before each three digits; `12 500`.
+pub fn grouped(number: f64) -> String {
+    let digits = format!("{:.0}", number.abs());
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    if number <= -0.5 { format!("−{text}") } else { text }
+}
+
+/// `1 : 50 000`, to three digits.
+fn fraction(scale: &MapScale) -> Option<String> {
+    let exact = 1000.0 * scale.m_per_px / scale.mm_per_px?;
+    let step = 10.0_f64.powf(exact.log10().floor() - 2.0).max(1.0);
+    (exact.is_finite() && exact >= 1.0).then(|| format!("1 : {}", grouped((exact / step).round() * step)))
+}
+
+/// The block of a picture of `size_px` on this paper, whose foot and margin have room for it ([`foot_px`]). `px` is how
+/// many pixels one of the style is.
+pub fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
+    let mut page = Page { strokes: Vec::new(), replaced: Vec::new() };
+    let [width, height] = size_px.map(f64::from);
+    let [margin, foot] = [paper.margin_px, paper.foot_px].map(f64::from);
+    let side = if margin > 0.0 { margin } else { SIDE * px };
+    let picture_bottom = height - margin - foot;
+    if paper.border_px == 0.0 {
+        let rule = RULE * px;
+        let y = picture_bottom + 0.5 * rule;
+        page.strokes.push(PenStroke::line(DVec2::new(margin, y), DVec2::new(width - margin, y), rule));
+    }
+    // Much paper is no reason to stand far from the picture.
+    let spare = 0.5 * (margin + foot - HEIGHT * px);
+    let top = picture_bottom + spare.clamp(0.0, 12.0 * px);
+    let (left, mut right) = (side, width - side);
+    let at = |x: f64, y: f64| DVec2::new(x, top + y * px);
+    if let Some(scale) = &words.scale {
+        right = page.scale(scale, right - left, right, at, px);
+    }
+    let room = (right - left).max(0.0);
+    let title = Line::new(&words.title);
+    let has_title = !title.text().is_empty();
+    if has_title {
+        page.fitted(&title, room, TITLE, at(left, 32.0), px);
+    }
+    page.fitted(&Line::new(&words.below), room, SMALL, at(left, if has_title { 50.0 } else { 37.0 }), px);
+    let mut replaced = page.replaced;
+    replaced.sort_unstable();
+    replaced.dedup();
+    Block { strokes: page.strokes, ink, replaced }
+}
+
+struct Page {
+    strokes: Vec<PenStroke>,
+    replaced: Vec<char>,
+}
+
+impl Page {
+    fn fitted(&mut self, line: &Line, room: f64, [height, least]: [f64; 2], at: DVec2, px: f64) {
+        self.replaced.extend(&line.replaced);
+        let (line, height) = line.fitted(room, height * px, least * px);
+        self.write(&line, at, height, px);
+    }
+
+    fn write(&mut self, line: &Line, at: DVec2, height: f64, px: f64) {
+        let width_px = (PEN * height).max(LEAST_PEN * px);
+        self.strokes.extend(line.strokes(at, height).into_iter().map(|points| PenStroke { points, width_px }));
+    }
+
+    fn small(&mut self, text: &str, at: DVec2, px: f64, part_left: f64) {
+        let line = Line::new(text);
+        let height = SMALL[0] * px;
+        self.write(&line, at - DVec2::new(part_left * line.width() * height, 0.0), height, px);
+    }
+
+    /// The arrow, the bar and the fraction, from the right end; returns where the text must end.
+    fn scale(&mut self, scale: &MapScale, width: f64, right: f64, at: impl Fn(f64, f64) -> DVec2, px: f64) -> f64 {
+        let line = |from: DVec2, to: DVec2, width: f64| PenStroke::line(from, to, width * px);
+        if width < 6.0 * ARROW[0] * px {
+            return right;
+        }
+        let [arrow_width, arrow_height] = ARROW;
+        let middle = right - 0.5 * arrow_width * px;
+        let (tip, foot) = (at(middle, 24.0), at(middle, 14.0 + arrow_height));
+        self.strokes.push(line(foot, tip, 1.2));
+        for way in [-1.0, 1.0] {
+            let barb = tip + px * DVec2::new(0.42 * way * arrow_width, 11.0);
+            self.strokes.push(line(tip, barb, 1.2));
+        }
+        self.small("N", at(middle, 20.0), px, 0.5);
+        let mut left = right - arrow_width * px - GAP * px;
+        let most = (BAR * px).min(BAR_PART * width);
+        let bar_m = round_m(most * scale.m_per_px);
+        let bar = bar_m / scale.m_per_px;
+        if bar >= LEAST_BAR * px {
+            let name = length(bar_m);
+            let overhang = 0.5 * SMALL[0] * px * Line::new(&name).width();
+            let end = left - overhang;
+            let begin = end - bar;
+            // 1 is four quarters, 2 four halves, 5 five ones: each second part is a heavy one.
+            let parts = if (bar_m / 10.0_f64.powf(bar_m.log10().floor() + 1e-9) - 5.0).abs() < 0.1 { 5 } else { 4 };
+            let tick = |part: f64| begin + bar * part;
+            self.strokes.push(line(at(begin, 46.0), at(end, 46.0), 1.0));
+            for i in 0..parts {
+                let [from, to] = [i, i + 1].map(|i| tick(f64::from(i) / f64::from(parts)));
+                if i % 2 == 0 {
+                    // Round ends would make it longer.
+                    let half = 0.5 * 3.2 * px;
+                    self.strokes.push(line(at(from + half, 46.0), at(to - half, 46.0), 3.2));
+                }
+            }
+            for part in [0.0, 1.0] {
+                self.strokes.push(line(at(tick(part), 42.0), at(tick(part), 50.0), 1.0));
+            }
+            self.small("0", at(begin, 38.0), px, 0.5);
+            self.small(&name, at(end, 38.0), px, 0.5);
+            if let Some(text) = fraction(scale) {
+                self.small(&text, at(0.5 * (begin + end), 22.0), px, 0.5);
+            }
+            left = begin - 0.5 * SMALL[0] * px;
+        } else if let Some(text) = fraction(scale) {
+            let long = SMALL[0] * px * Line::new(&text).width();
+            // A picture that is too narrow for it has none.
+            if left - long >= right - width {
+                self.small(&text, at(left, 36.0), px, 1.0);
+                left -= long;
+            }
+        }
+        left - GAP * px
+    }
+}
+
+impl Block {
+    /// Draws it into a band of a picture that is `width` pixels wide.
+    pub fn draw(&self, band: &mut Band, width: usize) {
+        let ink = self.ink.linear();
+        let highest = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| at.y).fold(f64::MAX, f64::min);
+        for (i, row) in band.picture.chunks_exact_mut(width.max(1)).enumerate() {
+            let y = f64::from(band.first_row) + i as f64;
+            if y < highest - 16.0 {
+                continue;
+            }
+            let mut covered = vec![0.0; width];
+            cover(&self.strokes, 0.0, y, &mut covered);
+            for (texel, part) in row.iter_mut().zip(&covered).filter(|(_, part)| **part > 0.0) {
+                (0..3).for_each(|k| texel[k] += (ink[k] - texel[k]) * part);
+            }
+        }
+    }
+
+    /// The same for a drawing of lines.
+    pub fn polylines(&self) -> Vec<Polyline> {
+        let polyline = |stroke: &PenStroke| {
+            let half_width_px = 0.5 * stroke.width_px as f32;
+            let point = |at: &DVec2| PolylinePoint { px: [at.x as f32, at.y as f32], half_width_px, ink: 1.0 };
+            Polyline { points: stroke.points.iter().map(point).collect(), ..Polyline::default() }
+        };
+        self.strokes.iter().map(polyline).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use super::*;
+
+    fn paper(margin_px: f32) -> Paper {
+        let plain = crate::style::Style::load("plain").unwrap().paper;
+        let bare = Paper { margin_px, border_px: 0.0, foot_px: 0.0, ..plain };
+        Paper { foot_px: foot_px(&bare, 1.0), ..bare }
+    }
+
+    #[test]
+    fn lengths_are_round() {
+        let lengths = [0.9, 1.0, 1.9, 4.99, 5.0, 999.0, 25_000.0].map(round_m);
+        assert_eq!(lengths, [0.5, 1.0, 1.0, 2.0, 5.0, 500.0, 20_000.0]);
+        assert_eq!([length(0.5), length(500.0), length(20_000.0)], ["0.5 m", "500 m", "20 km"]);
+        assert_eq!([grouped(50_000.0), grouped(999.6), grouped(-1234.0)], ["50 000", "1 000", "−1 234"]);
+        let scale = |m_per_px, mm_per_px| fraction(&MapScale { m_per_px, mm_per_px });
+        assert_eq!(scale(5.0, Some(0.1)), Some("1 : 50 000".to_owned()));
+        assert_eq!(scale(4.9876, Some(0.1)), Some("1 : 49 900".to_owned()));
+        assert_eq!(scale(5.0, None), None);
+    }
+
+    /// How long the bar is, from its end ticks, in pixels.
+    fn bar_px(block: &Block) -> f64 {
+        let is_tick = |stroke: &&PenStroke| {
+            stroke.points.len() == 2 && stroke.points[0].x == stroke.points[1].x && (stroke.width_px - 1.0).abs() < 1e-9
+        };
+        let ticks: Vec<f64> = block.strokes.iter().filter(is_tick).map(|stroke| stroke.points[0].x).collect();
+        assert_eq!(ticks.len(), 2);
+        (ticks[1] - ticks[0]).abs()
+    }
+
+    #[test]
+    fn a_scale_bar_has_its_length() {
+        for (m_per_px, bar_m) in [(1.0, 100.0), (7.3, 1000.0), (0.011, 2.0), (1300.0, 200_000.0)] {
+            let scale = Some(MapScale { m_per_px, mm_per_px: None });
+            let words = Words { title: "A map".into(), below: "ink".into(), scale };
+            let found_m = bar_px(&block(&words, [640, 400], &paper(0.0), Color::default(), 1.0)) * m_per_px;
+            assert!((found_m / bar_m - 1.0).abs() < 1e-6, "{m_per_px} m: {found_m} m and not {bar_m}");
+            // Planted: another scale.
+            let other = Words { scale: Some(MapScale { m_per_px: 1.1 * m_per_px, mm_per_px: None }), ..words };
+            let other_m = bar_px(&block(&other, [640, 400], &paper(0.0), Color::default(), 1.0)) * m_per_px;
+            assert!((other_m / bar_m - 1.0).abs() > 0.05);
+        }
+    }
+
+    #[test]
+    fn a_block_stays_on_bare_paper() {
+        let long = "A title that is much too long for the room that there is below a picture as narrow as this one";
+        for (size, margin) in
+            [([640, 400], 0.0), ([640, 400], 30.0), ([200, 300], 0.0), ([90, 200], 5.0), ([900, 700], 120.0)]
+        {
+            for scale in [None, Some(MapScale { m_per_px: 12.0, mm_per_px: Some(0.1) })] {
+                let words = Words { title: long.into(), below: long.into(), scale };
+                let paper = paper(margin);
+                let found = block(&words, size, &paper, Color::default(), 1.0);
+                let top = f64::from(size[1]) - f64::from(paper.margin_px + paper.foot_px);
+                for stroke in &found.strokes {
+                    let half = 0.5 * stroke.width_px - 1e-6;
+                    let holds = |at: &DVec2| {
+                        at.y - half >= top
+                            && at.y + half <= f64::from(size[1]) - 1.0
+                            && at.x >= 0.0
+                            && at.x <= f64::from(size[0])
+                    };
+                    assert!(stroke.points.iter().all(holds), "{size:?}, margin {margin}: {stroke:?}");
+                }
+            }
+        }
+        let words = Words { title: "山".into(), below: "山 Ж".into(), scale: None };
+        assert_eq!(block(&words, [640, 400], &paper(0.0), Color::default(), 1.0).replaced, ['Ж', '山']);
+    }
+}

@@ -1,0 +1,162 @@
+//! `render --aov-names standard`: channels of an EXR as compositors know them, over a slope that the test knows.
+
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
+#[path = "common/program.rs"]
+mod program;
+
+use std::path::Path;
+
+use exr::prelude::{FlatSamples, MetaData, ReadChannels, ReadLayers};
+
+/// How the land rises: by so much in a metre to the east and to the north.
+const RISE: [f64; 2] = [0.2, 0.1];
+const SIDE: usize = 96;
+const SPACING_M: f64 = 30.0;
+const MIDDLE_M: f64 = 900.0;
+const SIZE: [usize; 2] = [96, 54];
+const RENDER: &str = "slope.asc --size 96x54 --camera=50,-700,1150,10,-14,50 --aov depth,position,normal,surface";
+
+/// A folder with a plane in it. The world's metres count from its middle.
+fn place() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let middle = 0.5 * (SIDE as f64 - 1.0);
+    let mut text = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner 0\nyllcorner 0\ncellsize {SPACING_M}\n");
+    for row in 0..SIDE {
+        let height_m = |column: usize| {
+            let [east_m, north_m] = [column as f64 - middle, middle - row as f64].map(|at| at * SPACING_M);
+            MIDDLE_M + RISE[0] * east_m + RISE[1] * north_m
+        };
+        let heights: Vec<String> = (0..SIDE).map(|column| format!("{:.3}", height_m(column))).collect();
+        text += &(heights.join(" ") + "\n");
+    }
+    hachure::file::atomic::write(&folder.path().join("slope.asc"), text.as_bytes()).unwrap();
+    folder
+}
+
+/// The floats of an EXR by their names, read by the crate `exr` alone.
+fn floats(path: &Path) -> impl Fn(&str) -> Vec<f32> + use<> {
+    let image = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    let image = image.first_valid_layer().all_attributes().from_file(path).unwrap();
+    let list = image.layer_data.channel_data.list;
+    move |name| {
+        let channel = list.iter().find(|channel| channel.name.to_string() == name).expect(name);
+        match &channel.sample_data {
+            FlatSamples::F32(values) => values.clone(),
+            _ => panic!("{name} is no float"),
+        }
+    }
+}
+
+fn names(path: &Path) -> Vec<String> {
+    let found = MetaData::read_from_file(path, false).unwrap();
+    found.headers[0].channels.list.iter().map(|channel| channel.name.to_string()).collect()
+}
+
+fn bits(values: &[f32]) -> Vec<u32> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+#[test]
+fn standard_names_have_the_values_of_the_others() {
+    let folder = place();
+    program::draw(folder.path(), &format!("{RENDER} -o own.exr"));
+    program::draw(folder.path(), &format!("{RENDER} --aov-names standard -o standard.exr"));
+    let path = folder.path().join("standard.exr");
+    let expected = ["A", "B", "G", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "R", "Z", "surface.id"];
+    assert_eq!(names(&path), expected);
+    let (own, standard) = (floats(&folder.path().join("own.exr")), floats(&path));
+    for (own_name, name) in
+        [("R", "R"), ("depth.V", "Z"), ("normal.X", "N.X"), ("normal.Y", "N.Y"), ("normal.Z", "N.Z")]
+    {
+        assert_eq!(bits(&own(own_name)), bits(&standard(name)), "{name}");
+    }
+    assert_ne!(bits(&own("normal.X")), bits(&standard("N.Y")), "planted: axes exchanged");
+    // Positions count from the camera, and P from the middle of the world.
+    let depth = standard("Z");
+    let seen: Vec<usize> = (0..depth.len()).filter(|i| depth[*i].is_finite()).collect();
+    assert!(seen.len() > depth.len() / 2 && seen.len() < depth.len(), "land and sky: {}", seen.len());
+    for (axis, camera_m) in [("X", 50.0), ("Y", -700.0), ("Z", 1150.0)] {
+        let (from_camera, place) = (own(&format!("position.{axis}")), standard(&format!("P.{axis}")));
+        assert!(seen.iter().all(|i| (place[*i] - from_camera[*i] - camera_m).abs() < 1e-3), "P.{axis}");
+        assert!((0..depth.len()).all(|i| depth[i].is_finite() || place[i] == 0.0), "P.{axis}: sky is 0");
+    }
+}
+
+/// The most by which places leave the slope, in metres; the most by which normals do; and, by the matrix of the file, the
+/// most by which places leave their pixels, and depths the distance along the axis in metres.
+fn farthest_off(path: &Path, [x, y, z]: [&[f32]; 3], [nx, ny, nz]: [&[f32]; 3], depth: &[f32]) -> [f64; 4] {
+    let header = MetaData::read_from_file(path, false).unwrap().headers.remove(0);
+    let (camera, ndc) = (header.own_attributes.world_to_camera, header.own_attributes.world_to_normalized_device);
+    let (camera, ndc) = (camera.unwrap(), ndc.unwrap());
+    let length = (RISE[0] * RISE[0] + RISE[1] * RISE[1] + 1.0).sqrt();
+    let mut off = [0.0_f64; 4];
+    for i in (0..depth.len()).filter(|i| depth[*i].is_finite()) {
+        let at = [x[i], y[i], z[i]].map(f64::from);
+        // Spans at the border of the heights have a neighbour less, and another slope.
+        let inner_m = (0.5 * SIDE as f64 - 3.0) * SPACING_M;
+        if at[0].abs().max(at[1].abs()) > inner_m {
+            continue;
+        }
+        // A row vector times a matrix that stands row by row.
+        let times = |matrix: [f32; 16]| -> [f64; 4] {
+            let row = [at[0], at[1], at[2], 1.0];
+            std::array::from_fn(|to| (0..4).map(|k| row[k] * f64::from(matrix[4 * k + to])).sum())
+        };
+        let (seen, ndc) = (times(camera), times(ndc));
+        let px = [0.5 * (1.0 + ndc[0] / ndc[3]) * SIZE[0] as f64, 0.5 * (1.0 - ndc[1] / ndc[3]) * SIZE[1] as f64];
+        let pixel = [i % SIZE[0], i / SIZE[0]].map(|at| at as f64 + 0.5);
+        let normal = [nx[i], ny[i], nz[i]].map(f64::from);
+        let of_pixel = [
+            (MIDDLE_M + RISE[0] * at[0] + RISE[1] * at[1] - at[2]).abs(),
+            (normal[0] + RISE[0] / length)
+                .abs()
+                .max((normal[1] + RISE[1] / length).abs())
+                .max((normal[2] - 1.0 / length).abs()),
+            (px[0] - pixel[0]).hypot(px[1] - pixel[1]),
+            (seen[2] + f64::from(depth[i])).abs(),
+        ];
+        off = std::array::from_fn(|k| off[k].max(of_pixel[k]));
+    }
+    off
+}
+
+#[test]
+fn places_and_normals_are_those_of_the_slope() {
+    let folder = place();
+    program::draw(folder.path(), &format!("{RENDER} --aov-names standard -o a.exr"));
+    let path = folder.path().join("a.exr");
+    let of = floats(&path);
+    let [x, y, z, nx, ny, nz, depth] = ["P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "Z"].map(of);
+    let off = farthest_off(&path, [&x, &y, &z], [&nx, &ny, &nz], &depth);
+    println!(
+        "places {:.4} m off the slope, normals {:.5}; {:.4} px and {:.4} m off their rays",
+        off[0], off[1], off[2], off[3]
+    );
+    let holds = |off: [f64; 4]| off[0] < 0.05 && off[1] < 0.002 && off[2] < 0.02 && off[3] < 0.02;
+    assert!(holds(off), "{off:?}");
+    // Planted: places that count from the camera, axes exchanged, and a distance to the eye instead of along its axis.
+    let from_camera: Vec<f32> = z.iter().map(|z| z - 1150.0).collect();
+    assert!(!holds(farthest_off(&path, [&x, &y, &from_camera], [&nx, &ny, &nz], &depth)));
+    assert!(!holds(farthest_off(&path, [&x, &z, &y], [&nx, &ny, &nz], &depth)));
+    assert!(!holds(farthest_off(&path, [&x, &y, &z], [&ny, &nx, &nz], &depth)));
+    let eye_m = [50.0, -700.0, 1150.0];
+    let distance = |i: usize| (x[i] - eye_m[0]).hypot(y[i] - eye_m[1]).hypot(z[i] - eye_m[2]);
+    let to_eye: Vec<f32> =
+        (0..depth.len()).map(|i| if depth[i].is_finite() { distance(i) } else { f32::INFINITY }).collect();
+    assert!(!holds(farthest_off(&path, [&x, &y, &z], [&nx, &ny, &nz], &to_eye)));
+}
+
+#[test]
+fn names_without_channels_are_told() {
+    let folder = place();
+    for (arguments, words) in [
+        ("slope.asc -o a.exr --aov-names standard", "--aov-names: it names the channels of --aov"),
+        ("slope.asc -o a.exr --aov depth --aov-names nuke", "it must be hachure or standard"),
+    ] {
+        let output = program::run(folder.path(), arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && said.contains(words) && said.trim_end().lines().count() == 1, "{said}");
+        assert!(!folder.path().join("a.exr").exists());
+    }
+}

@@ -1,0 +1,168 @@
+//! `render --title`: the block below a picture, in pixels and in paths.
+
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+
+#[path = "common/program.rs"]
+mod program;
+
+use std::path::Path;
+
+use hachure::file::imprint;
+use hachure::file::png::{Picture, read_rgba8};
+use kurbo::{BezPath, ParamCurve, ParamCurveArclen};
+
+/// `hill.asc`: 96 × 96 samples of 30 m.
+fn place() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "ncols 96\nnrows 96\nxllcorner 0\nyllcorner 0\ncellsize 30\n".to_owned();
+    for row in 0..96 {
+        let height_m = |column: i32| {
+            let (x, y) = (f64::from(column) / 14.0, f64::from(row) / 17.0);
+            400.0 + 300.0 * (x.sin() * y.cos()) + 60.0 * (3.1 * x + y).sin()
+        };
+        let heights: Vec<String> = (0..96).map(|column| format!("{:.2}", height_m(column))).collect();
+        text += &(heights.join(" ") + "\n");
+    }
+    hachure::file::atomic::write(&folder.path().join("hill.asc"), text.as_bytes()).unwrap();
+    folder
+}
+
+/// Draws with arguments behind which a title stands, which may have blanks.
+fn draw(folder: &Path, arguments: &str, title: &str) -> String {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_hachure"))
+        .arg("render")
+        .args(arguments.split_whitespace())
+        .args(["--title", title])
+        .current_dir(folder)
+        .env("HACHURE_CACHE", folder.join("cache"))
+        .env_remove("XDG_RUNTIME_DIR")
+        .env_remove("RUST_LOG")
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{arguments}: {said}");
+    said
+}
+
+fn read(folder: &Path, name: &str) -> Picture {
+    read_rgba8(&folder.join(name)).unwrap()
+}
+
+fn red(picture: &Picture, x: usize, y: usize) -> u8 {
+    picture.rgba[4 * (y * picture.width as usize + x)]
+}
+
+/// The foot of a picture without a margin, at 96 dots to an inch.
+const FOOT: usize = 64;
+
+#[test]
+fn a_map_with_a_title_is_the_map_above_it() {
+    let folder = place();
+    let folder = folder.path();
+    // The paper of `wash` is no white, and its grain must go on in the foot.
+    for style in ["ink", "wash"] {
+        program::draw(folder, &format!("hill.asc --map --size 400x300 --style {style} -o map.png"));
+        draw(folder, &format!("hill.asc --map --size 400x364 --style {style} -o titled.png"), "Hill");
+        let (map, titled) = (read(folder, "map.png"), read(folder, "titled.png"));
+        let world = |name: &str| -> Vec<f64> {
+            let text = std::fs::read_to_string(folder.join(name)).unwrap();
+            text.lines().map(|line| line.parse().unwrap()).collect()
+        };
+        let (own, other) = (world("map.pgw"), world("titled.pgw"));
+        assert!(own.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-6), "{style}: {own:?} {other:?}");
+        // Normals fall otherwise from another height of the eye, so a few pixels may differ.
+        let unlike = |shift: usize| {
+            let pixels = (0..300).flat_map(|y| (0..396).map(move |x| (x, y)));
+            pixels.filter(|(x, y)| red(&map, *x, *y).abs_diff(red(&titled, x + shift, *y)) > 24).count()
+        };
+        println!("{style}: {} of 120000 pixels differ, planted {}", unlike(0), unlike(2));
+        assert!(unlike(0) < 1500 && unlike(2) > 3 * unlike(0).max(500), "{style}");
+        let foot = (300..364).flat_map(|y| (0..400).map(move |x| (x, y)));
+        let bare = foot.clone().filter(|(x, y)| red(&titled, *x, *y) > 190).count();
+        assert!(bare > 20_000 && bare < 25_300, "{style}: paper and letters, {bare}");
+    }
+}
+
+#[test]
+fn a_title_is_drawn_again_by_like() {
+    let folder = place();
+    let folder = folder.path();
+    draw(folder, "hill.asc --size 320x240 --camera=0,-1600,+300,4,-9,50 --style pen --dpi 120 -o a.png", "Hügel – 1");
+    let text = imprint::read(&folder.join("a.png")).unwrap();
+    assert!(text.starts_with("version = 3\n") && text.contains("title = \"Hügel – 1\""), "{text}");
+    program::draw(folder, "--like a.png -o b.png");
+    assert!(read(folder, "a.png") == read(folder, "b.png"));
+    draw(folder, "--like a.png -o c.png", "Hügel – 2");
+    let (a, c) = (read(folder, "a.png"), read(folder, "c.png"));
+    let unlike = (0..320 * 240).filter(|i| a.rgba[4 * i..4 * i + 4] != c.rgba[4 * i..4 * i + 4]).count();
+    assert!(unlike > 5 && unlike < 200, "planted: another digit, {unlike} px");
+    // Without a title the text has the version that older readers know.
+    program::draw(folder, "hill.asc --size 64x36 -o d.png");
+    assert!(imprint::read(&folder.join("d.png")).unwrap().starts_with("version = 1\n"));
+}
+
+/// Points along the paths of a layer of an SVG, in its unit.
+fn layer_points(path: &Path, id: &str) -> Vec<kurbo::Point> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut points = Vec::new();
+    for layer in text.split("<g id=\"").skip(1).filter(|layer| layer.starts_with(id)) {
+        let paths = layer.split_once("</g>").unwrap().0.lines().filter(|line| line.starts_with("<path"));
+        for line in paths {
+            let (_, path) = line.split_once(" d=\"").unwrap();
+            for segment in BezPath::from_svg(path.split_once('"').unwrap().0).unwrap().segments() {
+                let count = (segment.arclen(1e-3) / 0.5).ceil().max(1.0) as usize;
+                points.extend((0..count).map(|i| segment.eval((i as f64 + 0.5) / count as f64)));
+            }
+        }
+    }
+    points
+}
+
+#[test]
+fn paths_are_where_the_pixels_are() {
+    let folder = place();
+    let folder = folder.path();
+    for pens in ["", " --pens 2"] {
+        let view = "hill.asc --map --size 400x364 --style strokes";
+        draw(folder, &format!("{view} -o a.png"), "Hill of waves");
+        draw(folder, &format!("{view}{pens} -o a.svg"), "Hill of waves");
+        let picture = read(folder, "a.png");
+        let points = layer_points(&folder.join("a.svg"), "title");
+        assert!(points.len() > 600, "{pens}: {} points", points.len());
+        let bare = |shift: f64| {
+            let at = |point: &&kurbo::Point| {
+                let [x, y] = [point.x, point.y + shift].map(|at| at.clamp(0.0, 399.0) as usize);
+                let y = y.min(363);
+                red(&picture, x, y) > 215
+            };
+            points.iter().filter(at).count() as f64 / points.len() as f64
+        };
+        println!("pens {pens:?}: {:.4} of the letters' paths on bare paper, moved by 2 px {:.4}", bare(0.0), bare(2.0));
+        assert!(bare(0.0) < 0.03, "{}", bare(0.0));
+        assert!(bare(2.0) > 0.15, "planted: moved by two pixels, {}", bare(2.0));
+        // No line of the map runs into the foot.
+        for id in ["border", "contour", "heights"] {
+            let lowest = layer_points(&folder.join("a.svg"), id).iter().map(|at| at.y).fold(0.0, f64::max);
+            assert!(lowest <= (364 - FOOT) as f64 + 1.0, "{id}: {lowest}");
+        }
+    }
+}
+
+#[test]
+fn what_a_title_cannot_have_is_told() {
+    let folder = place();
+    let folder = folder.path();
+    let said = draw(folder, "hill.asc --size 200x200 -o a.png", "山 and 山 and Ж");
+    let told: Vec<&str> = said.lines().filter(|line| line.contains("--title")).collect();
+    assert!(matches!(told.as_slice(), [line] if line.ends_with("has no letter here: Ж 山")), "{said}");
+    for (arguments, words) in [
+        ("hill.asc --size 64x100 -o b.png --title x", "--title: a picture of 64x100 px has no room"),
+        ("hill.asc --size 32x300 -o b.png --title x", "has no room"),
+        ("hill.asc --eyes anaglyph --style pen -o b.svg --title x", "an anaglyph in an .svg has none"),
+        ("hill.asc --map --style pen -o b.geojson --title x", "it stands on paper"),
+    ] {
+        let output = program::run(folder, arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && said.contains(words) && said.trim_end().lines().count() == 1, "{said}");
+    }
+}
