@@ -5,7 +5,7 @@
 //! in it by the names that were given: no path is made absolute, and of addresses only what is no secret is kept.
 //!
 //! ```toml
-//! version = 1                  # of this text, 2 of a map: a reader refuses what is newer
+//! version = 1                  # of this text, 2 of a map, 3 with a focus: a reader refuses what is newer
 //! hachure = "0.1.0"            # who wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the embedded world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -32,10 +32,12 @@ use crate::scene::camera::Camera;
 use crate::scene::view::{NEAR_M, Pose};
 use crate::style::{Style, StyleError, StyleFiles};
 
-/// Of the text. Another key that changes the drawing needs another version: 2 has maps.
-const VERSION: u32 = 2;
-/// Of a text without a map: older readers know all of it.
-const VERSION_WITHOUT_MAP: u32 = 1;
+/// Of the text. Another key that changes the drawing needs another version: 3 has `focus`.
+const VERSION: u32 = 3;
+/// Of a map without a focus.
+const VERSION_WITH_MAP: u32 = 2;
+/// Of a text with neither: older readers know all of it.
+const FIRST_VERSION: u32 = 1;
 
 /// Why a file's imprint is of no use. One line that names the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -107,6 +109,8 @@ pub struct More {
     pub convergence: Option<f64>,
     /// Of `--map`; the camera is then the nearest that there is.
     pub map: Option<String>,
+    /// Of `--focus`.
+    pub focus: Option<String>,
     /// Of `--show`.
     pub show: Option<String>,
     /// Of an SVG.
@@ -162,7 +166,11 @@ impl Imprint {
         // What stands behind the path of an address may be a key to it.
         let public = |world: &String| if world.contains("://") { remote::name_of(world) } else { world.clone() };
         let text = toml::to_string(&ImprintToml {
-            version: if self.more.map.is_some() { VERSION } else { VERSION_WITHOUT_MAP },
+            version: match (&self.more.focus, &self.more.map) {
+                (Some(_), _) => VERSION,
+                (None, Some(_)) => VERSION_WITH_MAP,
+                (None, None) => FIRST_VERSION,
+            },
             hachure: env!("CARGO_PKG_VERSION").to_owned(),
             world: self.world.as_ref().map(public),
             camera: self.camera.to_string(),

@@ -4,6 +4,7 @@ pub mod anaglyph;
 pub mod camera;
 pub mod earth;
 pub mod embedded;
+pub mod focus;
 pub mod forest;
 pub mod forest_cover;
 pub mod frustum;
@@ -22,6 +23,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use camera::Camera;
+pub use focus::{Focus, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
@@ -46,6 +48,8 @@ pub struct Scene {
     pub sun_time: Option<SunTime>,
     /// The air.
     pub haze: Haze,
+    /// Where the strongest contrast is; none means that the style says it, if anybody does.
+    pub focus: Option<SceneFocus>,
     /// Where a flight starts; none means a view that the world's extent suggests.
     pub start: Option<Camera>,
     /// The curvature of the earth; none is a flat map.
@@ -124,6 +128,7 @@ impl Scene {
             sun: Sun::default(),
             sun_time: None,
             haze: Haze::default(),
+            focus: None,
             start: None,
             earth: None,
             vertical_exaggeration: 1.0,
@@ -145,6 +150,8 @@ pub struct Light {
     pub haze_m: f64,
     /// What distance fades to, in sRGB of 0 to 1; none means the style's.
     pub haze_srgb: Option<[f32; 3]>,
+    /// Where the strongest contrast is.
+    pub focus: Option<Focus>,
 }
 
 /// Haze of clear air: two thirds of the contrast are gone at this distance.
@@ -176,6 +183,7 @@ impl Scene {
             to_sun: self.sun.direction(),
             haze_m: self.haze.distance_over_m(extent_m),
             haze_srgb: self.haze.color_srgb,
+            focus: self.focus.as_ref().map(SceneFocus::focus),
         }
     }
 }

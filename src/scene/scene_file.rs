@@ -21,6 +21,11 @@
 //! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
 //! color = "#dfe6ea"                 # without it, the style's paper
 //!
+//! [focus]                           # where the strongest contrast is; without it, the style says it
+//! place = [1200, -300]              # east and north in metres, and maybe a height
+//! radius_m = 2000                   # contrast is full so far around it
+//! strength = 0.7                    # how much of it is gone far away, 0 to 1; without it, 0.7
+//!
 //! [earth]
 //! curvature = true                  # bends the map; without it, the map is flat
 //! refraction = 0.13                 # of the air; without it, 0
@@ -83,6 +88,7 @@ use serde::Deserialize;
 
 use super::camera::Camera;
 use super::earth::Earth;
+use super::focus::{STRENGTH, SceneFocus};
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
 use super::wind::WindToml;
@@ -131,6 +137,7 @@ struct FileToml {
     sun: SunToml,
     #[serde(default)]
     haze: HazeToml,
+    focus: Option<FocusToml>,
     #[serde(default)]
     earth: EarthToml,
     #[serde(default)]
@@ -211,6 +218,28 @@ impl SunToml {
 struct HazeToml {
     distance_m: Option<f64>,
     color: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FocusToml {
+    place: Vec<f64>,
+    radius_m: f64,
+    strength: Option<f64>,
+}
+
+impl FocusToml {
+    /// The focus; else which key makes no sense, and why.
+    fn checked(&self) -> Result<SceneFocus, (&'static str, &'static str)> {
+        let (place_m, height_m) = match *self.place.as_slice() {
+            [east_m, north_m] => ([east_m, north_m], None),
+            [east_m, north_m, height_m] => ([east_m, north_m], Some(height_m)),
+            _ => ([f64::NAN; 2], None),
+        };
+        let strength = self.strength.unwrap_or(STRENGTH);
+        let focus = SceneFocus { place_m: place_m.into(), height_m, radius_m: self.radius_m, strength };
+        focus.check().map(|()| focus)
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -294,6 +323,8 @@ impl Scene {
             None => None,
         };
         scene.haze = Haze { distance_m: file.haze.distance_m, color_srgb };
+        let focus = file.focus.as_ref().map(FocusToml::checked);
+        scene.focus = focus.transpose().map_err(|(key, cause)| wrong(key, cause))?;
         let refraction = file.earth.refraction.unwrap_or(0.0);
         if !(-1.0..1.0).contains(&refraction) {
             return Err(wrong("earth.refraction", "it must lie within -1 to 1"));

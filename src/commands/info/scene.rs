@@ -27,6 +27,8 @@ pub(super) struct SceneInfo {
     sun_date: Option<String>,
     sun_place: Option<String>,
     haze_distance_m: Option<f64>,
+    /// As `--focus` has it.
+    focus: Option<String>,
     start: Option<String>,
     vertical_exaggeration: f64,
     sea_level_m: Option<f64>,
@@ -161,6 +163,7 @@ impl SceneInfo {
             sun_date: scene.sun_time.map(|time| time.moment.to_string()),
             sun_place: scene.sun_time.and_then(|time| time.place).map(|place| place.to_string()),
             haze_distance_m: scene.haze.distance_m,
+            focus: scene.focus.map(|focus| focus.to_string()),
             start: scene.start.map(|camera| camera.to_string()),
             vertical_exaggeration: scene.vertical_exaggeration,
             sea_level_m: scene.sea_level_m,
@@ -331,13 +334,15 @@ impl SceneInfo {
         let wind = self.wind.as_ref();
         let wind = wind.map(|wind| format!("wind      {} m/s from {}°\n", wind.speed_m_s, wind.from_deg));
         let sea = self.sea_level_m.map(|level_m| format!("sea       up to {level_m} m\n"));
+        let focus = self.focus.as_ref().map(|focus| format!("focus     {focus}\n"));
         let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{}{}{meshes}{}{trees}",
+             start     {}\nheights   × {}\n{}{}{}{meshes}{}{trees}",
             self.start.as_deref().unwrap_or("a view that the extent suggests"),
             self.vertical_exaggeration,
+            focus.unwrap_or_default(),
             sea.unwrap_or_default(),
             wind.unwrap_or_default(),
             forest.unwrap_or_default(),

@@ -45,6 +45,9 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     if all.light.date.is_none() && all.light.side_light.is_none() {
         all.light.sun = all.light.sun.or(Some(*sun));
     }
+    if let (None, Some(text)) = (all.light.focus, &more.focus) {
+        all.light.focus = Some(text.parse().map_err(anyhow::Error::msg).context("focus")?);
+    }
     if all.size.is_none() {
         // More dots to an inch are more pixels: the print stays as large as it is.
         let finer = all.dpi.map_or(1.0, |asked| asked / dpi.unwrap_or(REFERENCE_DPI));
@@ -101,6 +104,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
+    more.focus = args.light.focus.map(|focus| focus.to_string());
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);
