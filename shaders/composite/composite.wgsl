@@ -60,7 +60,7 @@ struct Composite {
 @group(0) @binding(8) var water_ink: texture_2d<f32>;
 // Ink of lines of equal height.
 @group(0) @binding(11) var height_ink: texture_2d<f32>;
-@group(0) @binding(12) var<uniform> focus: Focus;
+@group(0) @binding(12) var<storage, read> focus: Focus;
 #ifdef SKY
 // A drawn sky: linear colour, and the ink of its lines.
 @group(0) @binding(10) var sky: texture_2d<f32>;

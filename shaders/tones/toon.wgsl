@@ -56,7 +56,7 @@ struct Toon {
 @group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
 // What light falls on: see surface/form.wgsl. One empty texel where that is the land as it is.
 @group(0) @binding(18) var form_normal: texture_2d<f32>;
-@group(0) @binding(19) var<uniform> focus: Focus;
+@group(0) @binding(19) var<storage, read> focus: Focus;
 #ifdef MARKED_TREES
 @group(0) @binding(7) var mark_surface: texture_2d<f32>;
 #endif

@@ -95,7 +95,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut resources: Vec<Named> = vec![
         ("view", inputs.view.clone()),
         ("composite", cx.uniform("composite", &uniform)),
-        ("focus", cx.uniform("focus", &FocusUniform::new(light.focus.as_ref()))),
+        ("focus", FocusUniform::on_gpu(cx, light.focus.as_ref())),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
         ("line", inputs.inks.line.into()),

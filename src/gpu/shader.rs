@@ -46,6 +46,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("surface/trees/edges", &["WIND"]),
     ("surface/motion", &["WIND"]),
     ("composite/composite", &["SKY"]),
+    ("surface/lakes/blocks", &["GIVEN"]),
 ];
 
 /// A mistake in a shader's text, with its place.

@@ -5,7 +5,7 @@
 //! in it by the names that were given: no path is made absolute, and of addresses only what is no secret is kept.
 //!
 //! ```toml
-//! version = 1                  # of this text, 2 of a map, 3 with a focus: a reader refuses what is newer
+//! version = 1                  # of this text, 2 of a map, 3 with a focus or water that is given: a reader refuses what is newer
 //! hachure = "0.1.0"            # who wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the embedded world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -32,11 +32,11 @@ use crate::scene::camera::Camera;
 use crate::scene::view::{NEAR_M, Pose};
 use crate::style::{Style, StyleError, StyleFiles};
 
-/// Of the text. Another key that changes the drawing needs another version: 3 has `focus`.
+/// Of the text. Another key that changes the drawing needs another version: 3 has `focus` and `water`.
 const VERSION: u32 = 3;
-/// Of a map without a focus.
+/// Of a map without either.
 const VERSION_WITH_MAP: u32 = 2;
-/// Of a text with neither: older readers know all of it.
+/// Of a text with none of them: older readers know all of it.
 const FIRST_VERSION: u32 = 1;
 
 /// Why a file's imprint is of no use. One line that names the file and the cause.
@@ -111,6 +111,8 @@ pub struct More {
     pub map: Option<String>,
     /// Of `--focus`.
     pub focus: Option<String>,
+    /// Of `--water`.
+    pub water: Option<String>,
     /// Of `--show`.
     pub show: Option<String>,
     /// Of an SVG.
@@ -166,10 +168,10 @@ impl Imprint {
         // What stands behind the path of an address may be a key to it.
         let public = |world: &String| if world.contains("://") { remote::name_of(world) } else { world.clone() };
         let text = toml::to_string(&ImprintToml {
-            version: match (&self.more.focus, &self.more.map) {
-                (Some(_), _) => VERSION,
-                (None, Some(_)) => VERSION_WITH_MAP,
-                (None, None) => FIRST_VERSION,
+            version: match (&self.more.focus, &self.more.water, &self.more.map) {
+                (None, None, None) => FIRST_VERSION,
+                (None, None, Some(_)) => VERSION_WITH_MAP,
+                _ => VERSION,
             },
             hachure: env!("CARGO_PKG_VERSION").to_owned(),
             world: self.world.as_ref().map(public),

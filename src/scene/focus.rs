@@ -7,6 +7,9 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::gpu::bind::Resource;
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::recorder::Cx;
 pub use crate::gpu::wgsl::shared::focus::Focus as FocusUniform;
 use crate::gpu::wgsl::shared::focus::{AT_DISTANCE, AT_PLACE, NO_FOCUS, ON_PICTURE, THINNER};
 use crate::gpu::wgsl::shared::view::View as ViewUniform;
@@ -158,7 +161,16 @@ impl Focus {
     }
 }
 
+/// What shaders read. It is no uniform: a driver fails where branches depend on more than three of those
+/// (`docs/decisions/software-drivers.md`).
+const FOCUS: BufferKind = BufferKind::storage("focus");
+
 impl FocusUniform {
+    /// For the passes of this frame.
+    pub fn on_gpu(cx: &mut Cx<'_>, focus: Option<&Focus>) -> Resource {
+        cx.upload(&FOCUS, &[Self::new(focus)]).binding()
+    }
+
     /// As shaders read it: of a frame's light.
     pub fn new(focus: Option<&Focus>) -> Self {
         let Some(&Focus { about, extent, strength }) = focus else {

@@ -17,6 +17,7 @@ pub mod scene_file;
 pub mod stereo;
 pub mod sun_time;
 pub mod view;
+mod water_files;
 pub mod wind;
 
 use std::path::PathBuf;
@@ -29,6 +30,7 @@ pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
 pub use sun_time::SunTime;
+pub use water_files::WaterFiles;
 pub use wind::Wind;
 
 use crate::source::{OpenOptions, VoidMode};
@@ -64,6 +66,8 @@ pub struct Scene {
     pub wind: Option<Wind>,
     /// Land that is no higher is the sea, in metres as the file has heights; none is no sea but where it is level.
     pub sea_level_m: Option<f64>,
+    /// Files that say where water is, beside what heights show.
+    pub water: WaterFiles,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
 }
@@ -136,6 +140,7 @@ impl Scene {
             forest: None,
             wind: None,
             sea_level_m: None,
+            water: WaterFiles::default(),
             heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }

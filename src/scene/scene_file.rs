@@ -46,6 +46,9 @@
 //!
 //! [water]
 //! sea_level_m = 0                   # land that is no higher is the sea; without it, water is what is level
+//! # polygons = "lakes.geojson"      # water beside that: polygons, on WGS 84 or as the file says
+//! # mask = "water.tif"              # likewise a raster, of which all but 0 is water
+//! # only_given = true               # what is level is no water then
 //!
 //! [wind]                            # moves trees; without it, they stand still
 //! speed_m_s = 4                     # in the mean, at most 60; without it, 5
@@ -92,7 +95,7 @@ use super::focus::{STRENGTH, SceneFocus};
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
 use super::wind::WindToml;
-use super::{Haze, Scene, Sun, SunTime, World};
+use super::{Haze, Scene, Sun, SunTime, WaterFiles, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -254,6 +257,28 @@ struct EarthToml {
 #[serde(deny_unknown_fields)]
 struct WaterToml {
     sea_level_m: Option<f64>,
+    polygons: Option<String>,
+    mask: Option<String>,
+    #[serde(default)]
+    only_given: bool,
+}
+
+impl WaterToml {
+    /// Its files; else which key makes no sense, and why.
+    fn files(&self, scene: &Path) -> Result<WaterFiles, (&'static str, &'static str)> {
+        let file = |key: &'static str, name: &Option<String>| match name.as_deref() {
+            None => Ok(None),
+            Some("") => Err((key, "it is empty")),
+            Some(name) if name.contains("://") => Err((key, "it must be a file of this machine")),
+            Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
+        };
+        let mask = file("water.mask", &self.mask)?;
+        let polygons = file("water.polygons", &self.polygons)?;
+        if self.only_given && mask.is_none() && polygons.is_none() {
+            return Err(("water.only_given", "it needs a mask or polygons"));
+        }
+        Ok(WaterFiles { mask, polygons, only_given: self.only_given })
+    }
 }
 
 #[derive(Deserialize, Default)]
@@ -340,6 +365,7 @@ impl Scene {
             return Err(wrong("water.sea_level_m", "it must lie within -12000 to 9000"));
         }
         scene.sea_level_m = file.water.sea_level_m;
+        scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

@@ -60,7 +60,7 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", cx.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
-        ("focus", cx.uniform("focus", &FocusUniform::new(inputs.light.focus.as_ref()))),
+        ("focus", FocusUniform::on_gpu(cx, inputs.light.focus.as_ref())),
         ("toon", cx.uniform("toon", &uniform)),
         ("ramp", Resource::Texture("ramp", ramp.view.clone())),
         inputs.terrain.clone(),

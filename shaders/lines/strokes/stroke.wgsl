@@ -21,7 +21,7 @@
 @group(0) @binding(5) var<uniform> brush: Brush;
 @group(0) @binding(6) var brush_tile: texture_2d<f32>;
 @group(0) @binding(7) var brush_sampler: sampler;
-@group(0) @binding(8) var<uniform> focus: Focus;
+@group(0) @binding(8) var<storage, read> focus: Focus;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,

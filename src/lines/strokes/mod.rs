@@ -257,7 +257,7 @@ impl FrameStrokes {
         memory.made_anew = plan.is_update;
         memory.uniform = StrokesUniform::new(strokes, view.part.size_px, light.haze_m);
         memory.focus = light.focus.map(|focus| (focus, view.still_uniform(step.origin_m)));
-        let focus = cx.uniform("focus", &FocusUniform::new(light.focus.as_ref()));
+        let focus = FocusUniform::on_gpu(cx, light.focus.as_ref());
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
         let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));
         let texture = strokes.texture.as_ref().and_then(|recipe| {
