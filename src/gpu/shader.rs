@@ -47,6 +47,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("surface/motion", &["WIND"]),
     ("composite/composite", &["SKY"]),
     ("surface/lakes/blocks", &["GIVEN"]),
+    ("tones/water", &["MIRROR"]),
 ];
 
 /// A mistake in a shader's text, with its place.
