@@ -163,8 +163,8 @@ fn a_style_may_have_a_focus_and_a_scene_comes_before_it() {
     };
     assert!((ink(&by_style, 0.5, 0.6) - 1.0).abs() < 1e-3, "{}", ink(&by_style, 0.5, 0.6));
     assert!((ink(&by_style, 0.05, 0.95) - 0.3).abs() < 0.01, "{}", ink(&by_style, 0.05, 0.95));
-    let mut scene = Scene::default();
-    scene.focus = Some(SceneFocus { place_m: PLACE_M, height_m: None, radius_m: 1e6, strength: 1.0 });
+    let everywhere = SceneFocus { place_m: PLACE_M, height_m: None, radius_m: 1e6, strength: 1.0 };
+    let scene = Scene { focus: Some(everywhere), ..Scene::default() };
     let by_scene = drawn(&mut world, &style, scene.light([1e4; 2]).focus);
     assert!((ink(&by_scene, 0.05, 0.95) - 1.0).abs() < 1e-3, "the scene's focus is everywhere");
     // A map has no distance from an eye.
