@@ -6,6 +6,7 @@
 //! `shaders/shared/focus.wgsl`. Why: `docs/decisions/focus.md`.
 
 use glam::{DVec2, DVec3};
+use serde::Deserialize;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
@@ -92,6 +93,29 @@ impl std::str::FromStr for SceneFocus {
             }
             _ => Err(wrong().to_owned()),
         }
+    }
+}
+
+/// `[focus]` of a scene file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FocusToml {
+    place: Vec<f64>,
+    radius_m: f64,
+    strength: Option<f64>,
+}
+
+impl FocusToml {
+    /// The focus; else which key makes no sense, and why.
+    pub(super) fn checked(&self) -> Result<SceneFocus, (&'static str, &'static str)> {
+        let (place_m, height_m) = match *self.place.as_slice() {
+            [east_m, north_m] => ([east_m, north_m], None),
+            [east_m, north_m, height_m] => ([east_m, north_m], Some(height_m)),
+            _ => ([f64::NAN; 2], None),
+        };
+        let strength = self.strength.unwrap_or(STRENGTH);
+        let focus = SceneFocus { place_m: place_m.into(), height_m, radius_m: self.radius_m, strength };
+        focus.check().map(|()| focus)
     }
 }
 

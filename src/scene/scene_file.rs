@@ -91,11 +91,12 @@ use serde::Deserialize;
 
 use super::camera::Camera;
 use super::earth::Earth;
-use super::focus::{STRENGTH, SceneFocus};
+use super::focus::FocusToml;
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
+use super::water_files::WaterToml;
 use super::wind::WindToml;
-use super::{Haze, Scene, Sun, SunTime, WaterFiles, World};
+use super::{Haze, Scene, Sun, SunTime, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -223,62 +224,12 @@ struct HazeToml {
     color: Option<String>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FocusToml {
-    place: Vec<f64>,
-    radius_m: f64,
-    strength: Option<f64>,
-}
-
-impl FocusToml {
-    /// The focus; else which key makes no sense, and why.
-    fn checked(&self) -> Result<SceneFocus, (&'static str, &'static str)> {
-        let (place_m, height_m) = match *self.place.as_slice() {
-            [east_m, north_m] => ([east_m, north_m], None),
-            [east_m, north_m, height_m] => ([east_m, north_m], Some(height_m)),
-            _ => ([f64::NAN; 2], None),
-        };
-        let strength = self.strength.unwrap_or(STRENGTH);
-        let focus = SceneFocus { place_m: place_m.into(), height_m, radius_m: self.radius_m, strength };
-        focus.check().map(|()| focus)
-    }
-}
-
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 struct EarthToml {
     #[serde(default)]
     curvature: bool,
     refraction: Option<f64>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct WaterToml {
-    sea_level_m: Option<f64>,
-    polygons: Option<String>,
-    mask: Option<String>,
-    #[serde(default)]
-    only_given: bool,
-}
-
-impl WaterToml {
-    /// Its files; else which key makes no sense, and why.
-    fn files(&self, scene: &Path) -> Result<WaterFiles, (&'static str, &'static str)> {
-        let file = |key: &'static str, name: &Option<String>| match name.as_deref() {
-            None => Ok(None),
-            Some("") => Err((key, "it is empty")),
-            Some(name) if name.contains("://") => Err((key, "it must be a file of this machine")),
-            Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
-        };
-        let mask = file("water.mask", &self.mask)?;
-        let polygons = file("water.polygons", &self.polygons)?;
-        if self.only_given && mask.is_none() && polygons.is_none() {
-            return Err(("water.only_given", "it needs a mask or polygons"));
-        }
-        Ok(WaterFiles { mask, polygons, only_given: self.only_given })
-    }
 }
 
 #[derive(Deserialize, Default)]
