@@ -32,7 +32,7 @@ fn layer(direction: &str) -> String {
 /// The least milliseconds of the toon pass and of the passes of hatching for each style, in turns.
 fn times_ms(world: &mut World, styles: &[Style]) -> Vec<(f64, f64)> {
     let pose = world.pose("-500,-700,420,35,-22,50");
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e6, haze_srgb: None };
+    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e6, haze_srgb: None, focus: None };
     let mut frames: Vec<_> = styles.iter().map(|_| None).collect();
     let mut times = vec![(f64::INFINITY, f64::INFINITY); styles.len()];
     for _ in 0..ROUNDS {

@@ -33,7 +33,7 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
-use crate::style::{Lines, Style};
+use crate::style::{self, Lines, Style};
 use crate::surface::hidden::HiddenArea;
 use crate::surface::land::vertices::PatchMesh;
 use crate::surface::rows::RowPlan;
@@ -71,6 +71,15 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
 fn drawn_lines<'a>(world: &Surfaces, style: &'a Style) -> Option<Cow<'a, Lines>> {
     let of_trees = || world.forest().and(style.strokes.as_ref()).map(Lines::of_trees).map(Cow::Owned);
     style.lines.as_ref().map(Cow::Borrowed).or_else(of_trees)
+}
+
+/// The light and air of a rig's frame, which sees a focus from its origin: that of the scene, or of the style.
+pub(crate) fn seen_light(world: &Surfaces, rig: &Rig, style: &Style, light: &Light) -> Light {
+    let terrain = &world.terrain;
+    let earth = terrain.earth_curvature(rig.origin_m.z);
+    let focus = light.focus.or_else(|| style.focus.as_ref().map(style::Focus::seen));
+    let focus = focus.map(|focus| focus.seen_from(rig.origin_m, |flat_m| earth.bend(flat_m)));
+    Light { focus, ..light.from_above(rig.origin_m.z - f64::from(terrain.range_m()[1])) }
 }
 
 /// From a frame to the next.
@@ -302,7 +311,7 @@ impl Frame {
         }
         let begun = Instant::now();
         let strokes_settle = self.has_settling_strokes();
-        let light = &light.from_above(rig.origin_m.z - f64::from(world.terrain.range_m()[1]));
+        let light = &seen_light(world, rig, style, light);
         let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
         let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);

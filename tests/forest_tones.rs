@@ -25,7 +25,7 @@ const SIZE_PX: [u32; 2] = [160, 120];
 fn sun(elevation_deg: f64, azimuth_deg: f64) -> Light {
     let (elevation, azimuth) = (elevation_deg.to_radians(), azimuth_deg.to_radians());
     let to_sun = DVec3::new(azimuth.sin() * elevation.cos(), azimuth.cos() * elevation.cos(), elevation.sin());
-    Light { to_sun, haze_m: 1e6, haze_srgb: None }
+    Light { to_sun, haze_m: 1e6, haze_srgb: None, focus: None }
 }
 
 fn draw_twice(world: &mut World, frame: &mut Frame, pose: Pose, style: &str, light: &Light) {

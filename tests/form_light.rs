@@ -26,7 +26,7 @@ fn style(steps: u32, light: &str) -> Style {
 }
 
 fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
-    Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None }
+    Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None, focus: None }
 }
 
 /// What a second frame draws: tones, and none where the sky is.

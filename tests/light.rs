@@ -40,7 +40,7 @@ fn sky() -> Style {
 }
 
 fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
-    Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None }
+    Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None, focus: None }
 }
 
 /// What a frame drew.

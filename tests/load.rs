@@ -77,7 +77,8 @@ impl Easel {
     fn draw(&mut self, store: &Arc<dyn TileStore>, memory_bytes: u64, poses: &[Pose]) -> Vec<Vec<[u32; 4]>> {
         let options = TerrainOptions { tile_memory_bytes: memory_bytes, ..TerrainOptions::default() };
         let mut surfaces = Terrain::new(&self.gpu, Arc::clone(store), options).unwrap().into();
-        let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.3).normalize(), haze_m: 30_000.0, haze_srgb: None };
+        let light =
+            Light { to_sun: DVec3::new(-0.5, 0.5, 0.3).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None };
         if let Some(frame) = &mut self.frame {
             frame.forget();
         }

@@ -85,7 +85,7 @@ impl Mark {
 /// The marks of a map, and the ink of its pixels.
 fn map(world: &mut World, style: &Style, camera: &str) -> (Vec<Mark>, Vec<f64>) {
     let view = still(world.pose(camera), SIZE_PX);
-    let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None };
+    let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
     let mut frame = Frame::new(&world.gpu).unwrap();
     draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &light);
     let lines = frame.drawn_rows(&world.gpu).unwrap().unwrap();

@@ -33,7 +33,7 @@ struct Drawn {
 }
 
 fn drawing(world: &mut World, style: &Style, pose: Pose) -> Drawn {
-    let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None };
+    let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None, focus: None };
     let gpu = &world.gpu;
     let mut frame = Frame::new(gpu).unwrap();
     let view = still(pose, SIZE_PX);

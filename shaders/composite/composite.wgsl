@@ -1,4 +1,5 @@
-// Paper, tones, haze and lines become a picture.
+// Paper, tones, haze, focus and lines become a picture.
+#import hachure::focus::{Focus, in_focus, half_of_focus, focus_width}
 #import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
 #import hachure::paper::{bordered, paper_grain}
 
@@ -42,6 +43,8 @@ struct Composite {
     faintest_height: f32,
     // Of bare paper below the picture.
     foot_px: f32,
+    // What tones far from the focus go to.
+    unfocused: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -61,6 +64,7 @@ struct Composite {
 @group(0) @binding(8) var water_ink: texture_2d<f32>;
 // Ink of lines of equal height.
 @group(0) @binding(11) var height_ink: texture_2d<f32>;
+@group(0) @binding(12) var<storage, read> focus: Focus;
 #ifdef SKY
 // A drawn sky: linear colour, and the ink of its lines.
 @group(0) @binding(10) var sky: texture_2d<f32>;
@@ -74,15 +78,17 @@ fn clearness(distance_m: f32, reach: f32) -> f32 {
     return exp(-t * t);
 }
 
-// The distance that a line stands for: that of the nearest surface around it, for a silhouette belongs to what hides.
-fn nearest_m(pixel: vec2<i32>) -> f32 {
+// What a line stands for: the place of the nearest surface around it, for a silhouette belongs to what hides, and how far
+// that is.
+fn nearest_m(pixel: vec2<i32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
-    var nearest = 1e30;
+    var nearest = vec4<f32>(vec3<f32>(0.0), 1e30);
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             let at = textureLoad(position, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
             if at.w > 0.0 {
-                nearest = min(nearest, distance_from_eye(view, at.xyz));
+                let distance_m = distance_from_eye(view, at.xyz);
+                nearest = select(nearest, vec4<f32>(at.xyz, distance_m), distance_m < nearest.w);
             }
         }
     }
@@ -114,10 +120,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     } else {
         let clear = clearness(distance_from_eye(view, at.xyz), 1.0);
+        let seen = in_focus(focus, view, at.xyz, sheet + 0.5);
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
-        mark_ink *= mix(composite.faintest_mark, 1.0, clear);
-        shore_ink *= mix(composite.faintest_water, 1.0, clear);
-        contour_ink *= mix(composite.faintest_height, 1.0, clear);
+        color = select(mix(composite.unfocused, color, seen), color, seen == 1.0);
+        mark_ink *= mix(composite.faintest_mark, 1.0, clear) * half_of_focus(seen);
+        shore_ink *= mix(composite.faintest_water, 1.0, clear) * seen;
+        contour_ink *= mix(composite.faintest_height, 1.0, clear) * seen;
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
@@ -134,11 +142,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
         let nearest = nearest_m(pixel);
-        let clear = clearness(nearest, composite.line_reach);
+        let clear = clearness(nearest.w, composite.line_reach);
+        let seen = in_focus(focus, view, nearest.xyz, sheet + 0.5);
         // A line lies on both sides of its edge. In the distance the farther side goes, and lines are thin.
-        let behind = at.w <= 0.0 || distance_from_eye(view, at.xyz) > 1.01 * nearest;
+        let behind = at.w <= 0.0 || distance_from_eye(view, at.xyz) > 1.01 * nearest.w;
         let side = select(1.0, clear, behind);
-        color = mix(color, composite.ink, drawn * side * mix(composite.faintest_line, 1.0, clear));
+        // Away from the focus lines lose their pale sides.
+        let lost = 1.0 - focus_width(seen);
+        let kept = max(drawn - lost, 0.0) / (1.0 - lost);
+        color = mix(color, composite.ink, kept * side * mix(composite.faintest_line, 1.0, clear) * half_of_focus(seen));
     }
     color = mix(color, composite.stroke_ink, textureLoad(ink, pixel, 0).r);
     if composite.is_bordered == 1u {

@@ -7,6 +7,8 @@
 
 // The height that stands for the sea.
 const SEA: f32 = -1e30;
+// That of water which a scene gives: it is one with all water that it touches.
+const GIVEN_WATER: f32 = -2e30;
 
 // The middle of a square.
 fn block_g(job: MapJob, block: vec2<i32>) -> vec2<f32> {

@@ -4,6 +4,7 @@
 // Barla, Thollot and Markosian 2006). Elevation tints are such a table.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::earth::unbend
+#import hachure::focus::{Focus, in_focus, half_of_focus}
 #import hachure::light::{Light, light_tone, haze_clear}
 #ifdef HORIZON_MAPS
 #import hachure::horizon_maps::visibility_at
@@ -55,6 +56,7 @@ struct Toon {
 @group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
 // What light falls on: see surface/form.wgsl. One empty texel where that is the land as it is.
 @group(0) @binding(18) var form_normal: texture_2d<f32>;
+@group(0) @binding(19) var<storage, read> focus: Focus;
 #ifdef MARKED_TREES
 @group(0) @binding(7) var mark_surface: texture_2d<f32>;
 #endif
@@ -110,10 +112,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
     }
+    let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
     var n = textureLoad(normal, pixel, 0);
-    // The land, where light falls on its form.
+    // The land, where light falls on its form; away from the focus it has less detail.
     if n.w == 1.0 && light.detail < 1.0 {
-        n = vec4<f32>(normalize(mix(between_blocks(view, form_normal, pixel, at, n.xyz, BESIDE), n.xyz, light.detail)), 1.0);
+        n = vec4<f32>(normalize(mix(between_blocks(view, form_normal, pixel, at, n.xyz, BESIDE), n.xyz, light.detail * clear)), 1.0);
     }
 #ifdef HORIZON_MAPS
     var seen = visibility_at(at.xyz, light.to_sun);
@@ -133,7 +136,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, seen)));
     }
 #endif
-    let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz));
+    let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz)) * half_of_focus(clear);
     var color = ramp_color(value, attribute_at(at.xyz, n.xyz));
 #ifdef LOCAL_COLOR
     let kind = kind_of(textureLoad(surface_id, pixel, 0).r);

@@ -4,7 +4,17 @@
 // and on the copperplates of the USGS (Raisz 1938, "General Cartography", on water-lining). Their distances are counted
 // in pixels of the place, so that they are the same wherever the camera is; seen along the water they come together, get
 // thinner, and go before they would run into each other. Rules are level lines of the sheet.
-#import hachure::view::{View, distance_from_eye}
+//
+// With MIRROR still water takes the tone of what it mirrors, the more the flatter it is seen. The ray that the level of the
+// water reflects is followed on the picture: its place runs straight to where the ray vanishes, and one over its depth runs
+// evenly (McGuire and Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). What hides it there is what is mirrored; where
+// nothing does, it is the sky. Engravers draw the dark of it in level strokes that swell and break, and so does this.
+#import hachure::view::{View, distance_from_eye, from_eye}
+#ifdef MIRROR
+#import hachure::earth::unbend
+#import hachure::color::luminance
+#import hachure::pcg::pcg
+#endif
 
 struct WaterLook {
     // Linear.
@@ -20,7 +30,18 @@ struct WaterLook {
     rules: u32,
     // How far the last line is from the shore.
     reach_px: f32,
-    pad: f32,
+    // How much of the tone is that of what is mirrored.
+    mirror: f32,
+    // 1: as strokes; 0: as colour.
+    strokes: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
+    // Of the sky, linear.
+    sky_horizon: vec3<f32>,
+    pad_d: f32,
+    sky_zenith: vec3<f32>,
+    pad_e: f32,
 }
 
 // Lines that are nearer to each other on the picture are none; from the second distance on they are whole.
@@ -57,6 +78,103 @@ fn change(pixel: vec2<i32>, step: vec2<i32>, own: f32) -> f32 {
 fn line_ink(away_px: f32, width_px: f32) -> f32 {
     return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - abs(away_px), 0.0, 1.0);
 }
+
+#ifdef MIRROR
+// How far on the picture what is mirrored is looked for, in steps of so many pixels and halvings of the last one: the land
+// below a crest hides a ray over few of them.
+const MIRROR_REACH_PX: f32 = 256.0;
+const STEP_PX: f32 = 1.5;
+const HALVINGS: i32 = 4;
+// A ray that rises so steeply toward the eye has no place to vanish at before it.
+const STEEPEST: f32 = 0.03;
+// What is nearer than water by more than this share stands before it, and is not mirrored there.
+const BEFORE: f32 = 1.002;
+// Tones are means over so many pixels about a place.
+const SOFT_PX: i32 = 2;
+// A stroke breaks after so many pixels in the mean, and takes its tone from so many pixels aside, more or less.
+const BREAK_PX: f32 = 37.0;
+const ASIDE_PX: f32 = 2.5;
+// Paler tones leave no stroke; and so much of their spacing strokes take at most.
+const PALEST: f32 = 0.12;
+const WIDEST: f32 = 0.7;
+
+struct Mirrored {
+    color: vec3<f32>,
+    // 0 white to 1 black.
+    dark: f32,
+}
+
+// What is about a place of the picture that is mirrored, without water and sky.
+fn tone_about(px: vec2<f32>, sky: Mirrored) -> Mirrored {
+    let middle = vec2<i32>(floor(px));
+    let last = vec2<i32>(view.size_px) - 1;
+    var sum = vec4<f32>(0.0);
+    var count = 0.0;
+    for (var i = 0; i < 9; i++) {
+        let at = clamp(middle + SOFT_PX * (vec2<i32>(i % 3, i / 3) - 1), vec2<i32>(0), last);
+        let is_land = textureLoad(position, at, 0).w > 0.0 && textureLoad(water, at, 0).r <= 0.0;
+        sum += select(vec4<f32>(0.0), textureLoad(tone, at, 0), is_land);
+        count += f32(is_land);
+    }
+    let mean = sum / max(count, 1.0);
+    return Mirrored(select(sky.color, mean.rgb, count > 0.0), select(sky.dark, 1.0 - mean.a, count > 0.0));
+}
+
+// What water at a place, which a pixel shows, mirrors; `w` of how much of it is seen, by the angle.
+fn mirrored(px: vec2<f32>, at_m: vec3<f32>, is_water: bool) -> vec4<f32> {
+    let to_m = from_eye(view, at_m);
+    let up = unbend(at_m).up;
+    let reflected = to_m - 2.0 * dot(to_m, up) * up;
+    let flat_seen = 1.0 - clamp(-dot(to_m, up) / length(to_m), 0.0, 1.0);
+    let rise = clamp(2.0 * dot(reflected, up) / length(reflected), 0.0, 1.0);
+    let sky_color = mix(water_look.sky_horizon, water_look.sky_zenith, rise);
+    let sky = Mirrored(sky_color, 1.0 - luminance(sky_color));
+    let depth_m = (view.clip_from_camera * vec4<f32>(at_m, 1.0)).w;
+    let end = view.clip_from_camera * vec4<f32>(reflected, 0.0);
+    let vanishes_px = (end.xy / end.w * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
+    let is_ahead = is_water && end.w > STEEPEST * length(to_m);
+    let way = vanishes_px - px;
+    let farthest = min(1.0, MIRROR_REACH_PX / max(length(way), 1.0));
+    var before = 0.0;
+    var found = -1.0;
+    let count = max(i32(ceil(farthest * length(way) / STEP_PX)), 1);
+    let steps = select(0, count, is_ahead);
+    for (var i = 1; i <= steps; i++) {
+        let part = farthest * f32(i) / f32(count);
+        let at = vec2<i32>(floor(px + part * way));
+        if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(view.size_px)) {
+            break;
+        }
+        let there_m = textureLoad(position, at, 0).w;
+        if there_m > BEFORE * depth_m && there_m * (1.0 - part) < depth_m {
+            found = part;
+            break;
+        }
+        before = part;
+    }
+    var seen = sky;
+    if found >= 0.0 {
+        for (var i = 0; i < HALVINGS; i++) {
+            let middle = 0.5 * (before + found);
+            let there_m = textureLoad(position, vec2<i32>(floor(px + middle * way)), 0).w;
+            let is_behind = there_m > BEFORE * depth_m && there_m * (1.0 - middle) < depth_m;
+            found = select(found, middle, is_behind);
+            before = select(middle, before, is_behind);
+        }
+        seen = tone_about(px + found * way, sky);
+    }
+    let amount = water_look.mirror * flat_seen * flat_seen;
+    return vec4<f32>(select(seen.color, vec3<f32>(seen.dark), water_look.strokes == 1u), amount);
+}
+
+// A number of 0 to 1 of a row of strokes and a place along it, which changes smoothly.
+fn along_row(row: i32, along: f32) -> f32 {
+    let cell = floor(along);
+    let a = pcg(bitcast<vec2<u32>>(vec2<i32>(row, i32(cell)))).x;
+    let b = pcg(bitcast<vec2<u32>>(vec2<i32>(row, i32(cell) + 1))).x;
+    return mix(f32(a), f32(b), smoothstep(0.0, 1.0, along - cell)) / 4294967295.0;
+}
+#endif
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -97,6 +215,29 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             gap_px *= water_look.growth;
         }
     }
-    textureStore(watered, pixel, mix(own, vec4<f32>(water_look.tint, 1.0), cover));
+    var tint = water_look.tint;
+#ifdef MIRROR
+    let gap_px = select(3.0, max(water_look.spacing_px, 2.0), water_look.strokes == 1u);
+    let sheet = vec2<f32>(pixel + view.origin_px) + 0.5;
+    let row = floor(sheet.y / gap_px);
+    let wander = along_row(i32(row), sheet.x / BREAK_PX);
+    // All of a stroke mirrors what the middle of its row does; and rows what is a little to a side.
+    let up_px = select(0.0, (row + 0.5) * gap_px - sheet.y, water_look.strokes == 1u);
+    let seen_px = vec2<f32>(pixel) + 0.5 + vec2<f32>(2.0 * ASIDE_PX * (wander - 0.5), up_px);
+    let seen = clamp(vec2<i32>(floor(seen_px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+    let is_there = textureLoad(water, seen, 0).r > 0.0;
+    let at = textureLoad(position, select(pixel, seen, is_there), 0).xyz;
+    let mirror = mirrored(vec2<f32>(select(pixel, seen, is_there)) + 0.5, at, cover > 0.0);
+    if water_look.strokes == 1u {
+        let dark = clamp((mirror.x - PALEST) / (1.0 - PALEST), 0.0, 1.0) * mirror.w;
+        // Strokes break where they are thin.
+        let width_px = WIDEST * gap_px * dark * smoothstep(0.0, 0.25, dark + 0.3 * wander - 0.15);
+        let off_px = sheet.y - (row + 0.5) * gap_px;
+        ink = max(ink, line_ink(off_px, width_px) * cover);
+    } else {
+        tint = mix(tint, tint * mirror.rgb, mirror.w);
+    }
+#endif
+    textureStore(watered, pixel, mix(own, vec4<f32>(tint, 1.0), cover));
     textureStore(water_ink, pixel, vec4<f32>(ink));
 }

@@ -25,6 +25,7 @@ use super::light_args::LightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
+use super::water_args::WaterArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::frame::Antialias;
@@ -60,6 +61,9 @@ pub struct BenchArgs {
     /// How light falls.
     #[command(flatten)]
     pub light: LightArgs,
+    /// Where water is.
+    #[command(flatten)]
+    pub water: WaterArgs,
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
@@ -113,7 +117,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let path_text = CameraPath::read_text(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.light.over(args.heights.over(scene));
+    let scene = args.water.over(args.light.over(args.heights.over(scene)));
     let inputs = inputs::of(args.world.as_deref(), &scene, &styles, Some(&args.path));
     FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;

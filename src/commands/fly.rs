@@ -12,6 +12,7 @@ use super::height_args::HeightArgs;
 use super::light_args::LightArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
+use super::water_args::WaterArgs;
 use crate::frame::Antialias;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
@@ -27,6 +28,9 @@ pub struct FlyArgs {
     /// How light falls.
     #[command(flatten)]
     pub light: LightArgs,
+    /// Where water is.
+    #[command(flatten)]
+    pub water: WaterArgs,
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,

@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::scene::camera::Camera;
 use crate::scene::sun_time::{LatLon, Moment};
-use crate::scene::{Scene, Sun, SunTime};
+use crate::scene::{Scene, SceneFocus, Sun, SunTime};
 
 /// How light falls.
 #[derive(Clone, Copy, Debug, Default, Args)]
@@ -31,6 +31,10 @@ pub struct LightArgs {
     /// Of --date: where that is, where the heights do not say it
     #[arg(long, value_name = "LAT,LON", requires = "date", value_parser = LatLon::from_str, allow_hyphen_values = true)]
     pub place: Option<LatLon>,
+    /// A place that gets the strongest contrast, and how far about it contrast is full, in metres east and north; away
+    /// from it STRENGTH of the contrast goes [default: 0.7]
+    #[arg(long, value_name = "EAST,NORTH,RADIUS[,STRENGTH]", value_parser = SceneFocus::from_str, allow_hyphen_values = true)]
+    pub focus: Option<SceneFocus>,
 }
 
 impl LightArgs {
@@ -44,6 +48,7 @@ impl LightArgs {
             let place = self.place.or_else(|| scene.sun_time.and_then(|time| time.place));
             scene.sun_time = Some(SunTime { moment, place });
         }
+        scene.focus = self.focus.or(scene.focus);
         scene
     }
 

@@ -14,6 +14,7 @@ pub mod progress;
 pub mod render;
 pub mod stereo_args;
 pub mod styles;
+pub mod water_args;
 
 use serde::Serialize;
 

@@ -24,6 +24,7 @@ use super::light_args::LightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
+use super::water_args::WaterArgs;
 use super::{print, print_json};
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -56,6 +57,9 @@ pub struct RenderArgs {
     /// How light falls.
     #[command(flatten)]
     pub light: LightArgs,
+    /// Where water is.
+    #[command(flatten)]
+    pub water: WaterArgs,
     /// Let a scene file name files outside of its folder, and addresses
     #[arg(long)]
     pub trust_scene: bool,
@@ -244,7 +248,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     arguments::check_world(args.world.as_deref())?;
     // The world first: what is wrong with it needs no GPU to be told.
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.light.over(args.heights.over(scene));
+    let scene = args.water.over(args.light.over(args.heights.over(scene)));
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);

@@ -10,6 +10,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::composite::composite::Composite as CompositeUniform;
 use crate::scene::Light;
+use crate::scene::focus::FocusUniform;
 use crate::style::color::linear_from_srgb;
 use crate::style::{Lines, Style};
 
@@ -26,9 +27,9 @@ pub struct Inputs<'a> {
     pub style: &'a Style,
     /// Those of the style, or of trees.
     pub lines: Option<&'a Lines>,
-    /// For haze.
+    /// For haze and focus.
     pub light: &'a Light,
-    /// For haze.
+    /// For haze and focus.
     pub position: &'a Target,
     /// Colour and tone.
     pub tone: &'a Target,
@@ -91,13 +92,13 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         height_ink_color: style.height_lines.as_ref().map_or([0.0; 3], |lines| lines.ink.linear()),
         faintest_height: style.height_lines.as_ref().map_or(1.0, |lines| lines.faintest),
         foot_px: style.paper.foot_px,
-        pad_0: Default::default(),
-        pad_1: Default::default(),
-        pad_2: Default::default(),
+        unfocused: style.unfocused(),
+        ..CompositeUniform::default()
     };
     let mut resources: Vec<Named> = vec![
         ("view", inputs.view.clone()),
         ("composite", cx.uniform("composite", &uniform)),
+        ("focus", FocusUniform::on_gpu(cx, light.focus.as_ref())),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
         ("line", inputs.inks.line.into()),

@@ -5,6 +5,7 @@
 pub mod atomic;
 pub mod exr;
 pub mod geojson;
+pub mod geojson_polygons;
 pub mod geotiff;
 pub mod guard;
 pub mod imprint;

@@ -12,7 +12,7 @@ pub(super) fn make(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>) {
         land::horizons::run(cx, heights, tiles);
     }
     if let Some(tiles) = terrain.water_maps().filter(|_| style.water.is_some()) {
-        lakes::make(cx, heights, tiles);
+        lakes::make(cx, heights, tiles, inputs.world.given_water());
     }
     if let Some(plan) = inputs.rows {
         rows::make(cx, plan, heights);

@@ -106,7 +106,7 @@ fn see(
         let nearest_m = world.nearest_m(rig.origin_m);
         let step = Step { step_s: inputs.step_s, nearest_m, origin_m: rig.origin_m, land_changes: inputs.land_changes };
         let leader = leader.and_then(|leader| Some(&leader.strokes.as_ref()?.frame));
-        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light.haze_m, step, leader)
+        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light, step, leader)
     });
     let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(cx, rules));
     let edges = edges.as_ref();

@@ -31,7 +31,17 @@ pub(super) fn draw(
     let terrain = &world.terrain.water_map_resources()?;
     water::run(cx, &water::Inputs { view, terrain, style, surface_id, position, water });
     let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(gpu, kind));
-    let drawn = look::Inputs { view, style, position, water, tone, watered: &watered, water_ink: &ink };
+    let drawn = look::Inputs {
+        view,
+        style,
+        sky: &inputs.style.sky,
+        terrain: &world.terrain.uniform(),
+        position,
+        water,
+        tone,
+        watered: &watered,
+        water_ink: &ink,
+    };
     look::run(cx, &drawn);
     Some([watered, ink])
 }

@@ -46,6 +46,8 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("surface/trees/edges", &["WIND"]),
     ("surface/motion", &["WIND"]),
     ("composite/composite", &["SKY"]),
+    ("surface/lakes/blocks", &["GIVEN"]),
+    ("tones/water", &["MIRROR"]),
 ];
 
 /// A mistake in a shader's text, with its place.

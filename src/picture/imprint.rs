@@ -5,7 +5,7 @@
 //! in it by the names that were given: no path is made absolute, and of addresses only what is no secret is kept.
 //!
 //! ```toml
-//! version = 1                  # of this text, 2 of a map, 3 with a title: a reader refuses what is newer
+//! version = 1                  # of this text, 2 of a map, 3 with a title, a focus or given water: a reader refuses what is newer
 //! hachure = "0.1.0"            # who wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the embedded world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -32,12 +32,12 @@ use crate::scene::camera::Camera;
 use crate::scene::view::{NEAR_M, Pose};
 use crate::style::{Style, StyleError, StyleFiles};
 
-/// Of the text. Another key that changes the drawing needs another version: 2 has maps, 3 titles.
+/// Of the text. Another key that changes the drawing needs another version: 2 has maps, 3 titles, `focus` and `water`.
 const VERSION: u32 = 3;
-/// Of a text without a title.
-const VERSION_WITHOUT_TITLE: u32 = 2;
-/// Of a text without a map or a title: older readers know all of it.
-const VERSION_WITHOUT_MAP: u32 = 1;
+/// Of a map without any of these.
+const VERSION_WITH_MAP: u32 = 2;
+/// Of a text with none of them: older readers know all of it.
+const FIRST_VERSION: u32 = 1;
 
 /// Why a file's imprint is of no use. One line that names the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -111,6 +111,10 @@ pub struct More {
     pub map: Option<String>,
     /// Below the picture.
     pub title: Option<String>,
+    /// Of `--focus`.
+    pub focus: Option<String>,
+    /// Of `--water`.
+    pub water: Option<String>,
     /// Of `--show`.
     pub show: Option<String>,
     /// Of an SVG.
@@ -167,9 +171,9 @@ impl Imprint {
         let public = |world: &String| if world.contains("://") { remote::name_of(world) } else { world.clone() };
         let text = toml::to_string(&ImprintToml {
             version: match &self.more {
-                More { title: Some(_), .. } => VERSION,
-                More { map: Some(_), .. } => VERSION_WITHOUT_TITLE,
-                _ => VERSION_WITHOUT_MAP,
+                More { title: None, focus: None, water: None, map: None, .. } => FIRST_VERSION,
+                More { title: None, focus: None, water: None, .. } => VERSION_WITH_MAP,
+                _ => VERSION,
             },
             hachure: env!("CARGO_PKG_VERSION").to_owned(),
             world: self.world.as_ref().map(public),

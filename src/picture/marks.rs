@@ -14,7 +14,9 @@ use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
-use crate::scene::view::View;
+use crate::scene::Light;
+use crate::scene::focus::Focus;
+use crate::scene::view::{View, ViewUniform};
 use crate::style::{Color, Style};
 use crate::surface::cuts::CUT_INK;
 use crate::surface::height_lines::HEIGHT_INK;
@@ -35,6 +37,18 @@ struct Surface {
     /// From the eye in metres, and along the view axis; 0 for the sky.
     position: Vec<[f32; 4]>,
     haze_m: f32,
+    /// As it was drawn.
+    view: ViewUniform,
+    focus: Option<Focus>,
+}
+
+/// What distance leaves of some ink.
+#[derive(Clone, Copy)]
+struct Left {
+    /// In full haze.
+    faintest: f32,
+    /// Whether there is less of it already where the tone is paler.
+    is_of_tone: bool,
 }
 
 impl Surface {
@@ -45,32 +59,43 @@ impl Surface {
         is_inside.then(|| y as usize * width + x as usize)
     }
 
-    /// What haze leaves of ink at a place, as in `shaders/composite/composite.wgsl`.
-    fn clear(&self, px: [f32; 2], faintest: f32) -> f32 {
+    /// What haze and focus leave of ink at a place, as in `shaders/composite/composite.wgsl`.
+    fn clear(&self, px: [f32; 2], left: Left) -> f32 {
         let Some(at) = self.pixel(px).map(|pixel| self.position[pixel]).filter(|at| at[3] > 0.0) else { return 1.0 };
         let t = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt() / self.haze_m;
-        faintest + (1.0 - faintest) * (-t * t).exp()
+        let seen = self.focus.map_or(1.0, |focus| focus.left(&self.view, [at[0], at[1], at[2]], px));
+        let seen = if left.is_of_tone { seen.sqrt() } else { seen };
+        seen * (left.faintest + (1.0 - left.faintest) * (-t * t).exp())
     }
 
-    /// Lines in the ink that haze leaves.
-    fn hazed(&self, mut lines: Vec<Polyline>, faintest: f32) -> Vec<Polyline> {
+    /// Lines in the ink that haze and focus leave.
+    fn hazed(&self, mut lines: Vec<Polyline>, left: Left) -> Vec<Polyline> {
         for point in lines.iter_mut().flat_map(|line| &mut line.points) {
-            point.ink = self.clear(point.px, faintest);
+            point.ink = self.clear(point.px, left);
         }
         lines
     }
 }
 
 /// The marks that the last frame drew of its only eye, a group for each kind, those without lines left out. `view` and
-/// `haze_m` are what it was drawn with; it was asked for the layers of marks ([`Frame::set_wants_mark_layers`]).
+/// `light` are what it was drawn with, as the frame saw the light; it was asked for the layers of marks ([`Frame::set_wants_mark_layers`]).
 ///
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
-pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m: f64) -> Result<Vec<Group>, GpuError> {
+pub(super) fn read(
+    gpu: &Gpu,
+    frame: &Frame,
+    style: &Style,
+    view: &View,
+    light: &Light,
+) -> Result<Vec<Group>, GpuError> {
     let Some(position) = frame.target(&POSITION) else { return Ok(Vec::new()) };
     let size_px = view.part.size_px;
     let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
-    let surface = Surface { size_px: size_px.map(|side| side as usize), position, haze_m: haze_m as f32 };
+    let (haze_m, focus) = (light.haze_m as f32, light.focus);
+    let view_uniform = view.still_uniform(view.pose.position_m);
+    let size = size_px.map(|side| side as usize);
+    let surface = Surface { size_px: size, position, haze_m, view: view_uniform, focus };
     let mut groups = Vec::new();
     if let Some(sky) = frame.target(&SKY).filter(|_| style.sky.has_lines()) {
         let texels: Vec<[u16; 4]> = read_as(gpu, sky, [0, 0], size_px)?;
@@ -80,12 +105,12 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
     }
     if let Some(water) = &style.water {
         let traced = frame.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
-        let lines = surface.hazed(traced.unwrap_or_default(), water.faintest);
+        let lines = surface.hazed(traced.unwrap_or_default(), Left { faintest: water.faintest, is_of_tone: false });
         groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
     }
     if let Some(lines) = style.drawn_height_lines() {
         let traced = frame.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
-        let traced = surface.hazed(traced.unwrap_or_default(), lines.faintest);
+        let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
         groups.push(group("heights", "Lines of equal height".to_owned(), lines.ink, traced));
     }
     if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
@@ -99,7 +124,7 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
             .map(|(layer, number, picture)| {
                 let has_dots = layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots());
                 let traced = if has_dots { dots(&picture) } else { lines(&picture) };
-                let lines = surface.hazed(traced, style.faintest_mark());
+                let lines = surface.hazed(traced, Left { faintest: style.faintest_mark(), is_of_tone: true });
                 group(&format!("marks-{number}"), format!("Marks {number}, {}", layer.marks), ink, lines)
             })
             .collect();
@@ -111,7 +136,8 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
             .into_par_iter()
             .map(|family| {
                 let ink = texels.iter().map(|texel| f32_from_f16(texel[family])).collect();
-                let lines = surface.hazed(lines(&InkPicture { size_px, ink }), cuts.faintest);
+                let left = Left { faintest: cuts.faintest, is_of_tone: true };
+                let lines = surface.hazed(lines(&InkPicture { size_px, ink }), left);
                 let number = family + 1;
                 group(&format!("cuts-{number}"), format!("Cuts {number}"), cuts.ink, lines)
             })
@@ -131,9 +157,10 @@ pub(super) fn read(gpu: &Gpu, frame: &Frame, style: &Style, view: &View, haze_m:
                 land_m > 0.0 && depth_m <= allowed_m(land_m, spacing) && is_land
             })
         };
+        let left = Left { faintest: rows.faintest, is_of_tone: true };
         let drawn = frame.drawn_rows(gpu)?.unwrap_or_default();
         let lines: Vec<Polyline> = drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect();
-        groups.push(group("hachures", "Hachures".to_owned(), rows.ink, surface.hazed(lines, rows.faintest)));
+        groups.push(group("hachures", "Hachures".to_owned(), rows.ink, surface.hazed(lines, left)));
     }
     groups.retain(|group| !group.lines.is_empty());
     Ok(groups)

@@ -32,6 +32,7 @@ use crate::file::png::PngWriter;
 use crate::frame::{self, Antialias, Frame, Light, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
+use crate::gpu::wgsl::tones::water::MIRROR_REACH_PX;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::crowd::Cap;
 use crate::scene::stereo::Pair;
@@ -217,7 +218,9 @@ fn render_eyes<E>(
     let antialias = if is_flight { request.antialias } else { Antialias::None };
     let crowd_px = request.style.lines.as_ref().and_then(|lines| Cap::of(lines.crowd, lines.crowd_px));
     let crowd_px = crowd_px.map_or(0, |cap| cap.reach_px());
-    let margin_px = (parts.margin_px + parallax_px + crowd_px).max(stroke_px).max(balance_px);
+    let mirrors = request.style.water.as_ref().is_some_and(|water| water.mirror > 0.0);
+    let mirror_px = if mirrors { MIRROR_REACH_PX as u32 + parts.margin_px } else { 0 };
+    let margin_px = (parts.margin_px + parallax_px + crowd_px).max(stroke_px).max(balance_px).max(mirror_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {

@@ -24,7 +24,7 @@ pub fn nearest_m(
     pose: Pose,
     style: &Style,
 ) -> Result<Option<f64>, GpuError> {
-    let light = Light { to_sun: DVec3::Z, haze_m: 1e6, haze_srgb: None };
+    let light = Light { to_sun: DVec3::Z, haze_m: 1e6, haze_srgb: None, focus: None };
     frame.render(gpu, world, &View::whole(pose, pose, SIZE_PX), style, &light)?;
     let Some(position) = frame.target(&POSITION) else { return Ok(None) };
     let position: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], SIZE_PX)?;

@@ -6,7 +6,7 @@
 //! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
 //! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
 
-use crate::frame::Frame;
+use crate::frame::{Frame, seen_light};
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
 use crate::scene::stereo::Pair;
@@ -93,8 +93,8 @@ pub fn render_strokes(
     let prepared = frame.render_eyes(gpu, world, &rig, style, &request.light)?;
     let read = |eye| frame.eye_strokes(eye).map_or_else(|| Ok(Vec::new()), |strokes| strokes.read_polylines(gpu));
     let mut strokes = (0..rig.eyes.len()).map(read).collect::<Result<Vec<_>, GpuError>>()?;
-    let light = request.light.from_above(rig.origin_m.z - f64::from(world.terrain.range_m()[1]));
-    let mut marks = if wants_marks { marks::read(gpu, frame, style, &view, light.haze_m)? } else { Vec::new() };
+    let light = seen_light(world, &rig, style, &request.light);
+    let mut marks = if wants_marks { marks::read(gpu, frame, style, &view, &light)? } else { Vec::new() };
     frame.set_wants_mark_layers(false);
     gpu.check()?;
     let all = strokes.iter_mut().flatten().chain(marks.iter_mut().flat_map(|group| &mut group.lines));

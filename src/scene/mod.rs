@@ -4,6 +4,7 @@ pub mod anaglyph;
 pub mod camera;
 pub mod earth;
 pub mod embedded;
+pub mod focus;
 pub mod forest;
 pub mod forest_cover;
 pub mod frustum;
@@ -16,17 +17,20 @@ pub mod scene_file;
 pub mod stereo;
 pub mod sun_time;
 pub mod view;
+mod water_files;
 pub mod wind;
 
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use camera::Camera;
+pub use focus::{Focus, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
 pub use sun_time::SunTime;
+pub use water_files::WaterFiles;
 pub use wind::Wind;
 
 use crate::source::{OpenOptions, VoidMode};
@@ -46,6 +50,8 @@ pub struct Scene {
     pub sun_time: Option<SunTime>,
     /// The air.
     pub haze: Haze,
+    /// Where the strongest contrast is; none means that the style says it, if anybody does.
+    pub focus: Option<SceneFocus>,
     /// Where a flight starts; none means a view that the world's extent suggests.
     pub start: Option<Camera>,
     /// The curvature of the earth; none is a flat map.
@@ -60,6 +66,8 @@ pub struct Scene {
     pub wind: Option<Wind>,
     /// Land that is no higher is the sea, in metres as the file has heights; none is no sea but where it is level.
     pub sea_level_m: Option<f64>,
+    /// Files that say where water is, beside what heights show.
+    pub water: WaterFiles,
     /// What is said of height files that do not say it themselves.
     pub heights: OpenOptions,
 }
@@ -124,6 +132,7 @@ impl Scene {
             sun: Sun::default(),
             sun_time: None,
             haze: Haze::default(),
+            focus: None,
             start: None,
             earth: None,
             vertical_exaggeration: 1.0,
@@ -131,6 +140,7 @@ impl Scene {
             forest: None,
             wind: None,
             sea_level_m: None,
+            water: WaterFiles::default(),
             heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }
@@ -145,6 +155,8 @@ pub struct Light {
     pub haze_m: f64,
     /// What distance fades to, in sRGB of 0 to 1; none means the style's.
     pub haze_srgb: Option<[f32; 3]>,
+    /// Where the strongest contrast is.
+    pub focus: Option<Focus>,
 }
 
 /// Haze of clear air: two thirds of the contrast are gone at this distance.
@@ -176,6 +188,7 @@ impl Scene {
             to_sun: self.sun.direction(),
             haze_m: self.haze.distance_over_m(extent_m),
             haze_srgb: self.haze.color_srgb,
+            focus: self.focus.as_ref().map(SceneFocus::focus),
         }
     }
 }

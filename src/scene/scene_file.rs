@@ -21,6 +21,11 @@
 //! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
 //! color = "#dfe6ea"                 # without it, the style's paper
 //!
+//! [focus]                           # where the strongest contrast is; without it, the style says it
+//! place = [1200, -300]              # east and north in metres, and maybe a height
+//! radius_m = 2000                   # contrast is full so far around it
+//! strength = 0.7                    # how much of it is gone far away, 0 to 1; without it, 0.7
+//!
 //! [earth]
 //! curvature = true                  # bends the map; without it, the map is flat
 //! refraction = 0.13                 # of the air; without it, 0
@@ -41,6 +46,9 @@
 //!
 //! [water]
 //! sea_level_m = 0                   # land that is no higher is the sea; without it, water is what is level
+//! # polygons = "lakes.geojson"      # water beside that: polygons, on WGS 84 or as the file says
+//! # mask = "water.tif"              # likewise a raster, of which all but 0 is water
+//! # only_given = true               # what is level is no water then
 //!
 //! [wind]                            # moves trees; without it, they stand still
 //! speed_m_s = 4                     # in the mean, at most 60; without it, 5
@@ -83,8 +91,10 @@ use serde::Deserialize;
 
 use super::camera::Camera;
 use super::earth::Earth;
+use super::focus::FocusToml;
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
+use super::water_files::WaterToml;
 use super::wind::WindToml;
 use super::{Haze, Scene, Sun, SunTime, World};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
@@ -131,6 +141,7 @@ struct FileToml {
     sun: SunToml,
     #[serde(default)]
     haze: HazeToml,
+    focus: Option<FocusToml>,
     #[serde(default)]
     earth: EarthToml,
     #[serde(default)]
@@ -223,12 +234,6 @@ struct EarthToml {
 
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
-struct WaterToml {
-    sea_level_m: Option<f64>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(deny_unknown_fields)]
 struct CameraToml {
     start: Option<String>,
 }
@@ -294,6 +299,8 @@ impl Scene {
             None => None,
         };
         scene.haze = Haze { distance_m: file.haze.distance_m, color_srgb };
+        let focus = file.focus.as_ref().map(FocusToml::checked);
+        scene.focus = focus.transpose().map_err(|(key, cause)| wrong(key, cause))?;
         let refraction = file.earth.refraction.unwrap_or(0.0);
         if !(-1.0..1.0).contains(&refraction) {
             return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
@@ -309,6 +316,7 @@ impl Scene {
             return Err(wrong("water.sea_level_m", "it must lie within -12000 to 9000"));
         }
         scene.sea_level_m = file.water.sea_level_m;
+        scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

@@ -108,6 +108,28 @@ impl GeoTags {
     }
 }
 
+impl Georeference {
+    /// Of coordinates themselves, x first: column and row are x and y. Without a code they are longitudes and latitudes on
+    /// WGS 84.
+    ///
+    /// # Errors
+    /// [`GeoreferenceError::UnknownCrs`], and [`GeoreferenceError::Geocentric`].
+    pub fn of_coordinates(epsg: Option<u16>) -> Result<Self, GeoreferenceError> {
+        let code = epsg.unwrap_or(EPSG_WGS84);
+        let definition = catalogue::look_up(code).ok_or(GeoreferenceError::UnknownCrs { epsg: code.into() })?;
+        let name = format!("EPSG:{code}");
+        let crs = match definition.kind {
+            Kind::Geocentric => return Err(GeoreferenceError::Geocentric),
+            Kind::Projected => Crs::Projected { metres_per_unit: definition.unit, name },
+            Kind::Geographic => {
+                let [semi_major_axis_m, inverse_flattening] = definition.ellipsoid.unwrap_or(WGS84);
+                Crs::Geographic { radians_per_unit: definition.unit, semi_major_axis_m, inverse_flattening, name }
+            }
+        };
+        Ok(Self { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], crs, geokeys: GeoKeys::default() })
+    }
+}
+
 /// The georeference that the tags describe. What is missing is replaced by the plainest assumption (metres, 1 m
 /// spacing), with a warning that names `file`.
 ///
@@ -244,6 +266,8 @@ fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, 
     Ok(Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name: name(code, keys) })
 }
 
+/// Longitudes and latitudes on WGS 84.
+const EPSG_WGS84: u16 = 4326;
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 
 /// Semi-major axis in metres and inverse flattening, where the keys give the axis.

@@ -3,6 +3,7 @@
 pub mod color;
 mod cuts;
 mod error;
+mod focus;
 pub mod hatching;
 mod height_lines;
 mod held;
@@ -25,6 +26,7 @@ use crate::file::toml_text::Wrong;
 pub use color::Color;
 pub use cuts::{CutLayer, Cuts};
 pub use error::StyleError;
+pub use focus::Focus;
 pub use height_lines::HeightLines;
 pub use held::StyleFiles;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
@@ -98,6 +100,8 @@ parameters! {
         panorama: Panorama;
         /// What distance does.
         haze: Haze;
+        /// Where the strongest contrast is; without the section it is the same everywhere.
+        focus: Option<Focus>;
     } beside {
         /// All files that it was read from: its own, those of its recipes, and their pictures. A preset has none.
         files: Vec<PathBuf>;
@@ -168,6 +172,9 @@ parameters! {
     }
 }
 
+/// The haze of a picture of the night has less light, red, green and blue together: bare paper would shine in it.
+const DARK_HAZE: f32 = 0.9;
+
 /// The names of the presets.
 pub fn names() -> Vec<&'static str> {
     PRESETS.iter().map(|(name, _)| *name).collect()
@@ -189,7 +196,8 @@ impl Style {
     #[must_use]
     pub fn for_map(self, pixel_m: f64) -> Self {
         let height_lines = self.height_lines.map(|lines| lines.for_map(pixel_m));
-        Self { panorama: Panorama { horizon_deg: 0.0 }, height_lines, ..self }
+        let focus = self.focus.filter(|focus| focus.distance_m.is_none());
+        Self { panorama: Panorama { horizon_deg: 0.0 }, height_lines, focus, ..self }
     }
 
     /// The lines of equal height that it draws.
@@ -220,6 +228,14 @@ impl Style {
     pub fn mark_ink(&self) -> Option<Color> {
         let of_land = self.rows.as_ref().map(|rows| rows.ink).or(self.cuts.as_ref().map(|cuts| cuts.ink));
         of_land.or(self.hatching.as_ref().map(|hatching| hatching.ink))
+    }
+
+    /// What its tones go to far from the focus, linear, before the paper.
+    pub fn unfocused(&self) -> [f32; 3] {
+        let own = self.focus.as_ref().and_then(|focus| focus.color);
+        let haze = self.haze.color.linear();
+        let is_dark = haze.iter().sum::<f32>() < DARK_HAZE;
+        own.map_or(if is_dark { haze } else { [1.0; 3] }, |color| color.linear())
     }
 
     /// What is left of that in full haze.

@@ -24,6 +24,8 @@ parameters! {
         paler: f32 = 0.75 => Range::Within(0.0, 1.0);
         /// Whether water has level rules in place of water lines.
         rules: bool = false;
+        /// How much water takes the tone of what it mirrors: as level strokes where it has lines or rules, else as colour.
+        mirror: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// What is left of shores and water lines in full haze.
         faintest: f32 = 0.3 => Range::Within(0.0, 1.0);
     }

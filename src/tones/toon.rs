@@ -11,6 +11,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
+use crate::scene::focus::FocusUniform;
 use crate::style::Toon;
 
 /// By what there is: each of the four is a digit, and the last one counts 1.
@@ -59,6 +60,7 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", cx.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
+        ("focus", FocusUniform::on_gpu(cx, inputs.light.focus.as_ref())),
         ("toon", cx.uniform("toon", &uniform)),
         ("ramp", Resource::Texture("ramp", ramp.view.clone())),
         inputs.terrain.clone(),

@@ -3,11 +3,12 @@
 //! Why: `docs/decisions/water.md`.
 
 use super::TONE_FORMAT;
-use crate::gpu::bind::Resource;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::tones::water::WaterLook;
-use crate::style::Water;
+use crate::style::{Sky, Water};
 
 /// Colour and tone, with those of water.
 pub const WATERED: TargetKind = TargetKind::storage("watered", TONE_FORMAT);
@@ -20,6 +21,10 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// How water looks.
     pub style: &'a Water,
+    /// What is mirrored where no land is.
+    pub sky: &'a Sky,
+    /// For the earth's curvature.
+    pub terrain: &'a Named,
     /// Of the surface.
     pub position: &'a Target,
     /// [`WATER`](crate::surface::water::WATER).
@@ -45,9 +50,13 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         lines: style.lines,
         rules: style.rules.into(),
         reach_px: style.reach_px(),
-        pad: 0.0,
+        mirror: style.mirror,
+        strokes: u32::from(style.rules || style.lines > 0),
+        sky_horizon: inputs.sky.horizon.linear(),
+        sky_zenith: inputs.sky.zenith.linear(),
+        ..WaterLook::default()
     };
-    let resources = [
+    let mut resources = vec![
         ("view", inputs.view.clone()),
         ("water_look", cx.uniform("water look", &look)),
         ("position", inputs.position.into()),
@@ -56,5 +65,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("watered", inputs.watered.into()),
         ("water_ink", inputs.water_ink.into()),
     ];
-    cx.pixels("tones/water", inputs.tone.size_px(), &resources);
+    let mirrors = style.mirror > 0.0;
+    resources.extend(mirrors.then(|| inputs.terrain.clone()));
+    let definitions: &[&str] = if mirrors { &["MIRROR"] } else { &[] };
+    cx.pixels(Compute { name: "tones/water", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -2,6 +2,7 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] makes them of what a user names: a scene file, a DEM, a pyramid, an address.
 
+pub mod given_water;
 mod map;
 mod meshes;
 pub mod open;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use self::given_water::GivenWater;
 pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
@@ -30,6 +32,7 @@ pub struct Surfaces {
     tree_detail: f64,
     wind: Option<Wind>,
     sea_level_m: Option<f64>,
+    given_water: Option<Arc<GivenWater>>,
 }
 
 impl From<Terrain> for Surfaces {
@@ -44,6 +47,7 @@ impl From<Terrain> for Surfaces {
             tree_detail: 1.0,
             wind: None,
             sea_level_m: None,
+            given_water: None,
         }
     }
 }
@@ -107,6 +111,16 @@ impl Surfaces {
     /// Lets the sea stand at another height, or nowhere.
     pub fn set_sea_level(&mut self, sea_level_m: Option<f64>) {
         self.sea_level_m = sea_level_m;
+    }
+
+    /// Water that is given beside what heights show, if any is.
+    pub fn given_water(&self) -> Option<&Arc<GivenWater>> {
+        self.given_water.as_ref()
+    }
+
+    /// Gives it other water, or none; to be called before the first frame, since maps of tiles are kept.
+    pub fn set_given_water(&mut self, water: Option<Arc<GivenWater>>) {
+        self.given_water = water;
     }
 
     /// Lets another wind blow, or none.

@@ -24,6 +24,7 @@ use crate::scene::{Light, Scene, World};
 use crate::source::{self, EarthPlace, Kind, OpenOptions, Progress, Silent};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
+use crate::world::given_water::{GivenWater, GivenWaterError};
 use crate::world::{Surfaces, meshes, tree_models};
 
 /// A COG with no more samples is baked all the same: it takes two seconds, and its errors are measured then.
@@ -69,6 +70,9 @@ pub enum WorldError {
     /// A raster of the scene's forest cannot be read, or does not lie over the world.
     #[error(transparent)]
     Cover(#[from] CoverError),
+    /// A file that says where water is does not hold.
+    #[error(transparent)]
+    Water(#[from] GivenWaterError),
     /// There is no sun at the date that is named.
     #[error(transparent)]
     SunTime(#[from] SunTimeError),
@@ -138,6 +142,7 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     }
     let rasters = scene.forest.iter().flat_map(|forest| forest.cover.files());
     rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
+    scene.water.files().for_each(|(_, path)| source::add_inputs(path, &mut inputs));
     if scene.embedded.is_none() {
         let mut known: FxHashSet<&Path> = FxHashSet::default();
         let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
@@ -284,7 +289,16 @@ impl OpenWorld {
         world.surfaces.set_wind(world.scene.wind);
         let factor = world.scene.vertical_exaggeration;
         world.surfaces.set_sea_level(world.scene.sea_level_m.map(|level_m| level_m * factor));
+        let water = world.given_water().map_err(|error| WorldError::from(error).of(&world.scene))?;
+        world.surfaces.set_given_water(water.map(Arc::new));
         Ok(world)
+    }
+
+    /// Reads the files of the scene that say where water is, if it has any.
+    fn given_water(&self) -> Result<Option<GivenWater>, GivenWaterError> {
+        let store = self.surfaces.terrain.store();
+        let size = store.levels()[0];
+        GivenWater::load(&self.scene.water, store.georeference(), [size.width, size.height])
     }
 
     /// Reads the rasters of the scene's forest, if it has any.

@@ -14,7 +14,7 @@ use hachure::tiles::terrain::Prepared;
 use hachure::world::Surfaces;
 
 /// The sun above: for lines, which do not ask where it is.
-pub const NOON: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+pub const NOON: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
 
 /// The sun in the north-west, where maps have it.
 pub fn north_west() -> Light {

@@ -20,7 +20,7 @@ use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::{Lines, Stereo, Style};
 use hachure::world::Surfaces;
 
-const LIGHT: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None };
+const LIGHT: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
 
 /// Two eyes at a camera that rests.
 fn rig(pose: Pose, ipd_m: f64, size_px: [u32; 2]) -> Rig {

@@ -84,7 +84,7 @@ impl Plane {
 
 pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
     let planes = aov::planes("hatch,position,surface", style).unwrap();
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e12, haze_srgb: None };
+    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e12, haze_srgb: None, focus: None };
     let request = PictureRequest { planes: &planes, ..PictureRequest::still(pose, size_px, style, light) };
     let (mut floats, mut patch): ([Vec<f64>; 4], _) = (Default::default(), Vec::new());
     let take = |band: picture::Band| {

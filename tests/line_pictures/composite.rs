@@ -138,7 +138,7 @@ fn the_composite_is_its_twin() {
     let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
     let heights = bench.picture(&MARKS, SIZE_PX, &layers.heights);
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
-        let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb };
+        let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb, focus: None };
         let picture = bench.out(&PICTURE);
         bench.run(|cx| {
             let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));

@@ -33,7 +33,7 @@ fn hill() -> Option<World> {
 }
 
 fn light() -> Light {
-    Light { to_sun: DVec3::new(-0.5, 0.5, 0.4).normalize(), haze_m: 30_000.0, haze_srgb: None }
+    Light { to_sun: DVec3::new(-0.5, 0.5, 0.4).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None }
 }
 
 fn view(previous: Pose, pose: Pose) -> View {

@@ -343,7 +343,8 @@ fn a_real_drawing_is_measured() {
     let grid = procedural::generate_sized(1, 512, 24.0, &Silent);
     let Some(mut world) = common::World::new(grid, 1.0) else { return };
     let size_px = [320, 180];
-    let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None };
+    let light =
+        Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None };
     for name in ["strokes", "ink", "plain"] {
         let style = Style::load(name).unwrap();
         let mut frame = Frame::new(&world.gpu).unwrap();

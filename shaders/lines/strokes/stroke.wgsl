@@ -5,7 +5,8 @@
 // cross or a strip folds onto itself, the darker one stays (max blending), so nothing shows twice.
 //
 // Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
-#import hachure::view::View
+#import hachure::view::{View, place_at}
+#import hachure::focus::{Focus, in_focus, focus_width}
 #import hachure::stroke_style::Strokes
 #import hachure::brush::{Brush, brush_uv, brush_ink}
 #import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED, RUNS_OFF}
@@ -20,6 +21,7 @@
 @group(0) @binding(5) var<uniform> brush: Brush;
 @group(0) @binding(6) var brush_tile: texture_2d<f32>;
 @group(0) @binding(7) var brush_sampler: sampler;
+@group(0) @binding(8) var<storage, read> focus: Focus;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
@@ -147,17 +149,19 @@ struct Touched {
     from_middle_px: f32,
     // Of the pixel.
     covered: f32,
-    // What haze has left.
+    // What haze and focus have left.
     clear: f32,
 }
 
 fn touched(in: Vertex) -> Touched {
-    let half_width = max(in.half_width_px * mix(0.35, 1.0, sqrt(clamp(in.pressure, 0.0, 1.0))), 0.4);
+    let place_m = place_at(view, in.clip.xy, in.depth_m);
+    let seen = in_focus(focus, view, place_m, in.clip.xy + vec2<f32>(view.origin_px));
+    let half_width = max(focus_width(seen) * in.half_width_px * mix(0.35, 1.0, sqrt(clamp(in.pressure, 0.0, 1.0))), 0.4);
     let beyond_px = max(max(in.beyond_px.x, in.beyond_px.y), 0.0);
     let distance_px = length(vec2<f32>(in.across_px, beyond_px));
     let covered = clamp(in.shown_px + 0.5, 0.0, 1.0) * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
     let t = in.depth_m / strokes.haze_m;
-    let clear = mix(strokes.faintest, 1.0, exp(-t * t));
+    let clear = mix(strokes.faintest, 1.0, exp(-t * t)) * seen / focus_width(seen);
     return Touched(half_width, distance_px, covered, clear);
 }
 

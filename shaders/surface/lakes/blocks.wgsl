@@ -1,10 +1,10 @@
 // The water of each sample of a tile and of those around it, before lakes are looked for: the sea, or none. And where a
 // lake may be: in squares of four samples beside which any four are level.
-#import hachure::terrain::{levels, place_on_level}
+#import hachure::terrain::{levels, place_on_level, TILE_SAMPLES}
 #import hachure::map_job::MapJob
-#import hachure::lake_blocks::{block_place, block_g, sample_of, SEA}
+#import hachure::lake_blocks::{block_place, block_g, sample_of, SEA, GIVEN_WATER}
 #import hachure::shores::{BLOCKS, JOB_SHIFT, SQUARES}
-#import hachure::water_maps::SIDE
+#import hachure::water_maps::AROUND
 #import hachure::still_water::{Window, window_at, LEVEL_WATER_M, NO_LAKE, VOID}
 
 struct Sea {
@@ -26,6 +26,27 @@ const GROUPS: u32 = 21u;
 @group(0) @binding(3) var<storage, read_write> found: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> squares: array<u32>;
 
+#ifdef GIVEN
+// How many levels there are, the first of them, and 1 if there is no other water; then five numbers for each level: where
+// its cells begin, the place of its first cell among the samples of that level, and its size. Cells are four to a word.
+@group(0) @binding(5) var<storage, read> given: array<i32>;
+
+// Whether half of a sample of a level, or more, is water that is given.
+fn is_given(level: i32, sample: vec2<i32>) -> bool {
+    let finer = u32(max(given[1] - level, 0));
+    // Beyond the border everything is as at the border.
+    let at = clamp(sample, vec2<i32>(0), levels[level].size - 1) >> vec2<u32>(finer);
+    let number = level + i32(finer) - given[1];
+    let table = 4 + 5 * min(number, given[0] - 1);
+    let size = vec2<i32>(given[table + 3], given[table + 4]);
+    let place = at - vec2<i32>(given[table + 1], given[table + 2]);
+    let inside = clamp(place, vec2<i32>(0), size - 1);
+    let cell = inside.y * size.x + inside.x;
+    let word = u32(given[given[table] + cell / 4]);
+    return ((word >> (8u * u32(cell & 3))) & 255u) >= 128u && all(place == inside) && number < given[0];
+}
+#endif
+
 // Whether four samples between two rows are level.
 fn level_between(a: vec4<f32>, b: vec4<f32>) -> bool {
     let low = min(min(a.xyz, a.yzw), min(b.xyz, b.yzw));
@@ -45,7 +66,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     let window = window_at(place_on_level(job.level, g), g);
     let is_level = level_between(window.row_a, window.row_b) || level_between(window.row_b, window.row_c)
         || level_between(window.row_c, window.row_d);
-    if is_level {
+#ifdef GIVEN
+    let is_asked = is_level && given[2] == 0;
+#else
+    let is_asked = is_level;
+#endif
+    if is_asked {
         squares[atomicAdd(&found[SQUARES], 1u)] = (number << JOB_SHIFT) | u32(block.y * BLOCKS + block.x);
     }
     var is_water = false;
@@ -53,8 +79,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         let corner = vec2<i32>(i & 1, i >> 1u);
         let height_m = sample_of(window, job.level, corner);
         let is_sea = height_m <= sea.sea_m;
-        is_water = is_water || is_sea;
-        classes[block_place(number, block, corner)] = select(select(NO_LAKE, VOID, height_m == VOID), SEA, is_sea);
+        var water = select(select(NO_LAKE, VOID, height_m == VOID), SEA, is_sea);
+#ifdef GIVEN
+        let sample = job.tile * TILE_SAMPLES - AROUND + 2 * block + corner;
+        water = select(water, GIVEN_WATER, water != VOID && is_given(job.level, sample));
+#endif
+        is_water = is_water || water < NO_LAKE;
+        classes[block_place(number, block, corner)] = water;
     }
     if is_water {
         atomicStore(&found[number], 1u);

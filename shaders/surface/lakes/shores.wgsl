@@ -4,6 +4,7 @@
 #import hachure::map_job::MapJob
 #import hachure::water_maps::SIDE
 #import hachure::shores::{Shore, packed_shore, extents, IS_SHORE, IS_WATER, FARTHEST_OFFSET, FIRST_WET}
+#import hachure::lake_blocks::GIVEN_WATER
 #import hachure::still_water::{LEVEL_WATER_M, NO_LAKE, VOID}
 
 // Workgroups of 8 x 8 samples along a side.
@@ -28,7 +29,8 @@ fn class_at(first: i32, place: vec2<i32>) -> f32 {
 // 1 for water of the lake, 0 for land and for other lakes. Holes of the data have no shore.
 fn wet(first: i32, place: vec2<i32>, lake: f32) -> f32 {
     let other = class_at(first, place);
-    return select(0.0, 1.0, abs(other - lake) < LEVEL_WATER_M || other == VOID);
+    let is_one = other == GIVEN_WATER || lake == GIVEN_WATER && other < NO_LAKE;
+    return select(0.0, 1.0, abs(other - lake) < LEVEL_WATER_M || other == VOID || is_one);
 }
 
 // What six samples along an axis count for at a place between the middle two: those of a B-spline over means of three,
@@ -116,9 +118,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         return;
     }
     let normal = normalize(slope);
-    // A sample that has some land is none of water, so on coarse levels the shore lies farther than between samples: by half
+    // A sample that has some land is none of water where heights tell it, so on coarse levels the shore lies farther than between samples: by half
     // a sample, from corner to corner where it lies across.
-    if job.level > 0 {
+    if job.level > 0 && lake != GIVEN_WATER {
         offset -= grid * normal * (0.5 * (abs(normal.x) + abs(normal.y)));
     }
     shores[at] = side | select(0u, packed_shore(Shore(offset, normal)), all(abs(offset) < vec2<f32>(FARTHEST_OFFSET)));

@@ -24,7 +24,7 @@ pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
     arguments::check_world(args.world.as_deref())?;
     let runtime = Runtime::connect()?;
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.light.over(args.heights.over(scene));
+    let scene = args.water.over(args.light.over(args.heights.over(scene)));
     let store = world::open_store(&scene, &progress::Bar::default())?;
     let options = HeadsetOptions { style: args.style.clone(), antialias: args.antialias, frames: args.frames };
     let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);

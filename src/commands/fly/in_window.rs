@@ -33,7 +33,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     // As early: a DEM that is seen for the first time takes a while to bake.
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.light.over(args.heights.over(scene));
+    let scene = args.water.over(args.light.over(args.heights.over(scene)));
     let store = world::open_store(&scene, &progress::Bar::default())?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {

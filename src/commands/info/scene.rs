@@ -27,9 +27,13 @@ pub(super) struct SceneInfo {
     sun_date: Option<String>,
     sun_place: Option<String>,
     haze_distance_m: Option<f64>,
+    /// As `--focus` has it.
+    focus: Option<String>,
     start: Option<String>,
     vertical_exaggeration: f64,
     sea_level_m: Option<f64>,
+    /// Files that say where water is.
+    water: Vec<PathBuf>,
     wind: Option<WindInfo>,
     meshes: Vec<MeshInfo>,
     forest: Option<ForestInfo>,
@@ -161,9 +165,11 @@ impl SceneInfo {
             sun_date: scene.sun_time.map(|time| time.moment.to_string()),
             sun_place: scene.sun_time.and_then(|time| time.place).map(|place| place.to_string()),
             haze_distance_m: scene.haze.distance_m,
+            focus: scene.focus.map(|focus| focus.to_string()),
             start: scene.start.map(|camera| camera.to_string()),
             vertical_exaggeration: scene.vertical_exaggeration,
             sea_level_m: scene.sea_level_m,
+            water: scene.water.files().map(|(_, path)| path.clone()).collect(),
             wind: scene.wind.map(|Wind { speed_m_s, from_deg }| WindInfo { speed_m_s, from_deg }),
             meshes,
             forest: scene.forest.as_ref().map(ForestInfo::of),
@@ -180,10 +186,11 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
         World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
     };
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
+    let water = scene.water.files().map(|(_, path)| path);
     let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
     let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
     let mut missing: Vec<&PathBuf> =
-        heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).collect();
+        heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).chain(water).collect();
     // Where nobody may look the opening tells.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();
@@ -331,13 +338,16 @@ impl SceneInfo {
         let wind = self.wind.as_ref();
         let wind = wind.map(|wind| format!("wind      {} m/s from {}°\n", wind.speed_m_s, wind.from_deg));
         let sea = self.sea_level_m.map(|level_m| format!("sea       up to {level_m} m\n"));
+        let focus = self.focus.as_ref().map(|focus| format!("focus     {focus}\n"));
+        let water: String = self.water.iter().map(|path| format!("water     {}\n", named(path))).collect();
         let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{}{}{meshes}{}{trees}",
+             start     {}\nheights   × {}\n{}{}{water}{}{meshes}{}{trees}",
             self.start.as_deref().unwrap_or("a view that the extent suggests"),
             self.vertical_exaggeration,
+            focus.unwrap_or_default(),
             sea.unwrap_or_default(),
             wind.unwrap_or_default(),
             forest.unwrap_or_default(),

@@ -45,6 +45,10 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     if all.light.date.is_none() && all.light.side_light.is_none() {
         all.light.sun = all.light.sun.or(Some(*sun));
     }
+    all.water.water = all.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
+    if let (None, Some(text)) = (all.light.focus, &more.focus) {
+        all.light.focus = Some(text.parse().map_err(anyhow::Error::msg).context("focus")?);
+    }
     if all.size.is_none() {
         // More dots to an inch are more pixels: the print stays as large as it is.
         let finer = all.dpi.map_or(1.0, |asked| asked / dpi.unwrap_or(REFERENCE_DPI));
@@ -105,6 +109,8 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
     more.title.clone_from(&args.title);
+    more.focus = args.light.focus.map(|focus| focus.to_string());
+    more.water = args.water.water.as_ref().map(|path| path.to_string_lossy().into_owned());
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);

@@ -48,7 +48,9 @@ use crate::gpu::target::{Target, Targets};
 pub(crate) use crate::gpu::wgsl::shared::stroke_style::Strokes as StrokesUniform;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::crowd::Cap;
-use crate::scene::view::View;
+use crate::scene::Light;
+use crate::scene::focus::{Focus, FocusUniform};
+use crate::scene::view::{View, ViewUniform};
 use crate::style;
 use crate::surface::edges::{EdgeList, EdgeRules};
 
@@ -136,6 +138,8 @@ pub struct StrokeMemory {
     /// The last frame was an update.
     made_anew: bool,
     uniform: StrokesUniform,
+    /// The focus of the last frame, and the view that it was drawn in.
+    focus: Option<(Focus, ViewUniform)>,
     texture: Option<Arc<StrokeTexture>>,
 }
 
@@ -148,7 +152,8 @@ impl StrokeMemory {
         chain::check(gpu, MOST_SEGMENTS)?;
         let lists = [SampleList::new(gpu), SampleList::new(gpu)];
         let history = History::default();
-        Ok(Self { history, lists, current: 0, made_anew: false, uniform: StrokesUniform::zeroed(), texture: None })
+        let uniform = StrokesUniform::zeroed();
+        Ok(Self { history, lists, current: 0, made_anew: false, uniform, focus: None, texture: None })
     }
 
     /// The samples of the last frame.
@@ -208,6 +213,7 @@ pub struct FrameStrokes {
     plan: history::Plan,
     edge_rules: EdgeRules,
     lists: Lists,
+    focus: Resource,
     rules: ChainRules,
     merges: bool,
     cap: Option<Cap>,
@@ -242,14 +248,16 @@ impl FrameStrokes {
         memory: &mut StrokeMemory,
         strokes: &style::Strokes,
         view: &View,
-        haze_m: f64,
+        light: &Light,
         step: history::Step,
         leader: Option<&Self>,
     ) -> Self {
         let plan = memory.history.plan(strokes, view, step, leader.map(|leader| leader.plan.is_update));
         memory.current = 1 - memory.current;
         memory.made_anew = plan.is_update;
-        memory.uniform = StrokesUniform::new(strokes, view.part.size_px, haze_m);
+        memory.uniform = StrokesUniform::new(strokes, view.part.size_px, light.haze_m);
+        memory.focus = light.focus.map(|focus| (focus, view.still_uniform(step.origin_m)));
+        let focus = FocusUniform::on_gpu(cx, light.focus.as_ref());
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
         let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));
         let texture = strokes.texture.as_ref().and_then(|recipe| {
@@ -265,7 +273,7 @@ impl FrameStrokes {
         let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
         let edge_rules = EdgeRules { crease_deg: strokes.crease_deg, borders: strokes.borders };
         let (merges, cap) = (strokes.merge_px > 0.0, Cap::of(strokes.crowd, strokes.crowd_px));
-        Self { plan, edge_rules, lists, rules, merges, cap, work, texture }
+        Self { plan, edge_rules, lists, focus, rules, merges, cap, work, texture }
     }
 
     /// Whether strokes are made anew: then edges are to be found, and which.
@@ -282,7 +290,7 @@ impl FrameStrokes {
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
         let (texture, ink, ids) = (self.texture.as_deref(), &ink, &ids);
-        let drawn = stroke::Inputs { view: still_view, lists, work, texture, ink, ids };
+        let drawn = stroke::Inputs { view: still_view, focus: &self.focus, lists, work, texture, ink, ids };
         let Some(edges) = edges else {
             temporal::advance(cx, still_view, work);
             stroke::run(cx, Which::Fresh, &drawn);
@@ -333,7 +341,8 @@ impl FrameStrokes {
         partner::agree(cx, view, work, follower, Role::Leader);
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
-        let drawn = stroke::Inputs { view, lists, work, texture: self.texture.as_deref(), ink: &ink, ids: &ids };
+        let (focus, texture) = (&self.focus, self.texture.as_deref());
+        let drawn = stroke::Inputs { view, focus, lists, work, texture, ink: &ink, ids: &ids };
         stroke::run(cx, Which::Fresh, &drawn);
         if self.plan.takes_over {
             stroke::run(cx, Which::Fading, &drawn);

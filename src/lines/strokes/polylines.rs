@@ -8,6 +8,8 @@
 use super::samples::Sample;
 use super::{DrawnStrokes, StrokesUniform};
 use crate::gpu::{Gpu, GpuError};
+use crate::scene::focus::Focus;
+use crate::scene::view::ViewUniform;
 
 /// What a stroke follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -67,7 +69,7 @@ impl DrawnStrokes<'_> {
     pub fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
         let (_, samples) = self.samples().read(gpu)?;
         self.left_out(gpu)?.warn();
-        let pen = Pen::new(&self.memory.uniform);
+        let pen = Pen::new(&self.memory.uniform, self.memory.focus);
         let strokes = samples.split_inclusive(|sample| sample.flags & Sample::LAST != 0);
         let shown = strokes.flat_map(|stroke| stroke.split(|sample| !is_shown(sample)));
         Ok(shown.filter(|run| run.len() > 1).map(|run| polyline(run, &pen)).collect())
@@ -105,24 +107,35 @@ fn polyline(run: &[Sample], pen: &Pen) -> Polyline {
     }
 }
 
+/// Where a sample is, from the rig's origin: `place_at` of `shaders/shared/view.wgsl`.
+fn place_m(view: &ViewUniform, at: &Sample) -> [f32; 3] {
+    let p = [0, 1].map(|axis| at.px[axis] + view.origin_px[axis] as f32);
+    std::array::from_fn(|axis| {
+        let ray = view.ray_corner[axis] + p[0] * view.ray_dx[axis] + p[1] * view.ray_dy[axis];
+        ray * at.depth_m + view.eye_m[axis]
+    })
+}
+
 /// Width and ink, as in `shaders/lines/strokes/stroke.wgsl`.
 struct Pen {
     haze_m: f32,
     faintest: f32,
+    focus: Option<(Focus, ViewUniform)>,
 }
 
 impl Pen {
-    fn new(uniform: &StrokesUniform) -> Self {
-        Self { haze_m: uniform.haze_m, faintest: uniform.faintest }
+    fn new(uniform: &StrokesUniform, focus: Option<(Focus, ViewUniform)>) -> Self {
+        Self { haze_m: uniform.haze_m, faintest: uniform.faintest, focus }
     }
 
     fn point(&self, at: &Sample) -> PolylinePoint {
         let pressure = at.pressure.clamp(0.0, 1.0);
         let t = at.depth_m / self.haze_m;
+        let seen = self.focus.map_or(1.0, |(focus, view)| focus.left(&view, place_m(&view, at), at.px));
         PolylinePoint {
             px: at.px,
-            half_width_px: (at.half_width_px * (0.35 + 0.65 * pressure.sqrt())).max(0.4),
-            ink: self.faintest + (1.0 - self.faintest) * (-t * t).exp(),
+            half_width_px: (Focus::width(seen) * at.half_width_px * (0.35 + 0.65 * pressure.sqrt())).max(0.4),
+            ink: seen / Focus::width(seen) * (self.faintest + (1.0 - self.faintest) * (-t * t).exp()),
         }
     }
 }

@@ -55,6 +55,8 @@ pub enum Which {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
+    /// `Focus`.
+    pub focus: &'a Resource,
     /// For the style's numbers.
     pub lists: &'a Lists,
     /// What is drawn.
@@ -73,6 +75,7 @@ pub fn run(cx: &mut Cx<'_>, which: Which, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("stage", cx.uniform("stage", &stage)),
         ("view", inputs.view.clone()),
+        ("focus", inputs.focus.clone()),
         inputs.lists.strokes(),
         inputs.work.list(),
         inputs.work.samples(),

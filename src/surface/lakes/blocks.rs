@@ -1,6 +1,7 @@
 //! Heights → the sea, and where lakes may be. See `shaders/surface/lakes/blocks.wgsl`.
 
 use super::Inputs;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::wgsl::surface::lakes::blocks::{GROUPS, Sea};
 
@@ -15,6 +16,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("squares", inputs.squares.binding()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
+    resources.extend(inputs.given.as_ref().map(|given| ("given", given.binding())));
+    let definitions: &[&str] = if inputs.given.is_some() { &["GIVEN"] } else { &[] };
+    let kind = Compute { name: "surface/lakes/blocks", definitions };
     // Tiles stand below each other.
-    cx.groups("surface/lakes/blocks", [GROUPS, GROUPS * inputs.jobs.len() as u32], &resources);
+    cx.groups(kind, [GROUPS, GROUPS * inputs.jobs.len() as u32], &resources);
 }

@@ -15,6 +15,9 @@ pub mod maps;
 pub mod seen;
 pub mod shores;
 
+use std::convert::Infallible;
+use std::sync::Arc;
+
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
@@ -23,6 +26,7 @@ use crate::gpu::wgsl::shared::shores::{FOUND, JOBS as JOB_COUNT};
 use crate::gpu::wgsl::shared::water_maps::SIDE;
 use crate::tiles::slot_maps::MAPS_AT_ONCE;
 use crate::tiles::water_maps::WaterMaps;
+use crate::world::given_water::GivenWater;
 
 /// The tiles to make.
 const JOBS: BufferKind = BufferKind::storage("lake jobs");
@@ -33,6 +37,8 @@ const CLASSES: BufferKind = BufferKind::storage("lake classes");
 const SHORES: BufferKind = BufferKind::storage("lake shores");
 /// Squares of samples that may have a lake.
 const SQUARES: BufferKind = BufferKind::storage("lake squares");
+/// Water that is given.
+const GIVEN: BufferKind = BufferKind::storage("given water");
 /// Workgroups of passes.
 const ARGUMENTS: BufferKind = BufferKind::indirect("lake arguments");
 
@@ -56,16 +62,38 @@ pub struct Inputs<'a> {
     pub squares: Buffer,
     /// Workgroups of [`classes`], [`shores`], [`columns`] and [`maps`].
     pub arguments: Buffer,
+    /// Water beside what heights show, if any is given.
+    pub given: Option<Buffer>,
     /// Out.
     pub water_maps: Resource,
 }
 
+/// Water that is given, on the GPU.
+struct GivenBuffer {
+    water: Arc<GivenWater>,
+    buffer: Buffer,
+}
+
+/// It stays there as long as it is asked for in each frame.
+fn given_buffer(cx: &mut Cx<'_>, water: &Arc<GivenWater>) -> Buffer {
+    let made = cx.kept(
+        |known: &GivenBuffer| Arc::ptr_eq(&known.water, water),
+        |gpu| {
+            let buffer = Buffer::with(gpu, &GIVEN, &water.words);
+            Ok::<_, Infallible>(GivenBuffer { water: Arc::clone(water), buffer })
+        },
+    );
+    let Ok(given) = made;
+    given.buffer.clone()
+}
+
 /// Makes the maps that are planned for this frame; none most of the time. Reads `terrain`. No submit has more than a
 /// frame of a window.
-pub fn make(cx: &mut Cx<'_>, terrain: &[Named], maps: &WaterMaps) {
+pub fn make(cx: &mut Cx<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<&Arc<GivenWater>>) {
     // A rehearsal asks, for maps that will be planned.
     let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());
+    let given = given.map(|water| given_buffer(cx, water));
     for (part, jobs) in parts.enumerate() {
         if part > 0 {
             cx.submit_so_far();
@@ -83,6 +111,7 @@ pub fn make(cx: &mut Cx<'_>, terrain: &[Named], maps: &WaterMaps) {
             shores: cx.buffer(&SHORES, bytes),
             squares: cx.buffer(&SQUARES, bytes / 4),
             arguments: cx.buffer(&ARGUMENTS, 12 * 4),
+            given: given.clone(),
             water_maps: Resource::Texture("water maps", maps.view().clone()),
         };
         blocks::run(cx, &inputs);

@@ -1,0 +1,65 @@
+//! `[water]` of a scene: files that say where water is. [`crate::world::given_water`] reads them.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+/// Files that say where water is, beside what heights show.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WaterFiles {
+    /// A raster: what is not 0 is water.
+    pub mask: Option<PathBuf>,
+    /// Polygons as GeoJSON.
+    pub polygons: Option<PathBuf>,
+    /// Whether what heights show is no water.
+    pub only_given: bool,
+}
+
+/// Files whose names end so are polygons.
+const POLYGON_ENDINGS: [&str; 2] = ["geojson", "json"];
+
+impl WaterFiles {
+    /// The files, each with its key in the scene file.
+    pub fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
+        let all = [("water.mask", &self.mask), ("water.polygons", &self.polygons)];
+        all.into_iter().filter_map(|(key, file)| Some((key, file.as_ref()?)))
+    }
+
+    /// With another file, which comes before that of the same kind: polygons or a mask, by its name.
+    #[must_use]
+    pub fn with(mut self, file: &Path) -> Self {
+        let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        let is_polygons = ending.is_some_and(|ending| POLYGON_ENDINGS.contains(&ending.as_str()));
+        *(if is_polygons { &mut self.polygons } else { &mut self.mask }) = Some(file.to_owned());
+        self
+    }
+}
+
+/// `[water]` of a scene file.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+pub(super) struct WaterToml {
+    pub(super) sea_level_m: Option<f64>,
+    polygons: Option<String>,
+    mask: Option<String>,
+    #[serde(default)]
+    only_given: bool,
+}
+
+impl WaterToml {
+    /// Its files; else which key makes no sense, and why.
+    pub(super) fn files(&self, scene: &Path) -> Result<WaterFiles, (&'static str, &'static str)> {
+        let file = |key: &'static str, name: &Option<String>| match name.as_deref() {
+            None => Ok(None),
+            Some("") => Err((key, "it is empty")),
+            Some(name) if name.contains("://") => Err((key, "it must be a file of this machine")),
+            Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
+        };
+        let mask = file("water.mask", &self.mask)?;
+        let polygons = file("water.polygons", &self.polygons)?;
+        if self.only_given && mask.is_none() && polygons.is_none() {
+            return Err(("water.only_given", "it needs a mask or polygons"));
+        }
+        Ok(WaterFiles { mask, polygons, only_given: self.only_given })
+    }
+}
