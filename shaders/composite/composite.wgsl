@@ -59,18 +59,18 @@ struct Composite {
 // Ink of rows of hachures.
 @group(0) @binding(7) var rows: texture_2d<f32>;
 // Ink of cut lines, a family in each of three channels.
-@group(0) @binding(12) var cuts: texture_2d<f32>;
+@group(0) @binding(8) var cuts: texture_2d<f32>;
 // Ink of shores and water lines.
-@group(0) @binding(8) var water_ink: texture_2d<f32>;
+@group(0) @binding(9) var water_ink: texture_2d<f32>;
 // Ink of lines of equal height.
-@group(0) @binding(11) var height_ink: texture_2d<f32>;
-@group(0) @binding(12) var<storage, read> focus: Focus;
+@group(0) @binding(10) var height_ink: texture_2d<f32>;
+@group(0) @binding(11) var<storage, read> focus: Focus;
 #ifdef SKY
 // A drawn sky: linear colour, and the ink of its lines.
-@group(0) @binding(10) var sky: texture_2d<f32>;
+@group(0) @binding(12) var sky: texture_2d<f32>;
 #endif
 // Linear; opaque, or a sample.
-@group(0) @binding(9) var picture: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(13) var picture: texture_storage_2d<rgba16float, write>;
 
 // Clear near, then hazy: what is left of contrast at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
