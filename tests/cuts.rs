@@ -47,7 +47,7 @@ fn style(families: &[Family], darkness: f64) -> Style {
 /// The inks of three families on a map.
 fn inks(world: &mut World, style: &Style, camera: &str) -> [Vec<f32>; 3] {
     let view = still(world.pose(camera), SIZE_PX);
-    let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None };
+    let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
     let mut frame = Frame::new(&world.gpu).unwrap();
     draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &light);
     let texels: Vec<[u16; 4]> = read_as(&world.gpu, frame.target(&CUT_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
