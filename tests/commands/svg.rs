@@ -83,7 +83,7 @@ fn marks_are_written_as_paths() {
     assert!(warned.contains("an .svg has no textures of strokes"), "{warned}");
     let drawn = layers(&fs::read_to_string(place.path("a.svg")).unwrap());
     let names: Vec<&str> = drawn.iter().map(|(name, _)| name.as_str()).collect();
-    assert!(names.starts_with(&["cuts-1", "cuts-2"]) && names.contains(&"contours"), "{names:?}");
+    assert!(names.starts_with(&["marks-1", "marks-2"]) && names.contains(&"contours"), "{names:?}");
     assert!(drawn.iter().all(|(_, paths)| !paths.is_empty()));
 
     // Pens have one width each, and no faint ink.
