@@ -64,8 +64,8 @@ fn the_far_third_has_less_ink_than_the_near_one() {
         // Rows of hachures have more: of land that is folded in every sample they draw more far away than near. Rock
         // drawing is for steep land, of which this picture has hardly any near.
         let most = match name {
-            "rock" => 2.3,
-            _ if style.rows.is_some() => 1.0,
+            "rock" => 2.0,
+            _ if style.rows.is_some() => 0.85,
             _ => 0.65,
         };
         if part > most || clear_part < 2.0 * part {
