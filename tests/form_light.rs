@@ -168,6 +168,9 @@ fn level_land_is_paper() {
             style.paper.grain = 0.0;
             if !level {
                 style.light.level_deg = 0.0;
+                // Nor is it white because light is strong.
+                style.light.exposure = 1.0;
+                style.cuts.iter_mut().flat_map(|cuts| &mut cuts.layers).for_each(|layer| layer.level_deg = 0.5);
                 style.rows.iter_mut().for_each(|rows| rows.level_deg = 0.5);
             }
             let pose = world.pose("0,0,+2500,0,-90,50");
