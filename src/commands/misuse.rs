@@ -38,8 +38,8 @@ impl Misuse {
     }
 }
 
-/// What the parser of arguments complains about, in one line; `words` are the arguments without the program's name.
-pub fn told(error: &clap::Error, words: &[String]) -> String {
+/// What the parser of arguments complains about, in one line; `words` are the arguments without the name of `program`.
+pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> String {
     let text = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => text.clone(),
         Some(ContextValue::Strings(texts)) => texts.join(", "),
@@ -66,7 +66,11 @@ pub fn told(error: &clap::Error, words: &[String]) -> String {
             {
                 return mistyped;
             }
-            let suggested = text(ContextKind::SuggestedArg);
+            // The parser suggests what begins and ends alike, and would take a slip of a key for another option.
+            let of = known.and_then(|known| program.find_subcommand(known)).unwrap_or(program);
+            let options = of.get_arguments().filter_map(|argument| argument.get_long());
+            let meant = nearest(name.trim_start_matches('-'), options).map(|option| format!("--{option}"));
+            let suggested = meant.unwrap_or_else(|| text(ContextKind::SuggestedArg));
             let suggested = suggested.split([' ', '=']).next().unwrap_or_default();
             let is_option = argument.starts_with('-');
             match OF_COMMANDS.iter().find(|(option, _)| *option == name) {
