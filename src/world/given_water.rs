@@ -1,7 +1,7 @@
 //! Water that a scene gives: a mask or polygons, rasterised once to the samples of the DEM.
 //!
 //! A cell is a sample of the DEM, or a square of several where the water reaches so far that there would be more than
-//! [`MOST_CELLS`]; it is water if its middle is. Coarser levels have the mean of the four cells under theirs, as heights
+//! `MOST_CELLS`; it is water if its middle is. Coarser levels have the mean of the four cells under theirs, as heights
 //! have. The passes that make water maps (`surface/lakes`) ask these levels beside the heights, so the shore of water that is
 //! given is found, smoothed and measured as that of a lake that heights show.
 //!
