@@ -1,6 +1,6 @@
 // The land's form: what is left of it at a level of the pyramid, under a B-spline.
 #define_import_path hachure::form
-#import hachure::view::{View, distance_from_eye}
+#import hachure::view::{View, distance_from_eye, ray_of_pixel}
 #import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there, first_sample, last_sample}
 #import hachure::surface::{Surface, surface_near, form_at}
 #import hachure::earth::{Unbent, unbend, bend_normal}
@@ -38,14 +38,22 @@ fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32
     return bend_normal(flat_place, vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy)));
 }
 
-// The level whose samples are `sample_px` wide at a place on land that faces the eye.
-fn level_facing(view: View, at: vec3<f32>, sample_px: f32) -> f32 {
-    return log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
+// The level whose samples are `sample_px` wide at a place, however the land there faces the eye.
+fn level_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> f32 {
+    let level = log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
+    let facing = abs(dot(normal_of_level(flat_place, point, level), normalize(view.eye_m - at)));
+    return level - 0.5 * log2(max(facing, LEAST_FACING));
 }
 
-// By how many levels that is coarser on land with a normal.
-fn level_aside(view: View, at: vec3<f32>, normal: vec3<f32>) -> f32 {
-    return -0.5 * log2(max(abs(dot(normal, normalize(view.eye_m - at))), LEAST_FACING));
+// From a pixel's place on a plane with that normal to where the rays of the pixels right of it and below it meet the
+// plane, in metres. `depth_m` is along the view axis.
+fn steps_on_plane(view: View, pixel: vec2<i32>, depth_m: f32, normal: vec3<f32>) -> mat2x3<f32> {
+    let ray = ray_of_pixel(view, pixel);
+    let facing = dot(normal, ray);
+    let by_facing = 1.0 / select(facing, -1e-6, abs(facing) < 1e-6);
+    let right = depth_m * (view.ray_dx - ray * (dot(normal, view.ray_dx) * by_facing));
+    let down = depth_m * (view.ray_dy - ray * (dot(normal, view.ray_dy) * by_facing));
+    return mat2x3<f32>(right, down);
 }
 
 // The level whose samples are `sample_px` wide at a place, and the normal there. Seen along the land a sample is narrower:
@@ -56,7 +64,6 @@ struct Form {
 }
 
 fn form_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> Form {
-    let level = level_facing(view, at, sample_px);
-    let seen = level + level_aside(view, at, normal_of_level(flat_place, point, level));
+    let seen = level_seen(view, at, flat_place, point, sample_px);
     return Form(seen, normal_of_level(flat_place, point, seen));
 }

@@ -10,10 +10,10 @@
 // lines of one power lie farther apart than 1.3 spacings, those between them grow, so gaps stay between 0.7 and 1.45
 // spacings on even slopes. A line has its part of the gaps beside it, so ink is the tone that is asked for, while lines
 // grow as well. How dense lines are follows a coarser form than the lines themselves: they do not end in each small fold.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
-#import hachure::form::{form_of_level, level_aside, level_facing, normal_of_level}
+#import hachure::form::{form_of_level, level_seen, steps_on_plane}
 #import hachure::surface_id::{kind_of, LAND}
 
 struct CutLayer {
@@ -93,19 +93,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let head_on = level_facing(view, at.xyz, cut_rules.form_px);
-    let level = head_on + level_aside(view, at.xyz, normal_of_level(flat_place, point, head_on));
+    let level = level_seen(view, at.xyz, flat_place, point, cut_rules.form_px);
     let form = form_of_level(point.g, level);
     let calm = form_of_level(point.g, level + COARSER).gradient;
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
     let calm_slope = vec2<f32>(dot(calm, point.dg_dx), dot(calm, point.dg_dy));
-    // Where the rays of the pixels beside this one meet the form's plane.
-    let n = bend_normal(flat_place, slope);
-    let ray = ray_of_pixel(view, pixel);
-    let facing = dot(n, ray);
-    let by_facing = 1.0 / select(facing, -1e-6, abs(facing) < 1e-6);
-    let right = at.w * (view.ray_dx - ray * (dot(n, view.ray_dx) * by_facing));
-    let down = at.w * (view.ray_dy - ray * (dot(n, view.ray_dy) * by_facing));
+    let steps = steps_on_plane(view, pixel, at.w, bend_normal(flat_place, slope));
 
     // What crossing families leave of the darkness, as light that passes through all of them.
     var light = 1.0 - dark;
@@ -118,9 +111,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let own_dark = select(CROSSING * max(dark - layer.darkness_from, 0.0), clamp(1.0 - light, 0.0, 1.0), i == 0u);
         let height_m = dot(layer.normal, vec3<f32>(flat_place.flat_m.xy, form.height_m)) + layer.phase_m;
         let by_m = slope_above(layer.normal, slope);
-        let rise_m = max(length(vec2<f32>(dot(by_m, right.xy), dot(by_m, down.xy))), 1e-9);
+        let rise_m = max(length(vec2<f32>(dot(by_m, steps[0].xy), dot(by_m, steps[1].xy))), 1e-9);
         let calm_by_m = slope_above(layer.normal, calm_slope);
-        let calm_m = length(vec2<f32>(dot(calm_by_m, right.xy), dot(calm_by_m, down.xy)));
+        let calm_m = length(vec2<f32>(dot(calm_by_m, steps[0].xy), dot(calm_by_m, steps[1].xy)));
         let calm_sine = length(cross(layer.normal, normalize(vec3<f32>(-calm_slope, 1.0))));
         let sine = min(length(cross(layer.normal, normalize(vec3<f32>(-slope, 1.0)))), calm_sine);
         inks[i] = family_ink(layer, height_m, rise_m, calm_m, own_dark * smoothstep(layer.level, 2.0 * layer.level, sine));

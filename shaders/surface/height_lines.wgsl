@@ -6,10 +6,10 @@
 // light (form.wgsl): a cartographer draws lines that are as calm as the map's scale (Imhof 1965, on generalisation).
 //
 // Every fifth line is heavier. Lines that come too close to be told apart fade out, and the heavier ones after them.
-#import hachure::view::{View, ray_of_pixel}
+#import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
-#import hachure::form::{form_of_level, form_seen}
+#import hachure::form::{form_of_level, level_seen, steps_on_plane}
 #import hachure::surface_id::{kind_of, LAND}
 
 struct HeightLineRules {
@@ -59,17 +59,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let level = form_seen(view, at.xyz, flat_place, point, height_line_rules.form_px).level;
+    let level = level_seen(view, at.xyz, flat_place, point, height_line_rules.form_px);
     let form = form_of_level(point.g, level);
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
-    // Where the rays of the pixels beside this one meet the form's plane.
-    let n = bend_normal(flat_place, slope);
-    let ray = ray_of_pixel(view, pixel);
-    let facing = dot(n, ray);
-    let by_facing = 1.0 / select(facing, -1e-6, abs(facing) < 1e-6);
-    let right = at.w * (view.ray_dx - ray * (dot(n, view.ray_dx) * by_facing));
-    let down = at.w * (view.ray_dy - ray * (dot(n, view.ray_dy) * by_facing));
-    let rise_m = length(vec2<f32>(dot(slope, right.xy), dot(slope, down.xy)));
+    let steps = steps_on_plane(view, pixel, at.w, bend_normal(flat_place, slope));
+    let rise_m = length(vec2<f32>(dot(slope, steps[0].xy), dot(slope, steps[1].xy)));
     let height_m = form.height_m + height_line_rules.phase_m;
     let interval_m = height_line_rules.interval_m;
     let index_m = interval_m * height_line_rules.index;
