@@ -27,6 +27,8 @@ struct Strokes {
     faintest: f32,
     // How much the width follows nearness, 0 to 1.
     depth_width: f32,
+    // How much thinner strokes are where the step in depth behind them is small, 0 to 1.
+    step_width: f32,
     // Strokes that are shorter are left out.
     shortest_px: f32,
     // How much wider strokes are where they bend; below 0 thinner.

@@ -25,6 +25,8 @@ parameters! {
         shortest_px: f32 = 4.0 => Range::Within(0.0, 1000.0);
         /// How much wider near strokes are than far ones.
         depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// How much thinner strokes are where the land behind them is hardly farther away than they are.
+        step_width: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How many times as long as wide a stroke is at least, about: shorter ones are thinner; 0 is no bound.
         slender: f32 = 0.0 => Range::Within(0.0, 200.0);
         /// The part of the paper that strokes may cover about a place; beyond it the least ones go first, and 1 is no cap.

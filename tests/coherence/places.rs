@@ -5,7 +5,8 @@ use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::style;
 
 use crate::checks::{evenly_apart, in_strokes, where_they_say};
-use crate::{Flight, mountains, strokes};
+use crate::common::draw::places_m;
+use crate::{Flight, SIZE_PX, mountains, strokes};
 
 #[test]
 fn between_updates_strokes_stick_to_the_world() {
@@ -111,4 +112,48 @@ fn hands_stray_and_pens_widen_at_bends() {
     let same =
         wider.iter().filter(|own| plain.iter().any(|it| (it.half_width_px / own.half_width_px - 1.0).abs() < 0.01));
     assert!(same.count() > wider.len() / 2);
+}
+
+#[test]
+fn strokes_are_thin_where_the_step_behind_them_is_small() {
+    let Some(mut world) = mountains() else { return };
+    let style = strokes(|own| (own.step_width, own.depth_width, own.width_px) = (1.0, 0.0, 4.0));
+    let mut flight = Flight::new(&world, style);
+    let (view, _, samples) = flight.fly(&mut world, 0);
+    let places = places_m(&world.gpu, &flight.frame, view.pose.position_m);
+    // The nearness of what a pixel shows; that of the sky is 0.
+    let nearness = |px: Vec2| {
+        let pixel = px.floor().clamp(Vec2::ZERO, Vec2::from(SIZE_PX.map(|side| side as f32 - 1.0))).as_uvec2();
+        let place = places[(pixel.y * SIZE_PX[0] + pixel.x) as usize];
+        place.map_or(0.0, |place| 1.0 / (place - view.pose.position_m).dot(view.pose.forward))
+    };
+    let step = |px: Vec2, toward: Vec2| {
+        let sides = [nearness(px + 3.0 * toward), nearness(px - 3.0 * toward)];
+        1.0 - sides[0].min(sides[1]) / sides[0].max(sides[1]).max(1e-12)
+    };
+    // How far widths are from those of steps across `turn` of the stroke's way: the median and the part that is wrong.
+    let misses = |turn: fn(Vec2) -> Vec2| {
+        let inner = samples.windows(9).filter(|own| own.iter().all(|it| it.stroke == own[0].stroke));
+        let mut misses: Vec<f64> = inner
+            .map(|own| {
+                let [back, here, on] = [0, 4, 8].map(|i| Vec2::from(own[i].px));
+                let across = turn((on - back).normalize());
+                let step = [back, here, on].map(|px| step(px, across)).iter().sum::<f64>() / 3.0;
+                let expected = 0.25 + 0.75 * (step / 0.3).min(1.0);
+                (f64::from(own[4].half_width_px) / 2.0 - expected).abs()
+            })
+            .collect();
+        misses.sort_by(f64::total_cmp);
+        assert!(misses.len() > 100, "{}", misses.len());
+        (misses[misses.len() / 2], misses.iter().filter(|miss| **miss > 0.15).count() as f64 / misses.len() as f64)
+    };
+    let (median, wrong) = misses(Vec2::perp);
+    assert!(median < 0.02 && wrong < 0.1, "{median} {wrong}");
+    // Planted: steps along strokes.
+    let (median, wrong) = misses(|way| way);
+    assert!(median > 0.1 || wrong > 0.3, "{median} {wrong}");
+    let widths: Vec<f32> = samples.iter().map(|own| own.half_width_px).collect();
+    let thinnest = widths.iter().copied().fold(f32::INFINITY, f32::min);
+    let widest = widths.iter().copied().fold(0.0, f32::max);
+    assert!(thinnest < 1.0 && widest > 1.99, "{thinnest} to {widest}");
 }

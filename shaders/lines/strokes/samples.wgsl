@@ -20,6 +20,8 @@
 @group(0) @binding(8) var<storage, read> list: SampleCounts;
 @group(0) @binding(9) var<storage, read_write> samples: array<Sample>;
 @group(0) @binding(10) var<storage, read_write> matches: array<Match>;
+// Reversed: the nearest is 1, and the sky 0.
+@group(0) @binding(11) var depth: texture_depth_2d;
 
 // Bends are measured over 8 px to either side.
 const RIGHT_RAD: f32 = 1.5707964;
@@ -28,6 +30,12 @@ const BEND_UNITS: f32 = 128.0;
 const BORDER_PX: f32 = 2.0;
 // From an end that is none.
 const FAR_PX: f32 = 1e6;
+
+// The step in depth at a stroke is measured between places so far to either side of it. A step of this part of the
+// distance and more is a full one; strokes at none have LEAST_WIDTH of their width.
+const SIDE_PX: f32 = 3.0;
+const FULL_STEP: f32 = 0.3;
+const LEAST_WIDTH: f32 = 0.25;
 
 // The chain of a sample: the last one that begins at it or before.
 fn chain_of(sample: u32) -> u32 {
@@ -78,6 +86,16 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     return OnStroke(mix(a.px, b.px, t) - view.jitter_px, 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
 }
 
+fn depth_at(px: vec2<f32>) -> f32 {
+    return textureLoad(depth, clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
+}
+
+// How much farther the farther side of a stroke is, as a part of that distance: 0 to 1, which is the sky.
+fn step_at(px: vec2<f32>, across: vec2<f32>) -> f32 {
+    let sides = vec2<f32>(depth_at(px + across * SIDE_PX), depth_at(px - across * SIDE_PX));
+    return 1.0 - min(sides.x, sides.y) / max(max(sides.x, sides.y), 1e-9);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= list.fresh {
@@ -113,8 +131,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A right angle within BEND_UNITS is the full effect; at its ends a stroke has no bend.
     let lengths = length(way_back) * length(way_on);
     let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
-    let wide_px =
-        strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * (1.0 + strokes.curve_width * bend);
+    // A mean of three places, so that single pixels make no knots.
+    var step_part = 1.0;
+    if strokes.step_width > 0.0 {
+        let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
+        let across = vec2<f32>(-way.y, way.x);
+        let px = at.px + view.jitter_px;
+        let step = (step_at(px - way_back, across) + step_at(px, across) + step_at(px + way_on, across)) / 3.0;
+        step_part = mix(1.0, mix(LEAST_WIDTH, 1.0, saturate(step / FULL_STEP)), strokes.step_width);
+    }
+    let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part
+        * (1.0 + strokes.curve_width * bend);
     // A short stroke as wide as a long one is a slug. What runs off the sheet is longer than it looks.
     let length_px = length_units / UNITS_PER_PX;
     let seen_px = length_px * select(1.0, 2.0, any(is_off));

@@ -121,11 +121,13 @@ impl StrokesUniform {
             haze_m: haze_m as f32 * strokes.reach,
             faintest: strokes.faintest,
             depth_width: strokes.depth_width,
+            step_width: strokes.step_width,
             shortest_px: strokes.shortest_px,
             curve_width: strokes.curve_width,
             wobble_px: strokes.wobble_px,
             merge_px: strokes.merge_px,
             slender: strokes.slender,
+            ..Self::zeroed()
         }
     }
 }
@@ -313,7 +315,7 @@ impl FrameStrokes {
         let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
         let points = &points::run(cx, lists, edges, chains);
         let view = still_view;
-        samples::run(cx, &samples::Inputs { view, lists, chains, points, work });
+        samples::run(cx, &samples::Inputs { view, depth, lists, chains, points, work });
         if let Some(cap) = self.cap.filter(|_| !is_pair) {
             crowd::run(cx, view, depth, work, cap, targets);
         }

@@ -11,6 +11,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::scan;
+use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
 pub use crate::gpu::wgsl::shared::stroke_samples::Sample;
 pub use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
@@ -159,6 +160,8 @@ impl SampleWork {
 pub struct Inputs<'a> {
     /// `View`.
     pub view: &'a Resource,
+    /// Of the surface, for the steps in depth at strokes.
+    pub depth: &'a Target,
     /// For the numbers of segments and chains.
     pub lists: &'a Lists,
     /// Of this frame.
@@ -171,7 +174,7 @@ pub struct Inputs<'a> {
 
 /// Makes the list of this frame.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let Inputs { view, lists, chains, points, work } = *inputs;
+    let Inputs { view, depth, lists, chains, points, work } = *inputs;
     let along = || ("along_units", points.along.binding());
     let classes = cx.buffer(&CLASSES_OF, 4 * CLASSES);
     let classes = || ("classes", classes.binding());
@@ -187,6 +190,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     scan::run(cx, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_SEGMENTS, values: &work.starts });
     let resources = [
         ("view", view.clone()),
+        ("depth", depth.into()),
         lists.strokes(),
         work.temporal(),
         chains.named(),
