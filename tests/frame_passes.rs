@@ -6,6 +6,7 @@
 
 mod common;
 
+use common::hill::Hill;
 use common::shapes;
 
 use std::collections::BTreeSet;
@@ -171,6 +172,15 @@ fn traces() -> Option<Traces> {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
         traces.add("scenes with meshes", &trace);
+    }
+    let (_, mut grid) = Hill::square(321, 10.0);
+    let is_hole = |i: usize| (200..260).contains(&(i % 321)) && (200..260).contains(&(i / 321));
+    grid.heights_m.iter_mut().enumerate().filter(|(i, _)| is_hole(*i)).for_each(|(_, height_m)| *height_m = f32::NAN);
+    let mut world = World::new(grid, 1.0)?;
+    for name in ["ink", "pen"] {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        traces.add("land with holes", &trace);
     }
     traces.presets.sort_unstable();
     Some(traces)

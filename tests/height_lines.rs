@@ -121,6 +121,67 @@ fn lines_are_as_wide_as_asked() {
     }
 }
 
+/// A cone that is steeper the nearer its middle is, with the slope of each of its places.
+const STEEP_FOOT_M: f64 = 5000.0;
+
+fn cone_m(x_m: f64, y_m: f64) -> f64 {
+    let out = (x_m.hypot(y_m) / STEEP_FOOT_M).min(1.0);
+    0.5 * STEEP_FOOT_M * (1.0 - out) * (1.0 - out)
+}
+
+/// In degrees, and by distance from the middle.
+fn cone_slope_deg(away_m: f64) -> f64 {
+    (1.0 - (away_m / STEEP_FOOT_M).min(1.0)).atan().to_degrees()
+}
+
+#[test]
+fn steep_land_has_no_lines() {
+    let Some(mut world) = World::new(grid_of(513, 513, 25.0, cone_m), 0.2) else { return };
+    let pose = world.pose("0,0,14000,0,-90,40");
+    // The mean ink on slopes of whole degrees, from 0 on.
+    let ink_by_slope = |world: &mut World, steepest_deg: f32| {
+        let style = style(|lines| {
+            // Lines that keep apart on the steepest of it.
+            lines.interval_m = 60.0;
+            lines.steepest_deg = steepest_deg;
+        });
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX.map(|side| 2 * side)), &style, &NOON);
+        let ink = floats::<1>(&world.gpu, frame.target(&HEIGHT_INK).unwrap());
+        let mut sums = [[0.0, 0.0]; 46];
+        for ([ink], place) in ink.iter().zip(places_m(&world.gpu, &frame, pose.position_m)) {
+            let Some(place) = place else { continue };
+            let slope_deg = cone_slope_deg(place.x.hypot(place.y));
+            sums[slope_deg.round() as usize][0] += f64::from(*ink);
+            sums[slope_deg.round() as usize][1] += 1.0;
+        }
+        sums.map(|[ink, pixels]| if pixels > 30.0 { Some(ink / pixels) } else { None })
+    };
+    let all = ink_by_slope(&mut world, 90.0);
+    // How much of the ink is left on slopes between two angles.
+    let left = |some: &[Option<f64>; 46], slopes_deg: std::ops::RangeInclusive<usize>| {
+        let pairs: Vec<[f64; 2]> = slopes_deg.filter_map(|slope| Some([some[slope]?, all[slope]?])).collect();
+        // A degree has pixels between two lines alone.
+        assert!(pairs.len() > 3 && pairs.iter().map(|[_, all]| all).sum::<f64>() > 0.3, "{pairs:?}");
+        pairs.iter().map(|[some, _]| some).sum::<f64>() / pairs.iter().map(|[_, all]| all).sum::<f64>()
+    };
+    // Lines fade out from four fifths of the tangent on.
+    let is_right = |some: &[Option<f64>; 46], steepest_deg: usize| {
+        let fades_deg = (0.8 * (steepest_deg as f64).to_radians().tan()).atan().to_degrees();
+        let [gentle, steep] = [left(some, 5..=fades_deg as usize - 1), left(some, steepest_deg + 1..=40)];
+        println!("up to {steepest_deg}°: {gentle:.3} of the ink is left below, {steep:.3} above");
+        gentle > 0.98 && steep < 0.01
+    };
+    for steepest_deg in [25, 34] {
+        let some = ink_by_slope(&mut world, steepest_deg as f32);
+        assert!(is_right(&some, steepest_deg));
+        // Planted: lines of another limit, below and above, and those of land that has lines everywhere.
+        for planted in [steepest_deg as f32 - 5.0, steepest_deg as f32 + 5.0, 90.0] {
+            assert!(!is_right(&ink_by_slope(&mut world, planted), steepest_deg), "{planted}");
+        }
+    }
+}
+
 #[test]
 fn lines_without_an_interval_are_for_maps() {
     let Some(mut world) = world() else { return };

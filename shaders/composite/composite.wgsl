@@ -45,6 +45,9 @@ struct Composite {
     foot_px: f32,
     // What tones far from the focus go to.
     unfocused: vec3<f32>,
+    // How much of the ink of rims is left in full haze.
+    faintest_rim: f32,
+    rim_ink: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -64,13 +67,15 @@ struct Composite {
 @group(0) @binding(9) var water_ink: texture_2d<f32>;
 // Ink of lines of equal height.
 @group(0) @binding(10) var height_ink: texture_2d<f32>;
-@group(0) @binding(11) var<storage, read> focus: Focus;
+// Ink of the rims of holes.
+@group(0) @binding(11) var rims: texture_2d<f32>;
+@group(0) @binding(12) var<storage, read> focus: Focus;
 #ifdef SKY
 // A drawn sky: linear colour, and the ink of its lines.
-@group(0) @binding(12) var sky: texture_2d<f32>;
+@group(0) @binding(13) var sky: texture_2d<f32>;
 #endif
 // Linear; opaque, or a sample.
-@group(0) @binding(13) var picture: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(14) var picture: texture_storage_2d<rgba16float, write>;
 
 // Clear near, then hazy: what is left of contrast at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
@@ -111,6 +116,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var mark_ink = max(max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r), cut_ink);
     var shore_ink = textureLoad(water_ink, pixel, 0).r;
     var contour_ink = textureLoad(height_ink, pixel, 0).r;
+    var edge_ink = textureLoad(rims, pixel, 0).r;
     if at.w <= 0.0 {
 #ifdef SKY
         color = textureLoad(sky, pixel, 0).rgb;
@@ -126,6 +132,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         mark_ink *= mix(composite.faintest_mark, 1.0, clear) * half_of_focus(seen);
         shore_ink *= mix(composite.faintest_water, 1.0, clear) * seen;
         contour_ink *= mix(composite.faintest_height, 1.0, clear) * seen;
+        edge_ink *= mix(composite.faintest_rim, 1.0, clear) * seen;
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
@@ -139,6 +146,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     color = mix(color, composite.height_ink_color, contour_ink);
     color = mix(color, composite.mark_ink, mark_ink);
     color = mix(color, composite.water_ink, shore_ink);
+    color = mix(color, composite.rim_ink, edge_ink);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
     if drawn > 0.0 {
         let nearest = nearest_m(pixel);

@@ -14,7 +14,9 @@ struct Patch {
     inner_level: f32,
     // The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row.
     sides: u32,
-    padding: vec2<f32>,
+    // 1: it has void samples.
+    has_holes: u32,
+    padding: f32,
 }
 
 const QUADS: i32 = 16;

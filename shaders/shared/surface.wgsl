@@ -230,12 +230,24 @@ fn vertex_height_m(g: vec2<f32>, distance_m: f32) -> f32 {
     return camera_relative_m(nw) + mix(ne * cell.f.x, mix(sw, se, cell.f.x), cell.f.y);
 }
 
-// Whether the data have a hole here: any corner of the cell is void (the lowest bit of its sample is set).
+fn row_of_voids(cell: Cell, row: i32) -> vec4<f32> {
+    return vec4<f32>(bitcast<vec4<u32>>(row_of_samples(cell, row)) & vec4<u32>(1u));
+}
+
+// How much of the land around a place is void, 0 to 1, and how that changes over its level's samples: whether samples are
+// void (the lowest bit says so) under a B-spline, which makes waves of stairs.
+fn void_share(cell: Cell) -> vec3<f32> {
+    let f = clamp(cell.f, vec2<f32>(0.0), vec2<f32>(1.0));
+    let rows = mat4x4<f32>(row_of_voids(cell, -1), row_of_voids(cell, 0), row_of_voids(cell, 1), row_of_voids(cell, 2));
+    let along = spline_weights(f.x) * rows;
+    let down = spline_weights(f.y);
+    return vec3<f32>(dot(down, along), dot(down, spline_slopes(f.x) * rows), dot(spline_slopes(f.y), along));
+}
+
+// The rim of a hole: along rows of voids, the last samples that are none.
+const RIM_SHARE: f32 = 1.0 / 6.0;
+
+// Whether the data have a hole here.
 fn is_void(g: vec2<f32>, distance_m: f32) -> bool {
-    let cell = cell_at(surface_level(g, distance_m).place, g);
-    let bits = bitcast<u32>(textureLoad(heights, cell.texel, cell.slot, 0).r)
-        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 0), cell.slot, 0).r)
-        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(0, 1), cell.slot, 0).r)
-        | bitcast<u32>(textureLoad(heights, cell.texel + vec2<i32>(1, 1), cell.slot, 0).r);
-    return (bits & 1u) != 0u;
+    return void_share(cell_at(surface_level(g, distance_m).place, g)).x > RIM_SHARE;
 }

@@ -61,6 +61,8 @@ pub struct Inks<'a> {
     pub water: &'a Target,
     /// Lines of equal height.
     pub heights: &'a Target,
+    /// Rims of holes, in the first channel.
+    pub rims: &'a Target,
 }
 
 /// Composites.
@@ -93,6 +95,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         faintest_height: style.height_lines.as_ref().map_or(1.0, |lines| lines.faintest),
         foot_px: style.paper.foot_px,
         unfocused: style.unfocused(),
+        faintest_rim: style.rims.faintest,
+        rim_ink: style.rim_ink().linear(),
         ..CompositeUniform::default()
     };
     let mut resources: Vec<Named> = vec![
@@ -108,6 +112,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("cuts", inputs.inks.cuts.into()),
         ("water_ink", inputs.inks.water.into()),
         ("height_ink", inputs.inks.heights.into()),
+        ("rims", inputs.inks.rims.into()),
         ("picture", inputs.picture.into()),
     ];
     resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));

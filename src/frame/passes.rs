@@ -39,6 +39,8 @@ pub(super) struct Seen {
     pub(super) tree_shadow: Option<Target>,
     /// Of a world with a forest.
     pub(super) tree_form: Option<Target>,
+    /// Rims of holes, where the land in view has any.
+    rim: Option<Target>,
     /// Of a style with lines.
     pub(super) line: Option<Target>,
     /// Of a style with strokes.
@@ -168,6 +170,15 @@ fn see(
         land_maps::make(cx, inputs);
     }
 
+    // Rims of holes, which lines are not to follow. Most land has none.
+    let rim = (mesh.has_holes() || cx.rehearses()).then(|| {
+        let rim = targets.whole(gpu, &surface::rims::RIM);
+        let (terrain, style) = (heights, &style.rims);
+        let (position, normal) = (&position, &normal);
+        let drawn = surface::rims::Inputs { view: &view, terrain, style, surface_id, position, normal, rim: &rim };
+        surface::rims::run(cx, &drawn);
+        rim
+    });
     // Lines: detect, threshold.
     let line = inputs.lines.map(|style_lines| {
         let errors = &targets.whole(gpu, &detector::ERRORS);
@@ -194,7 +205,11 @@ fn see(
             tree_errors.clone()
         });
         threshold::run(cx, style_lines, &threshold::Inputs { view: &view, errors, directions, line: &line });
-        line
+        rim.as_ref().map_or(line.clone(), |rim| {
+            let rimless = targets.whole(gpu, &lines::rims::RIMLESS);
+            lines::rims::run(cx, &lines::rims::Inputs { view: &view, line: &line, rim, rimless: &rimless });
+            rimless
+        })
     });
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
@@ -230,6 +245,7 @@ fn see(
         local_color,
         tree_shadow,
         tree_form,
+        rim,
         line,
         strokes,
         may_sway,
@@ -282,7 +298,7 @@ fn finish(
 ) {
     let &FrameInputs { rig, style, light, .. } = inputs;
     let gpu = cx.gpu();
-    let Seen { view, position, line, strokes, .. } = &seen[eye];
+    let Seen { view, position, rim, line, strokes, .. } = &seen[eye];
     let targets = &mut memory.targets;
     let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let marks = shaded[eye].balance.as_ref().map(|balance| {
@@ -308,7 +324,8 @@ fn finish(
         sky
     });
     let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
-    let inks = composite::Inks { line, strokes: ink, marks, rows, cuts, water: water_ink, heights: height_ink };
+    let rims = rim.as_ref().unwrap_or(&nothing);
+    let inks = composite::Inks { line, strokes: ink, marks, rows, cuts, water: water_ink, heights: height_ink, rims };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);

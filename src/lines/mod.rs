@@ -4,6 +4,7 @@
 pub mod crowd;
 pub mod detector;
 pub mod lsa;
+pub mod rims;
 pub mod smooth;
 pub mod stereo;
 pub mod strokes;

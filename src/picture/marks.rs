@@ -21,6 +21,7 @@ use crate::style::{Color, Style};
 use crate::surface::cuts::CUT_INK;
 use crate::surface::height_lines::HEIGHT_INK;
 use crate::surface::id::Kind;
+use crate::surface::rims::RIM;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
 use crate::surface::{POSITION, SURFACE_ID};
@@ -112,6 +113,13 @@ pub(super) fn read(
         let traced = frame.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
         let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
         groups.push(group("heights", "Lines of equal height".to_owned(), lines.ink, traced));
+    }
+    if let Some(rim) = frame.target(&RIM) {
+        let texels: Vec<[f32; 2]> = read_as(gpu, rim, [0, 0], size_px)?;
+        let ink = texels.iter().map(|texel| texel[0]).collect();
+        let left = Left { faintest: style.rims.faintest, is_of_tone: false };
+        let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
+        groups.push(group("rims", "Rims of holes".to_owned(), style.rim_ink(), traced));
     }
     if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
         let layers = hatching.layers.iter().zip(1..);

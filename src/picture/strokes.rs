@@ -12,6 +12,7 @@ use crate::lines::strokes::polylines::Polyline;
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
+use crate::surface::rims::RIM;
 use crate::vector::Group;
 use crate::world::Surfaces;
 
@@ -47,7 +48,7 @@ pub enum StrokesError {
 pub struct Drawn {
     /// The strokes of each eye, of a pair the left one's first.
     pub strokes: Vec<Vec<Polyline>>,
-    /// Hachures, hatching, lines of water, of equal height and of the sky, a group for each kind; of a pair none.
+    /// Hachures, hatching, lines of water, of equal height, of the sky and around holes, a group for each kind; of a pair none.
     pub marks: Vec<Group>,
     /// What rendering did.
     pub report: PictureReport,
@@ -94,7 +95,9 @@ pub fn render_strokes(
     let read = |eye| frame.eye_strokes(eye).map_or_else(|| Ok(Vec::new()), |strokes| strokes.read_polylines(gpu));
     let mut strokes = (0..rig.eyes.len()).map(read).collect::<Result<Vec<_>, GpuError>>()?;
     let light = seen_light(world, &rig, style, &request.light);
-    let mut marks = if wants_marks { marks::read(gpu, frame, style, &view, &light)? } else { Vec::new() };
+    // Land with holes has rims in any style.
+    let reads_marks = pair.is_none() && (wants_marks || frame.target(&RIM).is_some());
+    let mut marks = if reads_marks { marks::read(gpu, frame, style, &view, &light)? } else { Vec::new() };
     frame.set_wants_mark_layers(false);
     gpu.check()?;
     let all = strokes.iter_mut().flatten().chain(marks.iter_mut().flat_map(|group| &mut group.lines));

@@ -11,6 +11,7 @@ mod lines;
 pub mod marks;
 pub mod parameters;
 mod recipes;
+mod rims;
 mod rows;
 pub mod scale;
 pub mod sky;
@@ -31,6 +32,7 @@ pub use height_lines::HeightLines;
 pub use held::StyleFiles;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 use parameters::{Range, parameters};
+pub use rims::Rims;
 pub use rows::Rows;
 pub use sky::Sky;
 pub use strokes::Strokes;
@@ -92,6 +94,8 @@ parameters! {
         height_lines: Option<HeightLines>;
         /// Lakes and the sea, where heights show them; without the section they are land.
         water: Option<Water>;
+        /// Lines around holes in the heights.
+        rims: Rims;
         /// The sheet that is drawn on.
         paper: Paper;
         /// What is above the horizon.

@@ -55,6 +55,9 @@ impl Style {
             scale(&mut water.line_px, 0.1, 8.0);
             scale(&mut water.spacing_px, 2.0, 32.0);
         }
+        scale(&mut style.rims.width_px, 0.0, 8.0);
+        scale(&mut style.rims.dash_px, 1.0, 64.0);
+        scale(&mut style.rims.gap_px, 0.0, 64.0);
         if let Some(lines) = &mut style.height_lines {
             scale(&mut lines.line_px, 0.1, 8.0);
             scale(&mut lines.index_px, 0.1, 8.0);

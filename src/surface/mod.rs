@@ -16,6 +16,7 @@ pub mod lakes;
 pub mod water;
 pub mod cuts;
 pub mod height_lines;
+pub mod rims;
 pub mod rows;
 pub mod motion;
 

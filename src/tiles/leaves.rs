@@ -132,7 +132,8 @@ impl Leaves {
                 edge_levels: [west, east, north, south],
                 inner_level: (leaf.level - own) as f32,
                 sides: self.sides(key),
-                padding: [0.0; 2],
+                has_holes: leaf.holes.into(),
+                padding: 0.0,
             };
             if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
             selection.leaves.push(key);

@@ -11,9 +11,11 @@ use hachure::mesh::obj;
 use hachure::pyramid::store::open_local_cog;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;
-use hachure::scene::{Scene, mesh_list};
-use hachure::source::{self, Silent, Window};
+use hachure::scene::{Scene, WaterFiles, mesh_list};
+use hachure::source::georeference::{Crs, Georeference};
+use hachure::source::{self, GeoKeys, Silent, Window};
 use hachure::style::{self, Style};
+use hachure::world::given_water::GivenWater;
 use ndarray::Array2;
 
 use super::dem::Dem;
@@ -100,6 +102,7 @@ pub const KINDS: &[Kind] = &[
     Kind { name: "style", open: read_style, seeds: styles, arguments: Some(&["styles", "check"]) },
     Kind { name: "marks", open: read_marks, seeds: |home| recipes(home, "marks"), arguments: None },
     Kind { name: "strokes", open: read_strokes, seeds: |home| recipes(home, "strokes"), arguments: None },
+    Kind { name: "water", open: read_water, seeds: waters, arguments: None },
     Kind { name: "camera-path", open: read_path, seeds: paths, arguments: INFO },
     Kind { name: "png", open: |path| Ok(read_rgba8(path).map(drop)?), seeds: pictures, arguments: None },
     Kind { name: "exr", open: |path| Ok(read_exr(path).map(drop)?), seeds: exrs, arguments: None },
@@ -184,6 +187,14 @@ fn read_path(path: &Path) -> anyhow::Result<()> {
     ensure!(found.frame_count(30.0) > 0, "has no frame");
     ensure!(found.spread(100).all(|camera| camera.position_m.is_finite()), "leads nowhere");
     Ok(())
+}
+
+/// As `--water` has it, on land in UTM.
+fn read_water(path: &Path) -> anyhow::Result<()> {
+    let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32632".to_owned() };
+    let crs_from_grid = [500_000.0, 30.0, 0.0, 5_215_000.0, 0.0, -30.0];
+    let place = Georeference { crs_from_grid, crs, geokeys: GeoKeys::default() };
+    Ok(GivenWater::load(&WaterFiles::default().with(path), &place, [513, 513]).map(drop)?)
 }
 
 // What is written.
@@ -339,6 +350,32 @@ fn paths(home: &Path) -> Vec<Seed> {
     let level = "0,0,0,2000,0,-10,50\n1,10,0,2000,5,-10,50\n2,20,5,1990,9,-12,50\n";
     let of = |name: &str, rows: &str| text(home, name, &format!("{head}{rows}"));
     of("flight.csv", flight).into_iter().chain(of("level.csv", level)).collect()
+}
+
+fn waters(home: &Path) -> Vec<Seed> {
+    let circle = |middle: [f64; 2], radius: f64| -> Vec<[f64; 2]> {
+        let at = |i: u32| {
+            let (sine, cosine) = (f64::from(i % 60) / 60.0 * std::f64::consts::TAU).sin_cos();
+            [middle[0] + radius * cosine, middle[1] + radius * sine]
+        };
+        (0..=60).map(at).collect()
+    };
+    let lake = vec![circle([507_000.0, 5_208_000.0], 3000.0), circle([507_500.0, 5_208_000.0], 800.0)];
+    let pond = vec![circle([502_000.0, 5_202_000.0], 200.0)];
+    let metres = format!(
+        "{{\"type\":\"MultiPolygon\",\"crs\":{{\"type\":\"name\",\"properties\":{{\"name\":\
+         \"urn:ogc:def:crs:EPSG::32632\"}}}},\"coordinates\":{:?}}}",
+        [lake, pond]
+    );
+    let degrees = format!(
+        "{{\"type\":\"FeatureCollection\",\"features\":[\n{{\"type\":\"Feature\",\"properties\":{{\"name\":\"a lake\"}},\
+         \"geometry\":{{\"type\":\"Polygon\",\"coordinates\":{:?}}}}},\n{{\"type\":\"Feature\",\"properties\":null,\
+         \"geometry\":{{\"type\":\"GeometryCollection\",\"geometries\":[{{\"type\":\"Polygon\",\"coordinates\":\
+         [[[9.01,46.95],[9.03,46.95],[9.02,46.97],[9.01,46.95]]]}}]}}}}]}}\n",
+        [circle([9.08, 47.0], 0.03)]
+    );
+    let metres = text(home, "metres.geojson", &metres);
+    metres.into_iter().chain(text(home, "degrees.geojson", &degrees)).collect()
 }
 
 fn lists(home: &Path) -> Vec<Seed> {

@@ -9,6 +9,7 @@ use hachure::style::color::linear_from_srgb;
 use hachure::style::{Color, Style};
 use hachure::surface::POSITION;
 use hachure::surface::cuts::CUT_INK;
+use hachure::surface::rims::RIM;
 use hachure::tones::TONE;
 use hachure::tones::balance::MARKS;
 
@@ -25,6 +26,7 @@ struct Layers {
     cuts: Vec<[half::f16; 4]>,
     water: Vec<f32>,
     heights: Vec<f32>,
+    rims: Vec<[f32; 2]>,
 }
 
 /// A slope that goes far away, sky above it, and some of every ink.
@@ -49,6 +51,7 @@ fn layers() -> Layers {
             .collect(),
         water: places().map(|(x, y)| part(x, y, 11, 0.2) as f32).collect(),
         heights: places().map(|(x, y)| part(x, y, 12, 0.2) as f32).collect(),
+        rims: places().map(|(x, y)| [part(x, y, 16, 0.2) as f32, 1.0]).collect(),
     }
 }
 
@@ -80,6 +83,7 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let heights = style.height_lines.as_ref().unwrap();
             let mut height_ink = f64::from(layers.heights[i]);
             let mut shore_ink = f64::from(layers.water[i]);
+            let mut rim_ink = f64::from(layers.rims[i][0]);
             // Families of cut lines cross each other.
             let cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
             let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i])).max(cut_ink);
@@ -92,12 +96,14 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                 mark_ink *= faintest(hatching.faintest, clear);
                 shore_ink *= faintest(water.faintest, clear);
                 height_ink *= faintest(heights.faintest, clear);
+                rim_ink *= faintest(style.rims.faintest, clear);
                 mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clear))
             };
             color *= linear(style.paper.color);
             color = mix(color, linear(heights.ink), height_ink);
             color = mix(color, linear(hatching.ink), mark_ink);
             color = mix(color, linear(water.ink), shore_ink);
+            color = mix(color, linear(style.rim_ink()), rim_ink);
             let drawn = f64::from(layers.line[i]);
             if drawn > 0.0 {
                 let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))).map(|(x, y)| at(x, y));
@@ -126,6 +132,7 @@ fn the_composite_is_its_twin() {
     .water;
     style.height_lines = Style::load("pen").unwrap().height_lines;
     style.height_lines.as_mut().unwrap().ink = Color::from_srgb([0.5, 0.25, 0.12]);
+    style.rims.ink = Some(Color::from_srgb([0.6, 0.1, 0.3]));
     style.paper.grain = 0.0;
     let layers = layers();
     let position = bench.picture(&POSITION, SIZE_PX, &layers.position);
@@ -137,6 +144,7 @@ fn the_composite_is_its_twin() {
     let cuts = bench.picture(&CUT_INK, SIZE_PX, &bits(&layers.cuts));
     let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
     let heights = bench.picture(&MARKS, SIZE_PX, &layers.heights);
+    let rims = bench.picture(&RIM, SIZE_PX, &layers.rims);
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb, focus: None };
         let picture = bench.out(&PICTURE);
@@ -145,7 +153,7 @@ fn the_composite_is_its_twin() {
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
-            let (cuts, water, heights) = (&cuts, &water, &heights);
+            let (cuts, water, heights, rims) = (&cuts, &water, &heights, &rims);
             let inputs = composite::Inputs {
                 view,
                 style,
@@ -154,7 +162,7 @@ fn the_composite_is_its_twin() {
                 position,
                 tone,
                 sky: None,
-                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights },
+                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights, rims },
                 is_sample: false,
                 picture,
             };
@@ -167,9 +175,12 @@ fn the_composite_is_its_twin() {
         // Planted: lines keep both of their sides in the distance; haze that is nearer.
         assert!(differing(1e9, &light) > 50);
         assert!(differing(1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
-        // Planted: marks keep their ink.
+        // Planted: marks keep their ink, and rims theirs.
         let mut black = style.clone();
         black.hatching.as_mut().unwrap().faintest = 1.0;
+        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
+        let mut black = style.clone();
+        black.rims.faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
     }
 }

@@ -9,13 +9,15 @@
 // no side of their own: quads are looked at on the level that the patch has, and what has no area there follows the
 // other triangle of its quad.
 //
+// In a hole there are triangles that nobody draws, at heights that nobody measured: they have no edges.
+//
 // Edges stand in the order of patches and quads (ordered.wgsl): `stage` 0 looks at the quads and keeps what it found, 1
 // writes it, 2 says how many edges there are now.
 #import hachure::view::{View, from_eye}
 #import hachure::mesh::{Patch, QUADS, VERTICES}
-#import hachure::terrain::{terrain, world_from_grid}
-#import hachure::surface::vertex_height_m
-#import hachure::earth::bend
+#import hachure::terrain::{terrain, grid_from_world, world_from_grid}
+#import hachure::surface::{vertex_height_m, is_void}
+#import hachure::earth::{bend, unbend}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE, MOST_EDGES}
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
@@ -71,9 +73,16 @@ fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
 
 const QUAD_EDGES: u32 = 5u;
 
+// Whether the patch has any.
+var<private> has_holes: bool;
+
 // What a quad's edge is, as two bits in its place: 0 nothing, or its kind and 1.
 fn found(a: vec3<f32>, b: vec3<f32>, kind: u32, slot: u32) -> u32 {
-    let is_there = !is_outside(a, b, view.clip_from_camera, view.near_m) && any(a != b);
+    var is_there = !is_outside(a, b, view.clip_from_camera, view.near_m) && any(a != b);
+    if is_there && has_holes {
+        let flat_m = unbend(0.5 * (a + b)).flat_m;
+        is_there = !is_void(grid_from_world(flat_m.xy).g, length(flat_m));
+    }
     return select(0u, (kind + 1u) << (2u * slot), is_there);
 }
 
@@ -188,6 +197,7 @@ fn main(
         return;
     }
     let quads = patches[group.x];
+    has_holes = quads.has_holes == 1u;
     // Near the end of a morph quads are slivers; they are taken for gone.
     let step = 1 << u32(quads.inner_level + 0.01);
     let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);

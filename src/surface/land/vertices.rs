@@ -55,6 +55,11 @@ impl PatchMesh {
         }
     }
 
+    /// Whether there are holes in it.
+    pub fn has_holes(&self) -> bool {
+        self.solid < self.batches.iter().map(|[_, count]| count).sum()
+    }
+
     /// Places the vertices of a batch: of the only one once for all eyes.
     pub fn place(&self, cx: &mut Cx<'_>, batch: [u32; 2], terrain: &[Named]) {
         let mut resources = self.resources(batch).to_vec();

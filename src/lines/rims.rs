@@ -1,0 +1,33 @@
+//! Takes away the lines that detectors find along the rims of holes. See `shaders/lines/rims.wgsl`.
+//!
+//! Why: `docs/decisions/voids.md`.
+
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+
+/// As [`LINE`](super::threshold::LINE), without those along rims.
+pub const RIMLESS: TargetKind = TargetKind::storage("rimless line", wgpu::TextureFormat::R32Float);
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// As the threshold left them.
+    pub line: &'a Target,
+    /// [`RIM`](crate::surface::rims::RIM): where there are rims.
+    pub rim: &'a Target,
+    /// Out.
+    pub rimless: &'a Target,
+}
+
+/// Takes them away.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("line", inputs.line.into()),
+        ("rim", inputs.rim.into()),
+        ("rimless", inputs.rimless.into()),
+    ];
+    cx.pixels("lines/rims", inputs.rimless.size_px(), &resources);
+}
