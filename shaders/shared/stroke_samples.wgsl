@@ -129,9 +129,10 @@ const WHOLLY_PX: f32 = 8.0;
 // Samples on either side that growth looks at.
 const BESIDE: u32 = 8u;
 
-// Whether growth begins between two places along a stroke.
-fn has_seed(a_px: f32, b_px: f32) -> bool {
-    return floor(a_px / SEEDS_PX) != floor(b_px / SEEDS_PX);
+// How far it is along a stroke to the nearest sample where growth begins: the last one before such a place.
+fn to_seed_px(along_px: f32) -> f32 {
+    let ahead_px = round(along_px / SEEDS_PX) * SEEDS_PX - along_px;
+    return SPACING_PX * abs(ceil(ahead_px / SPACING_PX) - 1.0);
 }
 
 // Whether two samples that follow each other have parameters of different strokes.

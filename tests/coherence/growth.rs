@@ -123,7 +123,7 @@ fn lines_that_come_at_once_are_found() {
     for frame in 1..60 {
         let (view, _, new) = flight.fly(&mut world, frame);
         // Of a line that is not there yet, and apart from any that is.
-        let is_coming = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -3.0;
+        let is_coming = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -1.0;
         let is_apart = |own: &Sample| reached_px(&old, own) < 4.0 && was_in_picture(&updated, &view, own);
         if let Some(at) = new.iter().position(|own| is_coming(own) && is_apart(own)) {
             let comes = |shown_px: f32| {

@@ -61,24 +61,25 @@ fn strokes_run_off_the_sheet() {
     assert!(expected > 50.0 && is_whole(own) && !is_whole(tapered), "{own}, {expected}, {tapered}");
 }
 
-/// A turn to the right of 30 degrees in a second: the ink of each fifth of the picture from left to right, against
-/// strokes made anew; and that of the last one if nothing were drawn on its outer eight columns.
+/// A frame of a turn to the right of 30 degrees in a second.
+pub fn turned(world: &World, frame: u32) -> Pose {
+    let mut pose = world.pose("-300,-2500,+350,-40,-6,60");
+    let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(frame));
+    for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
+        *axis = turn * *axis;
+    }
+    pose
+}
+
+/// In a turn, the ink of each fifth of the picture from left to right, against strokes made anew; and that of the last
+/// one if nothing were drawn on its outer eight columns.
 fn turn(world: &mut World, style: &Style) -> [f64; 6] {
-    let start = world.pose("-300,-2500,+350,-40,-6,60");
-    let turned = |frame: u32| {
-        let mut pose = start;
-        let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(frame));
-        for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
-            *axis = turn * *axis;
-        }
-        pose
-    };
     let mut flight = Flight::new(world, style.clone());
     let mut frame_anew = Frame::new(&world.gpu).unwrap();
     let width = SIZE_PX[0] as usize;
     let mut sums = [[0.0; 2]; 6];
     for frame in 0..32 {
-        let pose = turned(frame);
+        let pose = turned(world, frame);
         flight.draw(world, pose);
         if frame > 6 && frame % 3 == 1 {
             let carried = ink(world, &flight.frame);

@@ -2,21 +2,31 @@
 
 use glam::DVec3;
 use hachure::measure::report::Metrics;
-use hachure::measure::temporal::{TemporalTotals, compare, read_drawn};
+use hachure::measure::temporal::{DrawnFrame, TemporalTotals, compare, read_drawn};
 use hachure::scene::view::{Pose, Rig};
 use hachure::style::{self, Style};
 
 use crate::common::World;
-use crate::{Flight, mountains, pose, strokes};
+use crate::sheet::turned;
+use crate::{Flight, SIZE_PX, mountains, pose, strokes};
+
+/// Of the line, in a turn of 30 degrees in a second.
+const MOST_FLICKER: f64 = 5e-4;
 
 /// How steady a style's flight is, over so many frames after the first.
 fn steadiness(world: &mut World, style: Style, poses: &[Pose]) -> Metrics {
+    steadiness_of(world, style, poses, |_, _| ())
+}
+
+/// The same of frames that were changed after they were drawn.
+fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl Fn(usize, &mut DrawnFrame)) -> Metrics {
     let mut flight = Flight::new(world, style);
     let mut totals = TemporalTotals::default();
     let mut before = None;
-    for pose in poses {
+    for (frame, pose) in poses.iter().enumerate() {
         let (view, ..) = flight.draw(world, *pose);
-        let now = read_drawn(&world.gpu, &flight.frame, &Rig::mono(view), 0, &flight.style).unwrap();
+        let mut now = read_drawn(&world.gpu, &flight.frame, &Rig::mono(view), 0, &flight.style).unwrap();
+        change(frame, &mut now);
         if let Some(before) = &before {
             totals.add(compare(before, &now).unwrap());
         }
@@ -83,4 +93,27 @@ fn lines_that_take_over_are_four_times_as_still() {
         // Planted: where nothing is taken over, it is noticed. (Slip is measured against the same stroke alone.)
         assert!(anew["identity_change"].unwrap() > 0.5);
     }
+}
+
+#[test]
+fn a_turn_brings_its_strokes_with_it() {
+    let Some(mut world) = mountains() else { return };
+    let poses: Vec<Pose> = (0..=30).map(|frame| turned(&world, frame)).collect();
+    let mut flickers = |change: &dyn Fn(usize, &mut DrawnFrame)| {
+        let metrics = steadiness_of(&mut world, strokes(|_| {}), &poses, change);
+        let [all, coverage] = ["flicker", "line_coverage"].map(|name| metrics[name].unwrap());
+        println!("in a turn {:.4} % of the line flickers, coverage {:.2} %", 100.0 * all, 100.0 * coverage);
+        assert!(coverage > 0.01, "{coverage}");
+        all
+    };
+    let is_still = |flicker: f64| flicker <= MOST_FLICKER;
+    assert!(is_still(flickers(&|_, _| ())));
+    // Planted: in every second frame what has come in has no strokes yet.
+    let width = SIZE_PX[0] as usize;
+    let late = |frame: usize, drawn: &mut DrawnFrame| {
+        if frame % 2 == 1 {
+            drawn.ink.as_mut().unwrap().chunks_mut(width).for_each(|row| row[width - 6..].fill(0.0));
+        }
+    };
+    assert!(!is_still(flickers(&late)));
 }

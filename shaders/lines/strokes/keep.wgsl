@@ -4,7 +4,7 @@
 // `stage` 0: marks what is kept, for the sum that follows. 1: moves it with the world and puts it into the list. 2: says
 // how many there are, and draws them.
 #import hachure::view::View
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, BESIDE, has_seed}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, BESIDE, to_seed_px}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
@@ -64,18 +64,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 
 fn shrunk_px(number: u32) -> f32 {
     let own = old_samples[number];
-    var left_px = own.shown_px;
-    if (own.flags & LAST) == 0u && has_seed(own.along_px, old_samples[number + 1u].along_px) {
-        left_px = min(left_px, 0.5 * temporal.growth_px);
-    }
-    // Both ways, as far as the stroke is kept; there it ends.
+    var left_px = min(own.shown_px, 0.5 * temporal.growth_px + to_seed_px(own.along_px));
+    // Both ways, as far as the stroke is kept. Where something else covers the rest, it ends a segment farther: what is
+    // kept for a single sample does not go at once.
     for (var way = 0u; way < 2u; way++) {
         var at = number;
         for (var i = 0u; i <= BESIDE; i++) {
             let apart_px = SPACING_PX * f32(i);
             left_px = min(left_px, old_samples[at].shown_px + apart_px);
             if !select(is_kept(at), at > 0u && is_kept(at - 1u), way == 1u) {
-                left_px = min(left_px, apart_px);
+                left_px = min(left_px, apart_px + SPACING_PX);
                 break;
             }
             at = select(at + 1u, at - 1u, way == 1u);

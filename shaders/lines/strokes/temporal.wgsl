@@ -14,7 +14,7 @@
 //   comes nearer by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, SPACING_PX, BESIDE, has_seed, hash, let_go}
+#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, BESIDE, to_seed_px, hash, let_go}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
@@ -142,10 +142,10 @@ fn toward(number: u32, first: u32, end: u32) -> vec2<f32> {
 fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
     let own = matches[number];
     var reached_px = own.shown_px;
-    // Short strokes have one in the middle.
-    let is_seed = has_seed(along_px, along_px + SPACING_PX) || number == (first + end) / 2u;
-    if own.stroke == 0u && is_seed {
-        reached_px = -0.5 * temporal.growth_px;
+    if own.stroke == 0u {
+        // Short strokes have a seed in the middle.
+        let from_middle_px = abs(own.at_px - matches[(first + end) / 2u].at_px);
+        reached_px = max(reached_px, -0.5 * temporal.growth_px - min(to_seed_px(along_px), from_middle_px));
     }
     for (var i = max(number, first + BESIDE) - BESIDE; i < min(number + BESIDE + 1u, end); i++) {
         let beside = matches[i];

@@ -2,15 +2,16 @@
 //!
 //! Pietrok 2021, section 4.3: a full update every N frames, and at once when the camera turns quickly. There the reason
 //! is that motion vectors overshoot; here motion is exact, but what a turn brings into view has no strokes until the
-//! next update.
+//! next update, and then has them all at once.
 
 use glam::DVec3;
 
 use crate::scene::view::View;
 use crate::style;
 
-/// A turn by this part of the field of view since the last update asks for the next.
-const QUICK_TURN: f64 = 1.0 / 40.0;
+/// A turn that brings a strip of this width into view since the last update asks for the next: an eye sees strokes come
+/// at once in a wider one. So all but the slowest turns make strokes anew in each frame.
+const ENTERING_PX: f64 = 1.5;
 /// A move by this part of the distance to the nearest land since the last update asks for the next: contours are then
 /// elsewhere.
 const QUICK_MOVE: f64 = 1.0 / 50.0;
@@ -91,7 +92,7 @@ impl History {
                 // What came to rest is not left as it was on the way.
                 let is_late = (self.is_stale && rests && !step.land_changes)
                     || self.frames_since_update + 1 >= strokes.update_every
-                    || turned_rad > QUICK_TURN * view.fov_rad()
+                    || turned_rad * view.focal_px() > ENTERING_PX
                     || moved_m > QUICK_MOVE * step.nearest_m;
                 let is_due = is_late && !is_sample;
                 Plan {
@@ -148,6 +149,9 @@ mod tests {
 
     const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO, land_changes: false };
 
+    /// Of a picture 36 px high whose field of view is a radian.
+    const FOCAL_PX: f64 = 32.95;
+
     fn pose(yaw_deg: f64) -> Pose {
         let (sin, cos) = yaw_deg.to_radians().sin_cos();
         let (forward, right) = (DVec3::new(sin, cos, 0.0), DVec3::new(cos, -sin, 0.0));
@@ -173,6 +177,21 @@ mod tests {
             previous = now;
         }
         assert_eq!(updates, [true, false, false, false, true, false, true, false, false, false, true]);
+    }
+
+    #[test]
+    fn a_turn_updates_when_a_strip_comes_into_view() {
+        for (px, every) in [(2.0, 1), (1.0, 2), (0.4, 4)] {
+            let (mut history, strokes) = (History::default(), strokes(10, true));
+            let mut previous = pose(0.0);
+            let updates = (0..=12).filter(|frame| {
+                let now = Pose { position_m: DVec3::ZERO, ..pose((f64::from(*frame) * px / FOCAL_PX).to_degrees()) };
+                let view = view(std::mem::replace(&mut previous, now), now);
+                assert!((view.focal_px() - FOCAL_PX).abs() < 1.0, "{}", view.focal_px());
+                history.plan(&strokes, &view, STEP, None).is_update
+            });
+            assert_eq!(updates.count(), 1 + 12 / every, "{px} px in a frame");
+        }
     }
 
     #[test]
