@@ -4,10 +4,10 @@ use glam::DVec2;
 use hachure::measure::stereo::orphans;
 use hachure::picture::nearest::nearest_m;
 use hachure::scene::stereo::IPD_M;
-use hachure::source::{Silent, procedural};
+use hachure::source::{OpenOptions, Silent, VoidMode, open_reader_with, procedural, read_all};
 
 use super::*;
-use crate::common::World;
+use crate::common::{World, real_data};
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const MOUNTAINS: [(&str, &str); 3] = [
@@ -16,11 +16,18 @@ const MOUNTAINS: [(&str, &str); 3] = [
     ("dem/geotiff/N46E008_alps.tif", "0,0,+300,40,0,55"),
 ];
 
+/// Of a file, with its small holes filled as pictures have them.
+fn filled(file: &str) -> Option<World> {
+    let path = real_data(file)?;
+    let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
+    World::new(read_all(&*open_reader_with(&path, &options).unwrap(), &path, &Silent).unwrap(), 1.0)
+}
+
 /// Mountains of ours, and as many real ones, each with a camera.
 fn places(real: usize) -> Vec<(String, World, Pose)> {
     let own = World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0);
     let own = own.map(|world| ("procedural", world, "-300,-2500,+350,20,-6,60"));
-    let real = MOUNTAINS.iter().take(real).filter_map(|(file, camera)| Some((*file, World::real(file, 1.0)?, *camera)));
+    let real = MOUNTAINS.iter().take(real).filter_map(|(file, camera)| Some((*file, filled(file)?, *camera)));
     let place = |(name, world, camera): (&str, World, &str)| {
         let pose = world.pose(camera);
         (name.to_owned(), world, pose)
