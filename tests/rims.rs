@@ -264,6 +264,47 @@ fn no_other_line_follows_a_rim() {
     }
 }
 
+/// A ridge stands before land that ends at a hole: its contour runs along land beside the hole, and stays.
+#[test]
+fn a_ridge_before_a_hole_keeps_its_line() {
+    let ridge_m = |x_m: f64, y_m: f64| height_m(x_m, y_m) + 120.0 * (-((y_m + 420.0) / 40.0).powi(2)).exp();
+    let is_hole = |x_m: f64, y_m: f64| DVec2::new(x_m, y_m).distance(MIDDLE_M) < RADIUS_M;
+    let with_hole = |x_m: f64, y_m: f64| if is_hole(x_m, y_m) { f64::NAN } else { ridge_m(x_m, y_m) };
+    let [whole, holed] = [
+        World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, ridge_m), 0.2),
+        World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, with_hole), 0.2),
+    ];
+    let (Some(mut whole), Some(mut holed)) = (whole, holed) else { return };
+    // From where the near rim lies just behind the crest.
+    let pose = whole.pose("31,-1000,240,0,-14,50");
+    for name in ["ink", "sobel"] {
+        let style = Style::load(name).unwrap();
+        let seen = |world: &mut World, kind: &TargetKind| {
+            let mut frame = Frame::new(&world.gpu).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &NOON);
+            let line = floats::<1>(&world.gpu, frame.target(kind).unwrap());
+            let rim = frame.target(&RIM).map(|rim| floats::<2>(&world.gpu, rim));
+            (line, rim)
+        };
+        let (crest, _) = seen(&mut whole, &LINE);
+        let (kept, rim) = seen(&mut holed, &RIMLESS);
+        let rim = rim.unwrap();
+        let width = SIZE_PX[0] as usize;
+        let is_beside = |pixel: usize| {
+            let around = (-2..=2_i64).flat_map(|y| (-2..=2_i64).map(move |x| y * width as i64 + x));
+            around.filter_map(|by| rim.get(usize::try_from(pixel as i64 + by).ok()?)).any(|[_, beside]| *beside > 0.0)
+        };
+        let lines: Vec<usize> = (0..crest.len()).filter(|pixel| crest[*pixel][0] > 0.5).collect();
+        let is_kept = |pixel: usize| [pixel - width, pixel, pixel + width].iter().any(|near| kept[*near][0] > 0.5);
+        let left = lines.iter().filter(|pixel| is_kept(**pixel)).count();
+        let beside = lines.iter().filter(|pixel| is_beside(**pixel)).count();
+        println!("{name}: {left} of {} pixels of the crest's line are left, {beside} lie beside a rim", lines.len());
+        assert!(left as f64 > 0.98 * lines.len() as f64);
+        // Planted: the line without what lies beside land beside a hole.
+        assert!(lines.len() - beside < (0.98 * lines.len() as f64) as usize, "no line lies beside a rim");
+    }
+}
+
 #[test]
 fn land_without_holes_has_no_rim() {
     let Some(mut world) = world_with(Some(0.0)) else { return };

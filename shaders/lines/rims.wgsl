@@ -1,14 +1,54 @@
 // Takes away the lines along the rims of holes: there the data end and not the land, and a rim has a line of its own.
 //
 // A detector's line lies on both sides of what it finds, up to two pixels away. Beside the rim of a hole is land that the
-// rim knows as such; what is seen through the hole knows nothing, and asks around.
-#import hachure::view::View
+// rim knows as such; what is seen through the hole knows nothing, and asks around. Land behind a ridge may lie beside a
+// hole too: the line of the ridge stays. It is told by what is nearest around the line, which lies off the plane of the
+// land beside the hole.
+#import hachure::view::{View, distance_from_eye}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var line: texture_2d<f32>;
 // Ink of the rims; 1 on land beside a hole.
 @group(0) @binding(2) var rim: texture_2d<f32>;
-@group(0) @binding(3) var rimless: texture_storage_2d<r32float, write>;
+@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(5) var rimless: texture_storage_2d<r32float, write>;
+
+const REACH_PX: i32 = 2;
+// What lies farther off the plane than so many pixels is other land.
+const OTHER_LAND_PX: f32 = 3.0;
+
+// What is nearest around a pixel; w is its depth, 0 for nothing.
+fn nearest_around(p: vec2<i32>, last: vec2<i32>) -> vec4<f32> {
+    var nearest = vec4<f32>(0.0);
+    for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
+        let at = textureLoad(position, neighbor(p, i, last), 0);
+        if at.w > 0.0 && (nearest.w <= 0.0 || at.w < nearest.w) {
+            nearest = at;
+        }
+    }
+    return nearest;
+}
+
+fn neighbor(p: vec2<i32>, i: i32, last: vec2<i32>) -> vec2<i32> {
+    let side = 2 * REACH_PX + 1;
+    return clamp(p + vec2<i32>(i % side, i / side) - REACH_PX, vec2<i32>(0), last);
+}
+
+fn is_along_rim(p: vec2<i32>, last: vec2<i32>) -> bool {
+    let nearest = nearest_around(p, last);
+    let off_m = OTHER_LAND_PX * distance_from_eye(view, nearest.xyz) / view.focal_px;
+    for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
+        let q = neighbor(p, i, last);
+        if textureLoad(rim, q, 0).g > 0.0 {
+            let away_m = dot(textureLoad(normal, q, 0).xyz, nearest.xyz - textureLoad(position, q, 0).xyz);
+            if abs(away_m) < off_m {
+                return true;
+            }
+        }
+    }
+    return false;
+}
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -16,16 +56,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let p = vec2<i32>(id.xy);
-    let last = vec2<i32>(view.size_px) - 1;
-    let found = textureLoad(line, p, 0).r;
-    var beside = 0.0;
-    if found > 0.0 {
-        for (var y = -2; y <= 2; y++) {
-            for (var x = -2; x <= 2; x++) {
-                let q = clamp(p + vec2<i32>(x, y), vec2<i32>(0), last);
-                beside = max(beside, textureLoad(rim, q, 0).g);
-            }
-        }
+    var found = textureLoad(line, p, 0).r;
+    if found > 0.0 && is_along_rim(p, vec2<i32>(view.size_px) - 1) {
+        found = 0.0;
     }
-    textureStore(rimless, p, vec4<f32>(found * (1.0 - beside), 0.0, 0.0, 0.0));
+    textureStore(rimless, p, vec4<f32>(found, 0.0, 0.0, 0.0));
 }

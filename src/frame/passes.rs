@@ -207,7 +207,8 @@ fn see(
         threshold::run(cx, style_lines, &threshold::Inputs { view: &view, errors, directions, line: &line });
         rim.as_ref().map_or(line.clone(), |rim| {
             let rimless = targets.whole(gpu, &lines::rims::RIMLESS);
-            lines::rims::run(cx, &lines::rims::Inputs { view: &view, line: &line, rim, rimless: &rimless });
+            let along = lines::rims::Inputs { view: &view, line: &line, rim, position, normal, rimless: &rimless };
+            lines::rims::run(cx, &along);
             rimless
         })
     });

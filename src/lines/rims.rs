@@ -17,6 +17,10 @@ pub struct Inputs<'a> {
     pub line: &'a Target,
     /// [`RIM`](crate::surface::rims::RIM): where there are rims.
     pub rim: &'a Target,
+    /// Places from the eye, and depths.
+    pub position: &'a Target,
+    /// Unit normals of what is seen.
+    pub normal: &'a Target,
     /// Out.
     pub rimless: &'a Target,
 }
@@ -27,6 +31,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("line", inputs.line.into()),
         ("rim", inputs.rim.into()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
         ("rimless", inputs.rimless.into()),
     ];
     cx.pixels("lines/rims", inputs.rimless.size_px(), &resources);

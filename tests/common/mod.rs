@@ -23,7 +23,7 @@ use hachure::pyramid::{self, BakeOptions, Pyramid, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
-use hachure::source::{self, HeightGrid, Silent, WorldMapping};
+use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
@@ -85,6 +85,14 @@ impl World {
     /// A real DEM; none where it is not there.
     pub fn real(name: &str, lod_error_px: f64) -> Option<Self> {
         let grid = source::open(&real_data(name)?, &Silent).unwrap();
+        Self::new(grid, lod_error_px)
+    }
+
+    /// As [`real`](Self::real), with its small holes filled as pictures have them: jumps at holes are no contours.
+    pub fn filled(name: &str, lod_error_px: f64) -> Option<Self> {
+        let path = real_data(name)?;
+        let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
+        let grid = source::read_all(&*source::open_reader_with(&path, &options).unwrap(), &path, &Silent).unwrap();
         Self::new(grid, lod_error_px)
     }
 

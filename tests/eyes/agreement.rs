@@ -4,10 +4,10 @@ use glam::DVec2;
 use hachure::measure::stereo::orphans;
 use hachure::picture::nearest::nearest_m;
 use hachure::scene::stereo::IPD_M;
-use hachure::source::{OpenOptions, Silent, VoidMode, open_reader_with, procedural, read_all};
+use hachure::source::{Silent, procedural};
 
 use super::*;
-use crate::common::{World, real_data};
+use crate::common::World;
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const MOUNTAINS: [(&str, &str); 3] = [
@@ -16,18 +16,12 @@ const MOUNTAINS: [(&str, &str); 3] = [
     ("dem/geotiff/N46E008_alps.tif", "0,0,+300,40,0,55"),
 ];
 
-/// Of a file, with its small holes filled as pictures have them.
-fn filled(file: &str) -> Option<World> {
-    let path = real_data(file)?;
-    let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
-    World::new(read_all(&*open_reader_with(&path, &options).unwrap(), &path, &Silent).unwrap(), 1.0)
-}
-
 /// Mountains of ours, and as many real ones, each with a camera.
 fn places(real: usize) -> Vec<(String, World, Pose)> {
     let own = World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0);
     let own = own.map(|world| ("procedural", world, "-300,-2500,+350,20,-6,60"));
-    let real = MOUNTAINS.iter().take(real).filter_map(|(file, camera)| Some((*file, filled(file)?, *camera)));
+    let real =
+        MOUNTAINS.iter().take(real).filter_map(|(file, camera)| Some((*file, World::filled(file, 1.0)?, *camera)));
     let place = |(name, world, camera): (&str, World, &str)| {
         let pose = world.pose(camera);
         (name.to_owned(), world, pose)
@@ -78,6 +72,21 @@ fn lines_of_far_land_have_partners() {
         off.ink.as_mut().unwrap().rotate_right(3 * SIZE_PX[0] as usize);
         assert!(orphans_of(&agreement(&[eyes[0].clone(), off])) > 10.0 * orphans_of(&wide), "{place}");
     }
+}
+
+/// Lines along the rims of holes are taken away in each eye; those of ridges before holes stay in both.
+#[test]
+fn holes_take_no_lines_of_pairs() {
+    let (file, camera) = MOUNTAINS[0];
+    let Some(mut world) = World::real(file, 1.0) else { return };
+    let pose = world.pose(camera);
+    let wide_m = wide_m(&mut world, pose, &Style::load("ink").unwrap());
+    let [agreed, alone] = [Style::load("ink").unwrap(), ink_alone()].map(|style| {
+        let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
+        of(&agreement(&eyes), "line_coverage")
+    });
+    println!("line coverage {:.3} % with agreement, {:.3} % alone", 100.0 * agreed, 100.0 * alone);
+    assert!((agreed / alone - 1.0).abs() <= 0.15);
 }
 
 #[test]

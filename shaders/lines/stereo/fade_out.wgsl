@@ -15,6 +15,7 @@
 //   compared with the disc's radius; for those as near as the eyes are apart it lies some degrees beside it.
 // - Gate: a plane that is seen edge-on has no contour, and would be darkened whole. A fade that would be wider than
 //   WIDEST_PX on the picture, as the normal turns here, is none.
+// - Land whose back is seen, through a hole, has no contour either. Slightly turned away is what lies beside a contour.
 #import hachure::view::View
 
 struct FadeOut {
@@ -41,6 +42,8 @@ struct FadeOut {
 @group(0) @binding(5) var faded: texture_storage_2d<r32float, write>;
 
 const WIDEST_PX: f32 = 64.0;
+// A cosine: what is turned away from its eye by more shows its back.
+const BACK: f32 = -0.1;
 
 // How far the normal turns from a pixel to the next, in the direction where it turns more. Of two opposite neighbours
 // the one that turns less counts: the other may be of what lies behind.
@@ -62,6 +65,9 @@ fn fade(pixel: vec2<i32>) -> f32 {
         return 0.0;
     }
     let n = textureLoad(normal, pixel, 0).xyz;
+    if dot(n, normalize(view.eye_m - at.xyz)) < BACK {
+        return 0.0;
+    }
     let across = n - fade_out.forward * dot(n, fade_out.forward);
     let aside = across * (fade_out.radius_m / max(length(across), 1e-6));
     let to_contour = fade_out.middle_m - aside - at.xyz;
