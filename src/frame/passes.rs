@@ -212,6 +212,16 @@ fn see(
             rimless
         })
     });
+    if let Some((edges, style)) = edges.zip(style.strokes.as_ref())
+        && let Some(feature_px) = style.suggestive_px
+    {
+        let (terrain, shapes) = (heights, &surface::curvature::Shapes::of(gpu, targets));
+        let (position, normal) = (&position, &normal);
+        let bent = surface::curvature::Inputs { view: &view, terrain, feature_px, surface_id, position, shapes };
+        surface::curvature::run(cx, &bent);
+        let suggested = lines::suggestive::Inputs { view: &view, style, position, normal, shapes };
+        lines::suggestive::run(cx, edges, &suggested);
+    }
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());

@@ -8,5 +8,6 @@ pub mod rims;
 pub mod smooth;
 pub mod stereo;
 pub mod strokes;
+pub mod suggestive;
 pub mod threshold;
 pub mod trees;

@@ -43,6 +43,15 @@ parameters! {
         merge_px: f32 = 1.5 => Range::Within(0.0, 8.0);
         /// Edges whose normals differ by more than this are drawn too; without it only contours are.
         crease_deg: Option<f32> => Range::Within(0.0, 180.0);
+        /// Suggestive contours of the land are drawn too, where it would be a contour for an eye nearby: of features
+        /// that are larger than this. Without it there are none.
+        suggestive_px: Option<f32> => Range::Within(1.0, 256.0);
+        /// How fast curvature rises toward the eye at a suggestive contour, at least: by turns of the normal, over a feature.
+        suggestive_rise: f32 = 0.02 => Range::Within(0.0, 10.0);
+        /// Land that faces the eye by less than this from face on has no suggestive contours.
+        suggestive_deg: f32 = 30.0 => Range::Within(0.0, 90.0);
+        /// Width of suggestive contours, as a part of that of contours.
+        suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
         /// Whether the border of the land is drawn.
         borders: bool = true;
         /// Strokes are made anew in every frame of this number, and move with the world in between.

@@ -14,6 +14,7 @@ pub mod mark_normal;
 pub mod form;
 pub mod lakes;
 pub mod water;
+pub mod curvature;
 pub mod cuts;
 pub mod height_lines;
 pub mod rims;

@@ -5,6 +5,7 @@
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
+#import hachure::edges::KIND_SUGGESTIVE
 #import hachure::stroke_style::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
@@ -111,8 +112,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let step_units = length_units / f32(count);
     let at_units = step_units * f32(i);
     var at = on_stroke(first, last, at_units);
-    let way_back = at.px - on_stroke(first, last, max(at_units - BEND_UNITS, 0.0)).px;
-    let way_on = on_stroke(first, last, min(at_units + BEND_UNITS, length_units)).px - at.px;
+    let before = on_stroke(first, last, max(at_units - BEND_UNITS, 0.0));
+    let after = on_stroke(first, last, min(at_units + BEND_UNITS, length_units));
+    let way_back = at.px - before.px;
+    let way_on = after.px - at.px;
     if strokes.wobble_px > 0.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
         let anchor = Anchor(temporal.camera_blocks, 0u, temporal.camera_rest_m, 0u);
@@ -132,6 +135,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let lengths = length(way_back) * length(way_on);
     let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
     // A mean of three places, so that single pixels make no knots.
+    let are_suggestive = vec3<u32>(before.kind, at.kind, after.kind) == vec3<u32>(KIND_SUGGESTIVE);
+    let kind_part = mix(1.0, strokes.suggestive_width, dot(vec3<f32>(are_suggestive), vec3<f32>(1.0 / 3.0)));
     var step_part = 1.0;
     if strokes.step_width > 0.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
@@ -140,7 +145,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let step = (step_at(px - way_back, across) + step_at(px, across) + step_at(px + way_on, across)) / 3.0;
         step_part = mix(1.0, mix(LEAST_WIDTH, 1.0, saturate(step / FULL_STEP)), strokes.step_width);
     }
-    let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part
+    let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);
     // A short stroke as wide as a long one is a slug. What runs off the sheet is longer than it looks.
     let length_px = length_units / UNITS_PER_PX;

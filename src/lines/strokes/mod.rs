@@ -127,6 +127,7 @@ impl StrokesUniform {
             wobble_px: strokes.wobble_px,
             merge_px: strokes.merge_px,
             slender: strokes.slender,
+            suggestive_width: strokes.suggestive_width,
             ..Self::zeroed()
         }
     }

@@ -1,0 +1,45 @@
+//! Suggestive contours → the edge list. See `shaders/lines/suggestive.wgsl`.
+//!
+//! Why: `docs/decisions/curvature.md`.
+
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::scan::{Groups, Ordered};
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::lines::suggestive::SuggestiveRules;
+use crate::style::Strokes;
+use crate::surface::curvature::Shapes;
+use crate::surface::edges::EdgeList;
+
+/// What the pass reads.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Whose contours they are.
+    pub style: &'a Strokes,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface.
+    pub normal: &'a Target,
+    /// How it bends.
+    pub shapes: &'a Shapes,
+}
+
+/// Adds the edges to the list.
+pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+    let rules = SuggestiveRules {
+        least_rise: inputs.style.suggestive_rise,
+        most_facing: inputs.style.suggestive_deg.to_radians().cos(),
+    };
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("suggestive_rules", cx.uniform("suggestive rules", &rules)),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        edges.edges(),
+        edges.draw(),
+    ];
+    resources.extend(inputs.shapes.resources());
+    let groups = Groups::Of(inputs.shapes.normal.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
+    Ordered { shader: "lines/suggestive".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
+}
