@@ -14,7 +14,7 @@ pub mod stores;
 pub mod stroke_lines;
 pub mod tones;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use hachure::gpu::Gpu;
@@ -49,6 +49,12 @@ pub fn real_data(name: &str) -> Option<PathBuf> {
     }
     println!("skipped: {} is not there", path.display());
     None
+}
+
+/// A file's heights with its small holes filled.
+pub fn filled_grid(path: &Path) -> HeightGrid {
+    let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
+    source::read_all(&*source::open_reader_with(path, &options).unwrap(), path, &Silent).unwrap()
 }
 
 /// A height grid and its terrain; the folder lives as long.
@@ -90,10 +96,7 @@ impl World {
 
     /// As [`real`](Self::real), with its small holes filled as pictures have them: jumps at holes are no contours.
     pub fn filled(name: &str, lod_error_px: f64) -> Option<Self> {
-        let path = real_data(name)?;
-        let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
-        let grid = source::read_all(&*source::open_reader_with(&path, &options).unwrap(), &path, &Silent).unwrap();
-        Self::new(grid, lod_error_px)
+        Self::new(filled_grid(&real_data(name)?), lod_error_px)
     }
 
     /// An eye from `x,y,z,yaw,pitch,fov`.
