@@ -9,6 +9,7 @@ mod antialias;
 mod eye;
 mod land_maps;
 mod left;
+mod lines;
 mod mark_layers;
 mod passes;
 mod rows;

@@ -4,18 +4,14 @@
 // They are the zeros of the radial curvature at which it rises toward the eye. Their edges go into the list that
 // contours are in, so strokes chain both, and a suggestive contour takes up a contour where that ends.
 //
-// Marching squares over the blocks of `surface/curvature`: a cell has the places that four blocks stand for at its
+// Marching squares over the blocks of `lines/radial`: a cell has the places that four blocks stand for at its
 // corners, which must be of one surface. A line enters and leaves where the radial curvature is zero on a side, and it
 // ends in the cell where the rise falls below `least_rise`, where the surface faces the eye too much for a contour to be
 // near, or where it turns away. Ends lie on the surface as it is seen there.
 //
-// The rise is told by the size of a feature, so that it is a number for any scale: how much the curvature changes over a
-// feature, in turns of the normal over a feature. The original asks for it in parts of a model's size.
-//
 // Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
 #import hachure::view::{View, place_at, ray_at, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
-#import hachure::curvature::{Shape, radial_of}
 #import hachure::edges::{Edge, KIND_SUGGESTIVE, MOST_EDGES}
 #import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
 
@@ -30,8 +26,7 @@ struct SuggestiveRules {
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
-@group(0) @binding(5) var shape_bend: texture_2d<f32>;
-@group(0) @binding(6) var shape_change: texture_2d<f32>;
+@group(0) @binding(5) var radial: texture_2d<f32>;
 @group(0) @binding(7) var<storage, read_write> edges: array<Edge>;
 @group(0) @binding(8) var<storage, read_write> edge_draw: array<u32>;
 @group(0) @binding(9) var<storage, read_write> order: Order;
@@ -44,7 +39,7 @@ struct Corner {
     px: vec2<f32>,
     at_m: vec3<f32>,
     normal: vec3<f32>,
-    // Radial curvature, in turns over a feature.
+    // Radial curvature, in turns over a pixel.
     bend: f32,
     // Where it is above 0, all that is asked holds.
     room: f32,
@@ -52,17 +47,12 @@ struct Corner {
 }
 
 fn corner_of(block: vec2<i32>) -> Corner {
-    let seen = textureLoad(shape_normal, block, 0);
-    let bend = textureLoad(shape_bend, block, 0);
+    let own = textureLoad(radial, block, 0);
     let pixel = pixel_of_block(view, block);
-    let at_m = place_of_pixel(view, pixel, seen.w);
-    let shape = Shape(seen.xyz, bend.xyz, textureLoad(shape_change, block, 0));
-    let radial = radial_of(shape, normalize(view.eye_m - at_m));
-    let feature_m = bend.w;
-    let rise = radial.change * feature_m * feature_m - suggestive_rules.least_rise;
-    let room = min(rise / max(suggestive_rules.least_rise, 0.01),
-        min(suggestive_rules.most_facing - radial.facing, radial.facing));
-    return Corner(vec2<f32>(pixel) + 0.5, at_m, seen.xyz, radial.curvature * feature_m, room, seen.w > 0.0);
+    let rise = (own.y - suggestive_rules.least_rise) / max(suggestive_rules.least_rise, 0.01);
+    let room = min(rise, min(suggestive_rules.most_facing - own.z, own.z));
+    return Corner(vec2<f32>(pixel) + 0.5, place_of_pixel(view, pixel, own.w), textureLoad(shape_normal, block, 0).xyz,
+        own.x, room, own.w > 0.0);
 }
 
 fn is_beside(a: Corner, b: Corner) -> bool {

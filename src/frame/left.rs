@@ -9,7 +9,7 @@ use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::DrawnStrokes;
-use crate::lines::{rims, smooth, threshold};
+use crate::lines::{curvature, rims, smooth, threshold};
 use crate::style::Style;
 use crate::surface::meshes::cull::MeshDraws;
 use crate::surface::rows::marks::RowSample;
@@ -165,7 +165,14 @@ impl Frame {
     /// Which line picture the composite of an eye read, if the style has lines.
     pub fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
         style.lines.as_ref()?;
-        let last = [&agree::AGREED, &smooth::SMOOTHED, &fade_out::FADED, &rims::RIMLESS, &threshold::LINE];
+        let last = [
+            &agree::AGREED,
+            &smooth::SMOOTHED,
+            &fade_out::FADED,
+            &rims::RIMLESS,
+            &curvature::CURVATURE_LINE,
+            &threshold::LINE,
+        ];
         last.into_iter().find_map(|kind| self.eye_target(eye, kind))
     }
 }

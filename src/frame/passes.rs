@@ -4,6 +4,7 @@
 //! other ([`finish_lines`]). Then for each eye: tones and marks ([`shade`]), and its picture ([`finish`]). All eyes share
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
+use super::lines as frame_lines;
 use super::shade::{Shaded, shade};
 use super::trees::{self as frame_trees, SeenTrees};
 use super::{EyeMemory, FrameInputs, land_maps};
@@ -13,11 +14,11 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::lines::crowd::{self, Cap};
+use crate::lines::smooth;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::history::Step;
 use crate::lines::strokes::partner::{Partner, SeenSurface};
 use crate::lines::strokes::{self, FrameStrokes};
-use crate::lines::{self, detector, lsa, smooth, threshold};
 use crate::style::{Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
@@ -179,48 +180,19 @@ fn see(
         surface::rims::run(cx, &drawn);
         rim
     });
-    // Lines: detect, threshold.
-    let line = inputs.lines.map(|style_lines| {
-        let errors = &targets.whole(gpu, &detector::ERRORS);
-        let line = targets.whole(gpu, &threshold::LINE);
-        let directions = style_lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
-        let directions = directions.as_ref();
-        let (position, normal) = (&position, &normal);
-        detector::run(cx, style_lines, &detector::Inputs { view: &view, position, normal, errors, directions });
-        let errors = &world.forest().map_or(errors.clone(), |forest| {
-            let (height_m, only_trees) = (forest.height_m(), style.lines.is_none());
-            let tree_errors = &targets.whole(gpu, &lines::trees::TREE_ERRORS);
-            let chosen = lines::trees::Inputs {
-                view: &view,
-                height_m,
-                only_trees,
-                ramp: style_lines.ramp,
-                surface_id,
-                depth,
-                tree_normal: &targets.whole(gpu, &trees::raster::TREE_NORMAL),
-                errors,
-                tree_errors,
-            };
-            lines::trees::run(cx, &chosen);
-            tree_errors.clone()
-        });
-        threshold::run(cx, style_lines, &threshold::Inputs { view: &view, errors, directions, line: &line });
-        rim.as_ref().map_or(line.clone(), |rim| {
-            let rimless = targets.whole(gpu, &lines::rims::RIMLESS);
-            let along = lines::rims::Inputs { view: &view, line: &line, rim, position, normal, rimless: &rimless };
-            lines::rims::run(cx, &along);
-            rimless
-        })
-    });
-    if let Some((edges, style)) = edges.zip(style.strokes.as_ref())
-        && let Some(feature_px) = style.suggestive_px
-    {
-        let (terrain, shapes) = (heights, &surface::curvature::Shapes::of(gpu, targets));
-        let (position, normal) = (&position, &normal);
-        let bent = surface::curvature::Inputs { view: &view, terrain, feature_px, surface_id, position, shapes };
-        surface::curvature::run(cx, &bent);
-        let suggested = lines::suggestive::Inputs { view: &view, style, position, normal, shapes };
-        lines::suggestive::run(cx, edges, &suggested);
+    // Lines of pixels, and the edges of suggestive contours, which lie on what is seen.
+    let on_surface = frame_lines::OnSurface {
+        view: &view,
+        heights,
+        surface_id,
+        depth,
+        position: &position,
+        normal: &normal,
+        rim: rim.as_ref(),
+    };
+    let line = inputs.lines.map(|lines| frame_lines::find(cx, inputs, lines, &on_surface, targets));
+    if let Some((edges, strokes)) = edges.zip(style.strokes.as_ref()) {
+        frame_lines::suggest(cx, edges, strokes, &on_surface, targets);
     }
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {

@@ -39,7 +39,8 @@ impl Inputs<'_> {
 /// Runs the style's detector.
 pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     match lines.detector {
-        Detector::Lsa => lsa::run(cx, lines, inputs),
+        // Lines by curvature have LSA contours of trees.
+        Detector::Lsa | Detector::Curvature => lsa::run(cx, lines, inputs),
         Detector::Sobel => cx.pixels("lines/sobel", inputs.errors.size_px(), &inputs.resources()),
         Detector::Roystan => cx.pixels("lines/roystan", inputs.errors.size_px(), &inputs.resources()),
     }

@@ -2,8 +2,10 @@
 //! stairs away. [`crowd`] thins crowded ones out. [`stereo`] lets lines of two eyes agree. [`strokes`] has lines as geometry.
 
 pub mod crowd;
+pub mod curvature;
 pub mod detector;
 pub mod lsa;
+pub mod radial;
 pub mod rims;
 pub mod smooth;
 pub mod stereo;

@@ -8,7 +8,6 @@ use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::lines::suggestive::SuggestiveRules;
 use crate::style::Strokes;
-use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
 
 /// What the pass reads.
@@ -21,8 +20,10 @@ pub struct Inputs<'a> {
     pub position: &'a Target,
     /// Of the surface.
     pub normal: &'a Target,
-    /// How it bends.
-    pub shapes: &'a Shapes,
+    /// [`SHAPE_NORMAL`](crate::surface::curvature::SHAPE_NORMAL).
+    pub shape_normal: &'a Target,
+    /// [`RADIAL`](super::radial::RADIAL).
+    pub radial: &'a Target,
 }
 
 /// Adds the edges to the list.
@@ -31,15 +32,16 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
         least_rise: inputs.style.suggestive_rise,
         most_facing: inputs.style.suggestive_deg.to_radians().cos(),
     };
-    let mut resources = vec![
+    let resources = [
         ("view", inputs.view.clone()),
         ("suggestive_rules", cx.uniform("suggestive rules", &rules)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
+        ("shape_normal", inputs.shape_normal.into()),
+        ("radial", inputs.radial.into()),
         edges.edges(),
         edges.draw(),
     ];
-    resources.extend(inputs.shapes.resources());
-    let groups = Groups::Of(inputs.shapes.normal.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
+    let groups = Groups::Of(inputs.radial.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
     Ordered { shader: "lines/suggestive".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
 }

@@ -76,6 +76,8 @@ choices! {
         Sobel,
         /// Roystan's outline.
         Roystan,
+        /// Contours and suggestive contours by the curvature of the land, as `[curvature]` has them.
+        Curvature,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
 
 pub mod color;
+mod curvature;
 mod cuts;
 mod error;
 mod focus;
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::toml_text::Wrong;
 pub use color::Color;
+pub use curvature::Curvature;
 pub use cuts::{CutLayer, Cuts};
 pub use error::StyleError;
 pub use focus::Focus;
@@ -76,6 +78,8 @@ parameters! {
         description: String;
         /// Lines that are found in pictures of the surface; without the section none are drawn.
         lines: Option<Lines>;
+        /// Lines by the curvature of the land.
+        curvature: Curvature;
         /// Pen strokes along contours; without the section none are drawn.
         strokes: Option<Strokes>;
         /// How light becomes tone and colour.

@@ -1,0 +1,168 @@
+// Lines by curvature, pixel by pixel (Pietrok 2021, section 4.1): contours, and suggestive contours (DeCarlo and others
+// 2003).
+//
+// A pixel near a contour sees the land almost along itself. On a surface that bends by k toward the eye, what has the
+// cosine c between its normal and the direction to the eye lies c² / 2k before the contour, as seen: that distance, in
+// pixels, is what the line's width is held against, so contours are equally wide however the land bends. The thesis
+// asks for a cosine below a threshold, and its lines are wide where the land is flat.
+//
+// A suggestive contour lies where the curvature toward the eye is zero. Between the four blocks around a pixel (radial.wgsl)
+// the curvature is bilinear, and its value over its slope is the distance from the line, in pixels.
+//
+// Along a line runs u, across the normal as the picture shows it, and across it v, the distance: the thesis has both for
+// contours alone, since a suggestive contour does not lie across the normal. Here its direction is that of the line of
+// zeros, so both have them. By u lines swing to and fro, by v their borders are soft.
+#import hachure::view::{View, place_of_pixel, distance_from_eye}
+#import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
+#import hachure::surface_id::{kind_of, TREE}
+
+struct CurvatureLines {
+    width_px: f32,
+    suggestive_px: f32,
+    least_rise: f32,
+    most_facing: f32,
+    // Part of the width.
+    taper: f32,
+    warp_px: f32,
+    warp_length_px: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> curvature_lines: CurvatureLines;
+@group(0) @binding(2) var surface_id: texture_2d<u32>;
+@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(5) var radial: texture_2d<f32>;
+// Of trees, from elsewhere; 0 where there are none.
+@group(0) @binding(6) var tree_line: texture_2d<f32>;
+@group(0) @binding(7) var line: texture_storage_2d<r32float, write>;
+
+// Blocks are of the pixel's surface if they lie so near its plane, in widths of a block on the ground.
+const ON_PLANE: f32 = 2.0;
+// No line is wider than so many widths: flat land that is seen along itself is no contour.
+const LEAST_BEND: f32 = 1e-4;
+const TURN: f32 = 6.2831855;
+
+// Of a line's width, so far from its middle.
+fn ink_of(from_middle_px: f32, half_width_px: f32) -> f32 {
+    let border_px = max(curvature_lines.taper * half_width_px, 0.5);
+    return clamp((half_width_px + 0.5 * border_px - from_middle_px) / border_px, 0.0, 1.0);
+}
+
+// How far a line swings aside at a place, along its way on the picture.
+fn swing_px(pixel: vec2<i32>, along: vec2<f32>) -> f32 {
+    let u_px = dot(vec2<f32>(pixel + view.origin_px), along);
+    return curvature_lines.warp_px * sin(u_px * TURN / curvature_lines.warp_length_px);
+}
+
+// What four blocks say, about a pixel.
+struct Between {
+    // As `radial`.
+    own: vec4<f32>,
+    // Slope of the curvature over the picture, by pixels.
+    slope: vec2<f32>,
+    // Whether all are of the pixel's surface.
+    is_whole: bool,
+    is_there: bool,
+}
+
+fn between(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>) -> Between {
+    let place = vec2<f32>(pixel + view.origin_px - BLOCK_PX / 2) / f32(BLOCK_PX);
+    let first = vec2<i32>(floor(place)) - first_block(view);
+    let f = fract(place);
+    let last = vec2<i32>(textureDimensions(radial)) - 1;
+    let allowed_m = ON_PLANE * f32(BLOCK_PX) * distance_from_eye(view, at.xyz) / view.focal_px;
+    var found: array<vec4<f32>, 4>;
+    var sum = vec4<f32>(0.0);
+    var weights = 0.0;
+    var count = 0;
+    for (var i = 0; i < 4; i++) {
+        let offset = vec2<i32>(i & 1, i >> 1u);
+        let block = clamp(first + offset, vec2<i32>(0), last);
+        found[i] = textureLoad(radial, block, 0);
+        let away_m = place_of_pixel(view, pixel_of_block(view, block), found[i].w) - at.xyz;
+        if found[i].w > 0.0 && abs(dot(n, away_m)) < allowed_m {
+            let weight = mix(1.0 - f.x, f.x, f32(offset.x)) * mix(1.0 - f.y, f.y, f32(offset.y)) + 1e-4;
+            sum += weight * found[i];
+            weights += weight;
+            count++;
+        }
+    }
+    let slope = vec2<f32>(mix(found[1].x - found[0].x, found[3].x - found[2].x, f.y),
+        mix(found[2].x - found[0].x, found[3].x - found[1].x, f.x)) / f32(BLOCK_PX);
+    return Between(sum / max(weights, 1e-6), slope, count == 4, count > 0);
+}
+
+fn facing_of(at: vec4<f32>, n: vec3<f32>) -> f32 {
+    return dot(n, normalize(view.eye_m - at.xyz));
+}
+
+// How far before the contour a pixel lies, by how its cosine differs from those beside it: near a contour the cosine is
+// the root of the distance. Details of the land that its form does not have bend more than that.
+fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: f32) -> f32 {
+    let last = vec2<i32>(view.size_px) - 1;
+    let allowed_m = 2.0 * distance_from_eye(view, at.xyz) / view.focal_px;
+    var most = 0.0;
+    for (var i = 0; i < 4; i++) {
+        let side = select(-1, 1, (i & 1) == 1);
+        let beside = clamp(pixel + select(vec2<i32>(0, side), vec2<i32>(side, 0), i < 2), vec2<i32>(0), last);
+        let there = textureLoad(position, beside, 0);
+        if there.w > 0.0 && abs(dot(n, there.xyz - at.xyz)) < allowed_m {
+            most = max(most, abs(facing_of(there, textureLoad(normal, beside, 0).xyz) - facing));
+        }
+    }
+    return 0.5 * abs(facing) / max(most, 1e-4);
+}
+
+// A pixel that faces the eye more is no contour, however the land bends.
+const MOST_FACING: f32 = 0.18;
+
+fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 {
+    let facing = facing_of(at, n);
+    if facing < -0.1 || facing > MOST_FACING {
+        return 0.0;
+    }
+    var from_contour_px = facing * facing / (2.0 * max(bend, LEAST_BEND));
+    if from_contour_px > 0.5 * curvature_lines.width_px {
+        from_contour_px = min(from_contour_px, from_contour_by_sides(pixel, at, n, facing));
+    }
+    if from_contour_px > curvature_lines.width_px + curvature_lines.warp_px + 1.0 {
+        return 0.0;
+    }
+    let aside = (view.clip_from_camera * vec4<f32>(n, 0.0)).xy * vec2<f32>(1.0, -1.0);
+    let along = normalize(vec2<f32>(aside.y, -aside.x) + vec2<f32>(1e-9, 0.0));
+    // All of it lies on the side that is seen.
+    let half_px = 0.5 * curvature_lines.width_px;
+    return ink_of(abs(from_contour_px - half_px - 0.5 * (swing_px(pixel, along) + curvature_lines.warp_px)), half_px);
+}
+
+fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
+    let steepness = length(seen.slope);
+    let half_px = 0.5 * curvature_lines.suggestive_px;
+    if half_px <= 0.0 || !seen.is_whole || steepness <= 0.0 || seen.own.z > curvature_lines.most_facing || seen.own.z <= 0.0 {
+        return 0.0;
+    }
+    let along = vec2<f32>(seen.slope.y, -seen.slope.x) / steepness;
+    let from_line_px = abs(seen.own.x / steepness - swing_px(pixel, along));
+    // Lines come and go with the rise.
+    let strength = clamp(seen.own.y / max(curvature_lines.least_rise, 1e-4) - 1.0, 0.0, 1.0);
+    return ink_of(from_line_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    var ink = textureLoad(tree_line, min(pixel, vec2<i32>(textureDimensions(tree_line)) - 1), 0).r;
+    if at.w > 0.0 && kind_of(textureLoad(surface_id, pixel, 0).r) != TREE {
+        let n = textureLoad(normal, pixel, 0).xyz;
+        let seen = between(pixel, at, n);
+        if seen.is_there {
+            ink = max(ink, max(contour_ink(pixel, at, n, seen.own.x), suggestive_ink(pixel, seen)));
+        }
+    }
+    textureStore(line, pixel, vec4<f32>(ink, 0.0, 0.0, 0.0));
+}

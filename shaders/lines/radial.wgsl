@@ -1,0 +1,37 @@
+// How the surface bends toward the eye, for each block of `surface/curvature`: what contours by curvature ask for.
+//
+// All is told by sizes of the picture, so that it is a number for any scale: curvature by a pixel, and its rise toward the
+// eye by a feature, in turns of the normal. The original (DeCarlo and others 2003) asks for the rise in parts of a
+// model's size.
+#import hachure::view::{View, place_of_pixel}
+#import hachure::mark_normal::pixel_of_block
+#import hachure::curvature::{Shape, radial_of}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var shape_normal: texture_2d<f32>;
+@group(0) @binding(2) var shape_bend: texture_2d<f32>;
+@group(0) @binding(3) var shape_change: texture_2d<f32>;
+// Curvature toward the eye, in turns over a pixel; its rise, in turns over a feature and by a feature; the cosine between
+// the normal and the direction to the eye; distance along the view axis, 0 for what is not there.
+@group(0) @binding(4) var radial: texture_storage_2d<rgba32float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let block = vec2<i32>(id.xy);
+    if any(id.xy >= textureDimensions(radial)) {
+        return;
+    }
+    let seen = textureLoad(shape_normal, block, 0);
+    if seen.w <= 0.0 {
+        textureStore(radial, block, vec4<f32>(0.0));
+        return;
+    }
+    let bend = textureLoad(shape_bend, block, 0);
+    let to_eye = view.eye_m - place_of_pixel(view, pixel_of_block(view, block), seen.w);
+    let distance_m = length(to_eye);
+    let shape = Shape(seen.xyz, bend.xyz, textureLoad(shape_change, block, 0));
+    let own = radial_of(shape, to_eye / distance_m);
+    let feature_m = bend.w;
+    textureStore(radial, block,
+        vec4<f32>(own.curvature * distance_m / view.focal_px, own.change * feature_m * feature_m, own.facing, seen.w));
+}

@@ -1,0 +1,132 @@
+//! Lines of pixels that an eye sees, and edges that only the picture of the surface shows.
+
+use super::FrameInputs;
+use crate::composite::NOTHING;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, Targets};
+use crate::lines::{self, curvature, detector, lsa, radial, rims, suggestive, threshold};
+use crate::style::{Detector, Lines, Strokes};
+use crate::surface::curvature::{self as bending, Shapes};
+use crate::surface::edges::EdgeList;
+use crate::surface::trees;
+
+/// The surface that an eye sees.
+pub(super) struct OnSurface<'a> {
+    /// `View`.
+    pub(super) view: &'a Resource,
+    /// Heights and tables.
+    pub(super) heights: &'a [Named],
+    /// What is seen.
+    pub(super) surface_id: &'a Target,
+    /// Of it.
+    pub(super) depth: &'a Target,
+    /// Of it.
+    pub(super) position: &'a Target,
+    /// Of it.
+    pub(super) normal: &'a Target,
+    /// Rims of holes, where the land in view has any.
+    pub(super) rim: Option<&'a Target>,
+}
+
+/// The lines of the style's detector, without those along rims.
+pub(super) fn find(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    lines: &Lines,
+    on: &OnSurface<'_>,
+    targets: &mut Targets,
+) -> Target {
+    let line = if lines.detector == Detector::Curvature {
+        by_curvature(cx, inputs, lines, on, targets)
+    } else {
+        detect(cx, inputs, lines, inputs.style.lines.is_none(), on, targets)
+    };
+    let Some(rim) = on.rim else { return line };
+    let rimless = targets.whole(cx.gpu(), &rims::RIMLESS);
+    let &OnSurface { view, position, normal, .. } = on;
+    rims::run(cx, &rims::Inputs { view, line: &line, rim, position, normal, rimless: &rimless });
+    rimless
+}
+
+/// Detector and threshold.
+fn detect(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    lines: &Lines,
+    only_trees: bool,
+    on: &OnSurface<'_>,
+    targets: &mut Targets,
+) -> Target {
+    let gpu = cx.gpu();
+    let &OnSurface { view, surface_id, depth, position, normal, .. } = on;
+    let errors = &targets.whole(gpu, &detector::ERRORS);
+    let line = targets.whole(gpu, &threshold::LINE);
+    let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
+    let directions = directions.as_ref();
+    detector::run(cx, lines, &detector::Inputs { view, position, normal, errors, directions });
+    let errors = &inputs.world.forest().map_or(errors.clone(), |forest| {
+        let tree_normal = &targets.whole(gpu, &trees::raster::TREE_NORMAL);
+        let tree_errors = &targets.whole(gpu, &lines::trees::TREE_ERRORS);
+        let (height_m, ramp) = (forest.height_m(), lines.ramp);
+        let chosen = lines::trees::Inputs {
+            view,
+            height_m,
+            only_trees,
+            ramp,
+            surface_id,
+            depth,
+            tree_normal,
+            errors,
+            tree_errors,
+        };
+        lines::trees::run(cx, &chosen);
+        tree_errors.clone()
+    });
+    threshold::run(cx, lines, &threshold::Inputs { view, errors, directions, line: &line });
+    line
+}
+
+/// Lines by curvature; trees, which have none, have LSA contours.
+fn by_curvature(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    lines: &Lines,
+    on: &OnSurface<'_>,
+    targets: &mut Targets,
+) -> Target {
+    let gpu = cx.gpu();
+    let &OnSurface { view, surface_id, position, normal, .. } = on;
+    let style = &inputs.style.curvature;
+    let tree_line = if inputs.world.forest().is_some() {
+        detect(cx, inputs, &Lines { detector: Detector::Lsa, ..lines.clone() }, true, on, targets)
+    } else {
+        targets.sized(gpu, &NOTHING, [1, 1])
+    };
+    let (_, radial) = bend(cx, style.feature_px, on, targets);
+    let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
+    let (radial, tree_line) = (&radial, &tree_line);
+    let drawn = curvature::Inputs { view, style, surface_id, position, normal, radial, tree_line, line: &line };
+    curvature::run(cx, &drawn);
+    line
+}
+
+/// How the surface bends, and how toward the eye.
+fn bend(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
+    let gpu = cx.gpu();
+    let &OnSurface { view, heights: terrain, surface_id, position, .. } = on;
+    let shapes = Shapes::of(gpu, targets);
+    bending::run(cx, &bending::Inputs { view, terrain, feature_px, surface_id, position, shapes: &shapes });
+    let toward_eye = targets.sized(gpu, &radial::RADIAL, shapes.normal.size_px());
+    radial::run(cx, &radial::Inputs { view, shapes: &shapes, radial: &toward_eye });
+    (shapes, toward_eye)
+}
+
+/// Adds suggestive contours to the edges, if the strokes ask for them.
+pub(super) fn suggest(cx: &mut Cx<'_>, edges: &EdgeList, strokes: &Strokes, on: &OnSurface<'_>, targets: &mut Targets) {
+    let Some(feature_px) = strokes.suggestive_px else { return };
+    let (shapes, radial) = bend(cx, feature_px, on, targets);
+    let &OnSurface { view, position, normal, .. } = on;
+    let (shape_normal, radial) = (&shapes.normal, &radial);
+    suggestive::run(cx, edges, &suggestive::Inputs { view, style: strokes, position, normal, shape_normal, radial });
+}

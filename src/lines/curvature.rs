@@ -1,0 +1,57 @@
+//! Lines by curvature: contours and suggestive contours, pixel by pixel. See `shaders/lines/curvature.wgsl`.
+//!
+//! Why: `docs/decisions/curvature.md`.
+
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::wgsl::lines::curvature::CurvatureLines;
+use crate::style::Curvature;
+
+/// Lines: 0 none, 1 full.
+pub const CURVATURE_LINE: TargetKind = TargetKind::storage("curvature line", wgpu::TextureFormat::R32Float);
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Whose lines they are.
+    pub style: &'a Curvature,
+    /// Tells trees from what has curvature.
+    pub surface_id: &'a Target,
+    /// Of the surface.
+    pub position: &'a Target,
+    /// Of the surface.
+    pub normal: &'a Target,
+    /// [`RADIAL`](super::radial::RADIAL).
+    pub radial: &'a Target,
+    /// Lines of trees, or a picture of one pixel that holds zero.
+    pub tree_line: &'a Target,
+    /// Out.
+    pub line: &'a Target,
+}
+
+/// Draws the lines.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let style = inputs.style;
+    let lines = CurvatureLines {
+        width_px: style.width_px,
+        suggestive_px: style.width_px * style.suggestive,
+        least_rise: style.rise,
+        most_facing: style.facing_deg.to_radians().cos(),
+        taper: style.taper,
+        warp_px: style.warp_px,
+        warp_length_px: style.warp_length_px,
+    };
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("curvature_lines", cx.uniform("curvature lines", &lines)),
+        ("surface_id", inputs.surface_id.into()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("radial", inputs.radial.into()),
+        ("tree_line", inputs.tree_line.into()),
+        ("line", inputs.line.into()),
+    ];
+    cx.pixels("lines/curvature", inputs.line.size_px(), &resources);
+}
