@@ -10,7 +10,7 @@ struct Edge {
     key: u32,
     // Metres from the rig's origin.
     b_m: vec3<f32>,
-    // KIND_CONTOUR, KIND_BORDER, KIND_CREASE or KIND_SUGGESTIVE; from bit 8 on, how far behind it there must be something else, in
+    // KIND_CONTOUR, KIND_BORDER, KIND_CREASE, KIND_SUGGESTIVE, KIND_RIDGE or KIND_VALLEY; from bit 8 on, how far behind it there must be something else, in
     // CLEAR_UNITS to the metre.
     kind: u32,
 }
@@ -20,6 +20,8 @@ const KIND_BORDER: u32 = 1u;
 const KIND_CREASE: u32 = 2u;
 // On the surface, where it would be a contour for an eye nearby.
 const KIND_SUGGESTIVE: u32 = 3u;
+const KIND_RIDGE: u32 = 4u;
+const KIND_VALLEY: u32 = 5u;
 const CLEAR_UNITS: f32 = 64.0;
 
 // An edge that is drawn only where what is beside it lies farther behind it than this.

@@ -39,6 +39,8 @@ struct Strokes {
     merge_px: f32,
     // How many times as long as wide strokes are where they are not thinner; 0: all have their width.
     slender: f32,
-    // Of suggestive contours, as a part of that of contours.
+    // As parts of that of contours.
     suggestive_width: f32,
+    ridge_width: f32,
+    valley_width: f32,
 }

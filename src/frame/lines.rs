@@ -5,7 +5,7 @@ use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
-use crate::lines::{self, curvature, detector, lsa, radial, rims, suggestive, threshold};
+use crate::lines::{self, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold};
 use crate::style::{Detector, Lines, Strokes};
 use crate::surface::curvature::{self as bending, Shapes};
 use crate::surface::edges::EdgeList;
@@ -122,11 +122,28 @@ fn bend(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targ
     (shapes, toward_eye)
 }
 
-/// Adds suggestive contours to the edges, if the strokes ask for them.
-pub(super) fn suggest(cx: &mut Cx<'_>, edges: &EdgeList, strokes: &Strokes, on: &OnSurface<'_>, targets: &mut Targets) {
-    let Some(feature_px) = strokes.suggestive_px else { return };
-    let (shapes, radial) = bend(cx, feature_px, on, targets);
+/// Adds the edges that lie on what is seen: suggestive contours, ridges and valleys, as the strokes ask for them.
+pub(super) fn add_edges(
+    cx: &mut Cx<'_>,
+    edges: &EdgeList,
+    strokes: &Strokes,
+    on: &OnSurface<'_>,
+    targets: &mut Targets,
+) {
     let &OnSurface { view, position, normal, .. } = on;
-    let (shape_normal, radial) = (&shapes.normal, &radial);
-    suggestive::run(cx, edges, &suggestive::Inputs { view, style: strokes, position, normal, shape_normal, radial });
+    if let Some(feature_px) = strokes.suggestive_px {
+        let (shapes, radial) = bend(cx, feature_px, on, targets);
+        let (shape_normal, radial) = (&shapes.normal, &radial);
+        let inputs = suggestive::Inputs { view, style: strokes, position, normal, shape_normal, radial };
+        suggestive::run(cx, edges, &inputs);
+    }
+    if let Some(feature_px) = strokes.ridge_px {
+        let (shapes, _) = bend(cx, feature_px, on, targets);
+        let (shapes, least_bend) = (&shapes, strokes.ridge_bend);
+        for (valleys, width) in [(false, strokes.ridge_width), (true, strokes.valley_width)] {
+            if width > 0.0 {
+                ridges::run(cx, edges, &ridges::Inputs { view, least_bend, valleys, position, normal, shapes });
+            }
+        }
+    }
 }

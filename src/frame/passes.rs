@@ -180,7 +180,7 @@ fn see(
         surface::rims::run(cx, &drawn);
         rim
     });
-    // Lines of pixels, and the edges of suggestive contours, which lie on what is seen.
+    // Lines of pixels, and the edges that lie on what is seen: suggestive contours, ridges and valleys.
     let on_surface = frame_lines::OnSurface {
         view: &view,
         heights,
@@ -192,7 +192,7 @@ fn see(
     };
     let line = inputs.lines.map(|lines| frame_lines::find(cx, inputs, lines, &on_surface, targets));
     if let Some((edges, strokes)) = edges.zip(style.strokes.as_ref()) {
-        frame_lines::suggest(cx, edges, strokes, &on_surface, targets);
+        frame_lines::add_edges(cx, edges, strokes, &on_surface, targets);
     }
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {

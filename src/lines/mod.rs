@@ -6,6 +6,7 @@ pub mod curvature;
 pub mod detector;
 pub mod lsa;
 pub mod radial;
+pub mod ridges;
 pub mod rims;
 pub mod smooth;
 pub mod stereo;

@@ -35,8 +35,8 @@ impl Style {
             scale(&mut strokes.join_px, 1.0, 16.0);
             scale(&mut strokes.merge_px, 0.0, 8.0);
             scale(&mut strokes.crowd_px, 8.0, 512.0);
-            if let Some(suggestive_px) = &mut strokes.suggestive_px {
-                scale(suggestive_px, 1.0, 256.0);
+            for feature_px in [&mut strokes.suggestive_px, &mut strokes.ridge_px].into_iter().flatten() {
+                scale(feature_px, 1.0, 256.0);
             }
             if let Some(texture) = &mut strokes.texture {
                 *texture = texture.scaled(factor);

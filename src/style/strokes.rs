@@ -52,6 +52,14 @@ parameters! {
         suggestive_deg: f32 = 30.0 => Range::Within(0.0, 90.0);
         /// Width of suggestive contours, as a part of that of contours.
         suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
+        /// Ridges and valleys of the land are drawn too: of features that are larger than this. Without it none are.
+        ridge_px: Option<f32> => Range::Within(1.0, 256.0);
+        /// How much the land bends across a ridge or a valley, at least: in turns of the normal over a feature.
+        ridge_bend: f32 = 0.2 => Range::Within(0.0, 10.0);
+        /// Width of ridges, as a part of that of contours; 0 draws none.
+        ridge_width: f32 = 0.6 => Range::Within(0.0, 1.0);
+        /// Width of valleys, as a part of that of contours; 0 draws none.
+        valley_width: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Whether the border of the land is drawn.
         borders: bool = true;
         /// Strokes are made anew in every frame of this number, and move with the world in between.

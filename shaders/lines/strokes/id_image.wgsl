@@ -10,7 +10,7 @@
 // A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two
 // pixels to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
 //
-// A suggestive contour lies on the surface, and between its ends, which are up to six pixels apart, the surface may bulge
+// A suggestive contour, a ridge or a valley lies on the surface, and between its ends, which are up to six pixels apart, the surface may bulge
 // before it: it is seen unless all is nearer that lies within two pixels.
 //
 // An edge may ask for a clearance: of all edges of a crown only those are lines that have something far behind them, on
@@ -55,7 +55,7 @@ fn fragment(in: Vertex) -> @location(0) u32 {
     let last = vec2<i32>(view.size_px) - 1;
     let edge = edges[in.id - 1u];
     let is_crease = kind_of_edge(edge) == KIND_CREASE;
-    let is_suggestive = kind_of_edge(edge) == KIND_SUGGESTIVE;
+    let is_on_surface = kind_of_edge(edge) >= KIND_SUGGESTIVE;
     var farthest = 1.0;
     var clearest = 1.0;
     var nearest = 0.0;
@@ -67,7 +67,7 @@ fn fragment(in: Vertex) -> @location(0) u32 {
             let beyond = textureLoad(depth, out, 0);
             let carried = 2.0 * around - beyond;
             farthest = min(farthest, select(around, min(around, carried), is_crease));
-            farthest = min(farthest, select(around, beyond, is_suggestive));
+            farthest = min(farthest, select(around, beyond, is_on_surface));
             nearest = max(nearest, around);
             clearest = min(clearest, max(around, beyond));
         }

@@ -5,7 +5,7 @@
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
-#import hachure::edges::KIND_SUGGESTIVE
+#import hachure::edges::{KIND_SUGGESTIVE, KIND_RIDGE, KIND_VALLEY}
 #import hachure::stroke_style::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
@@ -97,6 +97,12 @@ fn step_at(px: vec2<f32>, across: vec2<f32>) -> f32 {
     return 1.0 - min(sides.x, sides.y) / max(max(sides.x, sides.y), 1e-9);
 }
 
+// Of a kind of edge, as a part of that of contours.
+fn width_of(kind: u32) -> f32 {
+    let drawn = select(1.0, strokes.suggestive_width, kind == KIND_SUGGESTIVE);
+    return select(select(drawn, strokes.ridge_width, kind == KIND_RIDGE), strokes.valley_width, kind == KIND_VALLEY);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= list.fresh {
@@ -135,8 +141,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let lengths = length(way_back) * length(way_on);
     let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
     // A mean of three places, so that single pixels make no knots.
-    let are_suggestive = vec3<u32>(before.kind, at.kind, after.kind) == vec3<u32>(KIND_SUGGESTIVE);
-    let kind_part = mix(1.0, strokes.suggestive_width, dot(vec3<f32>(are_suggestive), vec3<f32>(1.0 / 3.0)));
+    let kind_part = (width_of(before.kind) + width_of(at.kind) + width_of(after.kind)) / 3.0;
     var step_part = 1.0;
     if strokes.step_width > 0.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));

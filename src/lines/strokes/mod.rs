@@ -128,6 +128,8 @@ impl StrokesUniform {
             merge_px: strokes.merge_px,
             slender: strokes.slender,
             suggestive_width: strokes.suggestive_width,
+            ridge_width: strokes.ridge_width,
+            valley_width: strokes.valley_width,
             ..Self::zeroed()
         }
     }

@@ -1,0 +1,125 @@
+// Ridges and valleys become edges: crests of curvature (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on Meshes via
+// Implicit Surface Fitting").
+//
+// On a ridge the largest curvature has a maximum along its own direction, and is convex; a valley is a ridge of the
+// surface seen from below. So its derivative along that direction is zero, and falls. A direction has no sense: those of
+// a cell's corners are turned to agree with the first one, and the derivative takes its sign from there.
+//
+// Curves by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the surface bends less
+// than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and where it is seen so
+// nearly along itself that a contour is near, which says the same.
+//
+// Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
+#import hachure::view::View
+#import hachure::cells::{Corner, Curves, corner_at, curves_of, on_surface, key_of_cell}
+#import hachure::mark_normal::pixel_of_block
+#import hachure::curvature::{frame_of, form3, principal_of}
+#import hachure::edges::{Edge, KIND_RIDGE, KIND_VALLEY, MOST_EDGES}
+#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+
+struct RidgeRules {
+    // In turns of the normal over a feature.
+    least_bend: f32,
+    // -1: valleys.
+    side: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> ridge_rules: RidgeRules;
+@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(4) var shape_normal: texture_2d<f32>;
+@group(0) @binding(5) var shape_bend: texture_2d<f32>;
+@group(0) @binding(6) var shape_change: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read_write> edges: array<Edge>;
+@group(0) @binding(8) var<storage, read_write> edge_draw: array<u32>;
+@group(0) @binding(9) var<storage, read_write> order: Order;
+
+// Across a ridge the surface bends less than this part.
+const MOST_ACROSS: f32 = 0.7;
+// A cosine: what is seen more nearly along itself has its contours.
+const LEAST_FACING: f32 = 0.2;
+
+// What a corner says of ridges: its corner without the sense of its direction, and that direction in the world.
+struct Crest {
+    corner: Corner,
+    along: vec3<f32>,
+}
+
+fn crest_of(block: vec2<i32>) -> Crest {
+    let seen = textureLoad(shape_normal, block, 0);
+    let shape = textureLoad(shape_bend, block, 0);
+    let bend = ridge_rules.side * shape.xyz;
+    let found = principal_of(bend);
+    let frame = frame_of(seen.xyz);
+    let change = ridge_rules.side * form3(textureLoad(shape_change, block, 0), found.along, found.along, found.along);
+    let facing = dot(seen.xyz, normalize(view.eye_m - corner_at(view, block, seen, 0.0, 0.0).at_m));
+    let least = ridge_rules.least_bend;
+    let room = min(min((found.most * shape.w - least) / max(least, 0.01), (MOST_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
+        facing - LEAST_FACING);
+    return Crest(corner_at(view, block, seen, change, room), frame * found.along);
+}
+
+// With the sense of another direction.
+fn agreeing(own: Crest, along: vec3<f32>) -> Corner {
+    var corner = own.corner;
+    corner.value = select(-corner.value, corner.value, dot(own.along, along) >= 0.0);
+    return corner;
+}
+
+fn look(block: vec2<i32>) -> Curves {
+    if any(block + 1 >= vec2<i32>(textureDimensions(shape_normal))) {
+        return Curves();
+    }
+    let first = crest_of(block);
+    let nw = first.corner;
+    let ne = agreeing(crest_of(block + vec2<i32>(1, 0)), first.along);
+    let se = agreeing(crest_of(block + vec2<i32>(1, 1)), first.along);
+    let sw = agreeing(crest_of(block + vec2<i32>(0, 1)), first.along);
+    // Along its direction, on the picture, the derivative falls.
+    let slope = 0.5 * vec2<f32>(ne.value - nw.value + se.value - sw.value, sw.value - nw.value + se.value - ne.value);
+    let start = view.clip_from_camera * vec4<f32>(nw.at_m, 1.0);
+    let on = view.clip_from_camera * vec4<f32>(first.along, 0.0);
+    let way = (on.xy * start.w - start.xy * on.w) * vec2<f32>(1.0, -1.0) * vec2<f32>(view.size_px);
+    if dot(slope, way) >= 0.0 {
+        return Curves();
+    }
+    return curves_of(view, nw, ne, se, sw);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+) {
+    if order.stage == 2u {
+        if thread == 0u {
+            edge_draw[0] += 2u * order.starts[order.groups];
+        }
+        return;
+    }
+    clear_marks(thread);
+    workgroupBarrier();
+    var found = look(vec2<i32>(id.xy));
+    for (var i = 0u; i < found.count; i++) {
+        mark(2u * thread + i);
+    }
+    workgroupBarrier();
+    let own_group = group.x + group.y * groups.x;
+    if order.stage == 0u {
+        if thread == 0u {
+            order.starts[own_group] = all_marks();
+        }
+        return;
+    }
+    let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.side > 0.0);
+    var index = edge_draw[0] / 2u + order.starts[own_group] + marks_before(2u * thread);
+    for (var i = 0u; i < found.count && index < MOST_EDGES; i++) {
+        let line = found.lines[i];
+        edges[index] = Edge(on_surface(view, position, normal, line.xy), key_of_cell(view, vec2<i32>(id.xy)) + i + 2u,
+            on_surface(view, position, normal, line.zw), kind);
+        index += 1u;
+    }
+}

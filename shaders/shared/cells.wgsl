@@ -1,0 +1,114 @@
+// Curves on the surface that is seen, by marching squares over blocks of pixels: where a value at the blocks is zero.
+//
+// A cell has the places that four blocks stand for at its corners, which must be of one surface. A curve enters and leaves
+// where the value is zero on a side. It ends in the cell where `room` falls to zero, which is above it where all that is
+// asked of the curve holds.
+#define_import_path hachure::cells
+#import hachure::view::{View, place_at, ray_at, place_of_pixel, distance_from_eye}
+#import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
+
+// Corners are of one surface if each lies so near the plane of the next one, in widths of a cell on the ground.
+const ON_PLANE: f32 = 1.5;
+
+// A corner of a cell. `seen` of `corner_at` is the normal of its block, and the distance along the view axis.
+struct Corner {
+    px: vec2<f32>,
+    at_m: vec3<f32>,
+    normal: vec3<f32>,
+    value: f32,
+    room: f32,
+    is_there: bool,
+}
+
+fn corner_at(view: View, block: vec2<i32>, seen: vec4<f32>, value: f32, room: f32) -> Corner {
+    let pixel = pixel_of_block(view, block);
+    return Corner(vec2<f32>(pixel) + 0.5, place_of_pixel(view, pixel, seen.w), seen.xyz, value, room, seen.w > 0.0);
+}
+
+fn is_beside(view: View, a: Corner, b: Corner) -> bool {
+    let away_m = b.at_m - a.at_m;
+    let allowed_m = ON_PLANE * f32(BLOCK_PX) * distance_from_eye(view, a.at_m) / view.focal_px;
+    return a.is_there && b.is_there && abs(dot(a.normal, away_m)) < allowed_m && abs(dot(b.normal, away_m)) < allowed_m;
+}
+
+struct Crossing {
+    px: vec2<f32>,
+    room: f32,
+    is_there: bool,
+}
+
+fn crossing_of(a: Corner, b: Corner) -> Crossing {
+    let is_there = (a.value < 0.0) != (b.value < 0.0);
+    let t = select(0.5, a.value / (a.value - b.value), is_there);
+    return Crossing(mix(a.px, b.px, t), mix(a.room, b.room, t), is_there);
+}
+
+// The curves of a cell, from place to place of the picture: at most two.
+struct Curves {
+    lines: array<vec4<f32>, 2>,
+    count: u32,
+}
+
+fn add_curve(curves: ptr<function, Curves>, start: Crossing, end: Crossing) {
+    if max(start.room, end.room) <= 0.0 {
+        return;
+    }
+    let t = start.room / (start.room - end.room);
+    let between = mix(start.px, end.px, clamp(t, 0.0, 1.0));
+    let a = select(between, start.px, start.room > 0.0);
+    let b = select(between, end.px, end.room > 0.0);
+    if any(a != b) {
+        (*curves).lines[(*curves).count] = vec4<f32>(a, b);
+        (*curves).count += 1u;
+    }
+}
+
+// Corners from the north-west clockwise.
+fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curves {
+    var curves: Curves;
+    if !(is_beside(view, nw, ne) && is_beside(view, ne, se) && is_beside(view, se, sw) && is_beside(view, sw, nw)) {
+        return curves;
+    }
+    var sides = array<Crossing, 4>(crossing_of(nw, ne), crossing_of(ne, se), crossing_of(se, sw), crossing_of(sw, nw));
+    // At a saddle curves part the middle from the corners that are not like it.
+    if sides[0].is_there && sides[1].is_there && sides[2].is_there && sides[3].is_there {
+        let middle = nw.value + ne.value + se.value + sw.value;
+        if (middle < 0.0) == (nw.value < 0.0) {
+            add_curve(&curves, sides[0], sides[1]);
+            add_curve(&curves, sides[2], sides[3]);
+        } else {
+            add_curve(&curves, sides[3], sides[0]);
+            add_curve(&curves, sides[1], sides[2]);
+        }
+        return curves;
+    }
+    var first = -1;
+    for (var i = 0; i < 4; i++) {
+        if sides[i].is_there {
+            if first >= 0 {
+                add_curve(&curves, sides[first], sides[i]);
+                return curves;
+            }
+            first = i;
+        }
+    }
+    return curves;
+}
+
+// The place on the surface that is seen at a place of the picture: on the plane of the pixel there.
+fn on_surface(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, px: vec2<f32>) -> vec3<f32> {
+    let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
+    let at = textureLoad(position, pixel, 0);
+    let n = textureLoad(normal, pixel, 0).xyz;
+    let ray = ray_at(view, px);
+    let facing = dot(n, ray);
+    let depth_m = dot(n, at.xyz - view.eye_m) / select(facing, -1e-6, abs(facing) < 1e-6);
+    // A plane that is seen edge-on leads anywhere.
+    return place_at(view, px, clamp(depth_m, 0.98 * at.w, 1.02 * at.w));
+}
+
+// A number for a cell of the whole picture.
+fn key_of_cell(view: View, block: vec2<i32>) -> u32 {
+    let own = vec2<u32>(block + first_block(view));
+    return own.x * 0x9e3779b1u ^ own.y * 0x85ebca6bu;
+}
