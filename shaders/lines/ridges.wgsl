@@ -60,10 +60,15 @@ fn crest_of(block: vec2<i32>) -> Crest {
     return Crest(corner_at(view, block, seen, change, room), frame * found.along);
 }
 
+// Directions of a cell differ by less, by a cosine: else the surface bends alike in all of them, and there is no ridge.
+const ALIKE: f32 = 0.7;
+
 // With the sense of another direction.
 fn agreeing(own: Crest, along: vec3<f32>) -> Corner {
     var corner = own.corner;
-    corner.value = select(-corner.value, corner.value, dot(own.along, along) >= 0.0);
+    let alike = dot(own.along, along);
+    corner.value = select(-corner.value, corner.value, alike >= 0.0);
+    corner.is_there = corner.is_there && abs(alike) > ALIKE;
     return corner;
 }
 

@@ -10,7 +10,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
-pub use crate::gpu::wgsl::shared::edges::{Edge, KIND_SUGGESTIVE, MOST_EDGES};
+pub use crate::gpu::wgsl::shared::edges::{Edge, KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY, MOST_EDGES};
 
 /// Which edges are wanted beside contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod ridges;
 mod suggestive;
 
 use common::draw::{NOON, draw, floats, still};

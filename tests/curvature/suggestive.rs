@@ -13,7 +13,7 @@ use crate::common::stroke_lines::{NEAR_PX, covered};
 use crate::common::{World, filled_grid, grid_of, real_data};
 use crate::{LANDS, RADIUS_M, bend, jet, style};
 
-const SIZE_PX: [u32; 2] = [480, 320];
+pub const SIZE_PX: [u32; 2] = [480, 320];
 /// About, for how large features are.
 const FOCAL_PX: f64 = 500.0;
 
@@ -84,8 +84,8 @@ fn zeros(
     found
 }
 
-/// Along the edges of suggestive contours, half a pixel apart.
-fn drawn(world: &World, frame: &Frame, view: &View, pose: Pose) -> Vec<DVec2> {
+/// Along the edges of a kind, half a pixel apart.
+pub fn drawn(world: &World, frame: &Frame, view: &View, pose: Pose, kind: u32) -> Vec<DVec2> {
     let count = strokes_left::<u32>(&world.gpu, frame, &EDGE_DRAW, 1)[0] as usize / 2;
     let edges: Vec<Edge> = strokes_left(&world.gpu, frame, &EDGES, count);
     let on_picture = |at_m: [f32; 3]| {
@@ -96,7 +96,7 @@ fn drawn(world: &World, frame: &Frame, view: &View, pose: Pose) -> Vec<DVec2> {
             + DVec2::new(0.5 * width, 0.5 * height)
     };
     let mut along = Vec::new();
-    for edge in edges.iter().filter(|edge| edge.kind & 0xff == KIND_SUGGESTIVE) {
+    for edge in edges.iter().filter(|edge| edge.kind & 0xff == kind) {
         let (a, b) = (on_picture(edge.a_m), on_picture(edge.b_m));
         let steps = (2.0 * a.distance(b)).ceil().max(1.0) as usize;
         along.extend((0..=steps).map(|step| a.lerp(b, step as f64 / steps as f64)));
@@ -127,7 +127,7 @@ struct Shape<'a> {
 
 /// `eye_off_m`: the truth is that of an eye elsewhere.
 fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, eye_off_m: DVec3) -> Found {
-    let &Shape { bends, is_known, .. } = shape;
+    let is_known = shape.is_known;
     let pose = world.pose(camera);
     let mut frame = Frame::new(&world.gpu).unwrap();
     let view = still(pose, SIZE_PX);
@@ -139,7 +139,7 @@ fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, ey
     let eye_m = pose.position_m + eye_off_m;
     let sure = zeros(shape, &places_m, eye_m, rise * BESIDE, facing - 0.03, shape.least_px);
     let all = zeros(shape, &places_m, eye_m, rise / BESIDE, facing + 0.03, 0.0);
-    let mut drawn = drawn(world, &frame, &view, pose);
+    let mut drawn = drawn(world, &frame, &view, pose, KIND_SUGGESTIVE);
     let is_seen = |px: &DVec2| {
         let inside = px.cmpge(DVec2::ZERO).all() && px.x < f64::from(SIZE_PX[0]) && px.y < f64::from(SIZE_PX[1]);
         inside && places_m[px.y as usize * SIZE_PX[0] as usize + px.x as usize].is_some()
