@@ -9,12 +9,15 @@ use crate::lines::{self, curvature, detector, lsa, radial, ridges, rims, suggest
 use crate::style::{Detector, Lines, Strokes};
 use crate::surface::curvature::{self as bending, Shapes};
 use crate::surface::edges::EdgeList;
+use crate::surface::meshes::{DrawnMeshes, curvature as mesh_bending};
 use crate::surface::trees;
 
 /// The surface that an eye sees.
 pub(super) struct OnSurface<'a> {
     /// `View`.
     pub(super) view: &'a Resource,
+    /// What stands on the land.
+    pub(super) meshes: Option<&'a DrawnMeshes>,
     /// Heights and tables.
     pub(super) heights: &'a [Named],
     /// What is seen.
@@ -117,6 +120,11 @@ fn bend(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targ
     let &OnSurface { view, heights: terrain, surface_id, position, .. } = on;
     let shapes = Shapes::of(gpu, targets);
     bending::run(cx, &bending::Inputs { view, terrain, feature_px, surface_id, position, shapes: &shapes });
+    if let Some(meshes) = on.meshes {
+        let (normal, shapes) = (on.normal, &shapes);
+        let inputs = mesh_bending::Inputs { view, meshes, feature_px, surface_id, position, normal, shapes };
+        mesh_bending::run(cx, &inputs);
+    }
     let toward_eye = targets.sized(gpu, &radial::RADIAL, shapes.normal.size_px());
     radial::run(cx, &radial::Inputs { view, shapes: &shapes, radial: &toward_eye });
     (shapes, toward_eye)

@@ -183,6 +183,7 @@ fn see(
     // Lines of pixels, and the edges that lie on what is seen: suggestive contours, ridges and valleys.
     let on_surface = frame_lines::OnSurface {
         view: &view,
+        meshes: meshes.as_ref(),
         heights,
         surface_id,
         depth,

@@ -9,6 +9,7 @@
 
 mod beside;
 pub mod build;
+pub mod curvature;
 pub mod deviation;
 pub mod levels;
 mod lines;

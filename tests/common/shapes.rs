@@ -77,6 +77,24 @@ pub fn sheet() -> Soup {
     Soup { places_m, triangles, normals: Vec::new() }
 }
 
+/// A tube of radius 1 around a circle of radius `major`, which lies level.
+pub fn torus(major: f64, around: u32, across: u32) -> Soup {
+    let place = |i: u32, j: u32| {
+        let turn = |i: u32, of: u32| std::f64::consts::TAU * f64::from(i) / f64::from(of);
+        let (a, b) = (turn(i, around), turn(j, across));
+        let out = major + b.cos();
+        DVec3::new(out * a.cos(), out * a.sin(), b.sin())
+    };
+    let places_m = (0..around).flat_map(|i| (0..across).map(move |j| place(i, j))).collect();
+    let vertex = |i: u32, j: u32| (i % around) * across + j % across;
+    let quads = (0..around).flat_map(|i| (0..across).map(move |j| (i, j)));
+    let triangles = quads.flat_map(|(i, j)| {
+        let [a, b, c, d] = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    Soup { places_m, triangles: triangles.collect(), normals: Vec::new() }
+}
+
 pub fn mesh(soup: Soup) -> Mesh {
     soup.into_mesh("shape.obj".to_owned()).unwrap()
 }

@@ -6,8 +6,10 @@ mod common;
 mod ridges;
 mod suggestive;
 
+use std::sync::Arc;
+
 use common::draw::{NOON, draw, floats, still};
-use common::{World, grid_of};
+use common::{World, grid_of, shapes};
 use glam::{DVec2, DVec3};
 use hachure::frame::Frame;
 use hachure::style::Style;
@@ -325,4 +327,40 @@ fn the_rise_toward_the_eye_is_that_of_the_land() {
             .map(|block| (block.radial(aside_m)[0] - radial_at(land.height_m, block.map(), eye_m).0).abs() * RADIUS_M);
         assert!(wrong.fold(0.0, f64::max) > 0.1);
     }
+}
+
+/// A torus that stands in the world as a mesh, turned and scaled.
+#[test]
+fn a_mesh_bends_as_it_was_found_to_at_load() {
+    const SCALE_M: f64 = 40.0;
+    const MAJOR: f64 = 3.0;
+    let Some((_, mut world)) = shapes::hill() else { return };
+    let mesh = Arc::new(shapes::mesh(shapes::torus(MAJOR, 160, 80)));
+    let middle_m = DVec3::new(-600.0, -900.0, 700.0);
+    shapes::place(&mut world, &mesh, &shapes::stance(middle_m, 30.0, SCALE_M));
+    let camera = "-600,-1200,1000,0,-45,60";
+    let (blocks, _) = blocks(&mut world, camera, 8.0);
+    let miss = |blocks: &[Block]| {
+        let (mut worst, mut count) = (0.0_f64, 0);
+        for block in blocks {
+            let from_m = block.at_m - middle_m;
+            let out_m = from_m.truncate().length();
+            let cosine = (out_m - MAJOR * SCALE_M) / SCALE_M;
+            // On the tube; triangles lie within it.
+            if ((cosine.powi(2) + (from_m.z / SCALE_M).powi(2)).sqrt() - 1.0).abs() > 0.01 {
+                continue;
+            }
+            let expected = [1.0 / SCALE_M, cosine / out_m];
+            let (found, _) = block.principal();
+            let off = (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs()) * SCALE_M;
+            (worst, count) = (worst.max(off), count + 1);
+        }
+        (worst, count)
+    };
+    let (worst, count) = miss(&blocks);
+    println!("{count} places on the torus, curvatures off by {:.2} %", 100.0 * worst);
+    assert!(count > 300 && worst < 0.02);
+    let mut planted = blocks.clone();
+    planted.iter_mut().for_each(|block| block.bend = block.bend.map(|part| -part));
+    assert!(miss(&planted).0 > 0.5);
 }

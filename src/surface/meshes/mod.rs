@@ -13,6 +13,7 @@
 //! Why: `docs/decisions/mesh-passes.md`.
 
 pub mod cull;
+pub mod curvature;
 pub mod edges;
 mod instances;
 pub mod raster;
