@@ -114,8 +114,10 @@ fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: 
     return 0.5 * abs(facing) / max(most, 1e-4);
 }
 
-// A pixel that faces the eye more is no contour, however the land bends.
-const MOST_FACING: f32 = 0.18;
+// A pixel that faces the eye more is no contour, however the land bends; by those beside it, if it faces the eye more
+// than the second.
+const MOST_FACING: f32 = 0.5;
+const MOST_FACING_BY_SIDES: f32 = 0.18;
 
 fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 {
     let facing = facing_of(at, n);
@@ -123,7 +125,7 @@ fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 
         return 0.0;
     }
     var from_contour_px = facing * facing / (2.0 * max(bend, LEAST_BEND));
-    if from_contour_px > 0.5 * curvature_lines.width_px {
+    if from_contour_px > 0.5 * curvature_lines.width_px && facing < MOST_FACING_BY_SIDES {
         from_contour_px = min(from_contour_px, from_contour_by_sides(pixel, at, n, facing));
     }
     if from_contour_px > curvature_lines.width_px + curvature_lines.warp_px + 1.0 {
