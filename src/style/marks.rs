@@ -1,5 +1,5 @@
 //! Marks: what a tone is hatched with. A recipe is TOML; the tonal art map is made from it
-//! (`tones/tonal_art_map`). Twelve come with the program, and a style may name a file of its own, which may in turn name
+//! (`tones/tonal_art_map`). Thirteen come with the program, and a style may name a file of its own, which may in turn name
 //! pictures that somebody drew.
 
 pub(crate) mod pictures;
@@ -27,6 +27,7 @@ const RECIPES: Recipes = Recipes {
         ("halftone", include_str!("../../textures/marks/halftone.toml")),
         ("charcoal", include_str!("../../textures/marks/charcoal.toml")),
         ("pencil", include_str!("../../textures/marks/pencil.toml")),
+        ("dry-brush", include_str!("../../textures/marks/dry-brush.toml")),
         ("engraving", include_str!("../../textures/marks/engraving.toml")),
     ],
     unknown: |name| StyleError::UnknownMarks { name },
