@@ -11,6 +11,8 @@
 // is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place
 // is fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
 //
+// Dots of the kind `dots` (the variant `DOTS`) know of each other, and stand as `dots` says.
+//
 // What marks with ends need is a variant (`ENDED`): software drivers run both sides of a branch.
 //
 // Rows of marks are chosen so across, and the marks of a row along it, each axis at its own foreshortening. Where
