@@ -303,7 +303,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let n = mark_normal_at(view, mark_normal, pixel, at, land);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
 #ifdef DOTS
-    let own = footprint(view, ray_of_pixel(view, pixel), at.w, land.xyz);
+    // Trees are flat to marks.
+    let own = footprint(view, ray_of_pixel(view, pixel), at.w, select(n, land.xyz, land.w == 1.0));
 #else
     let own = foot;
 #endif

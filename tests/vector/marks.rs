@@ -83,8 +83,6 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
         style.hatching.iter_mut().for_each(|hatching| hatching.faintest = 1.0);
         style.rows.iter_mut().for_each(|rows| rows.faintest = 1.0);
         style.cuts.iter_mut().for_each(|cuts| cuts.faintest = 1.0);
-        // Rules of the sky are paths too, and not in the picture of marks.
-        style.sky.rules_px = 0.0;
         let ink = ink_of(&mut world, &style);
         let groups = groups_of(&mut world, &style);
         assert!(groups.iter().all(|group| group.kind == GroupKind::Marks && !group.lines.is_empty()));
