@@ -328,7 +328,7 @@ fn mistakes_are_told_in_one_line() {
     let spoiled = [
         (spoil("taper", "tapir"), "mine.toml:10:1: there is no key \"tapir\"; did you mean \"taper\"?"),
         (spoil("kind = \"dash\"\n", ""), "the key \"kind\" is missing"),
-        (spoil("\"dash\"", "\"dots\""), ":3:8: kind cannot be \"dots\""),
+        (spoil("\"dash\"", "\"spots\""), ":3:8: kind cannot be \"spots\""),
         (spoil("side_px = 128", "side_px = 100"), "side_px is 100, not a power of two from 64 to 1024"),
         (spoil("side_px = 128", "side_px = 2048"), "side_px is 2048"),
         (spoil("side_px = 128", "side_px = -1"), ":4:"),
@@ -362,7 +362,8 @@ fn mistakes_are_told_in_one_line() {
 #[test]
 fn no_recipe_breaks_the_generator() {
     // The ends of every range, in many combinations, on the smallest tile.
-    let kinds = [Kind::Line, Kind::Dash, Kind::Stipple, Kind::Cross, Kind::Scribble, Kind::Dab, Kind::Halftone];
+    let kinds =
+        [Kind::Line, Kind::Dash, Kind::Stipple, Kind::Cross, Kind::Scribble, Kind::Dab, Kind::Halftone, Kind::Dots];
     for i in 0..56_u32 {
         let end =
             |bit: u32, low: f32, high: f32| if (i.wrapping_mul(0x9e37_79b9) >> bit) & 1 == 0 { low } else { high };

@@ -27,6 +27,8 @@ const SIGHT: u32 = 3u;
 // Of a layer: marks that have no ends, and such that darken by growing wider.
 const ENDLESS: u32 = 1u;
 const SWELLS: u32 = 2u;
+// Round dots that know of each other.
+const DOTS: u32 = 4u;
 
 struct HatchLayer {
     // FIXED, SLOPE, CONTOUR or SIGHT.
@@ -41,7 +43,7 @@ struct HatchLayer {
     fixed_direction: vec2<f32>,
     // Length and width of a mark in pixels, for the fractal rule; a length of 0 is endless.
     marks_px: vec2<f32>,
-    // ENDLESS, SWELLS.
+    // ENDLESS, SWELLS, DOTS.
     flags: u32,
     // How much of the marks is only their mean: such as are too small for pixels.
     grey: f32,
@@ -168,6 +170,10 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>) -> Cha
     let level_ahead = select(layer.fixed_direction, -fixed_across.xy, is_contour);
     var ahead = n.xy + level_ahead * (0.03 * max(1.0 - steep * 8.0, 0.0));
     if layer.direction == SIGHT {
+        // Straight down, as on a map, nothing is seen at a flat angle.
+        if length(ray.xy) < 0.03 * abs(ray.z) {
+            return Charts(vec2<i32>(own_across), vec2<i32>(own_along), 0.0);
+        }
         ahead = -ray.xy;
     }
     let step = atan2(ahead.x, ahead.y) / STEP_RAD + layer.turn + select(0.0, 8.0, is_contour) + f32(AZIMUTHS);

@@ -11,6 +11,8 @@
 // is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place
 // is fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
 //
+// Dots of the kind `dots` (the variant `DOTS`) know of each other, and stand as `dots` says.
+//
 // What marks with ends need is a variant (`ENDED`): software drivers run both sides of a branch.
 //
 // Rows of marks are chosen so across, and the marks of a row along it, each axis at its own foreshortening. Where
@@ -20,6 +22,10 @@
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::mark_normal::mark_normal_at
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
+#ifdef DOTS
+#import hachure::dots::{DotAxis, distance_px, dot_at, ink_of_dot}
+#import hachure::hatch::DOTS
+#endif
 #import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
 // How gradually a mark comes: it is whole at a density this much above its rank, and begins as much below.
@@ -212,8 +218,57 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     return Cover(ink, reach, 0.5 * reaching_px * size_px.y / max(darkness, 0.05));
 }
 
-fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> Cover {
+#ifdef DOTS
+fn dot_axis(axis: i32, at: vec3<f32>, foot: Footprint, own: Footprint, apart_px: f32) -> DotAxis {
+    let direction = axes[axis].direction;
+    let apart_m = apart_px * max(length(change_along(direction, foot)), 1e-9);
+    let level = clamp(floor(log2(apart_m) - f32(hatch.first_level)), 0.0, f32(hatch.level_count - 1));
+    let place_m = exp2(level + f32(hatch.first_level));
+    let base = cells[axis * hatch.level_count + i32(level)];
+    let u = base.rest + dot(direction, at) / place_m;
+    let nearest = round(u);
+    return DotAxis(base.index + i32(nearest), i32(level), u - nearest, clamp(apart_m / place_m, 1.0, 2.0),
+        change_along(direction, own) / place_m);
+}
+
+// Dots of the kind `dots`. Their marks' chart has the scale that the form has, and their roundness is the land's own.
+// A dot is of the chart that is the nearer one at its middle: no two charts show dots at one place.
+fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint, own: Footprint) -> Cover {
     let layer = hatch.layers[index];
+    let charts = charts_at(layer, index, n, at);
+    let width_px = layer.marks_px.y * layer.size;
+    let apart_px = distance_px(darkness, width_px);
+    var ink = 0.0;
+    var k = i32(charts.second >= 0.6);
+    let last = i32(charts.second > 0.4);
+    loop {
+        let u = dot_axis(charts.along[k], at, foot, own, apart_px);
+        let v = dot_axis(charts.across[k], at, foot, own, apart_px);
+        for (var i = 0; i < 9; i++) {
+            let one = dot_at(u, v, vec2<i32>(i % 3 - 1, i / 3 - 1), darkness, width_px, u32(index * 7919 + charts.along[k] * 131));
+            var drawn = ink_of_dot(one, darkness);
+            if drawn > 0.0 && last != i32(charts.second >= 0.6) {
+                let there = charts_at(layer, index, n, at + own.dx * one.away_px.x + own.dy * one.away_px.y);
+                drawn = select(0.0, drawn, (there.second >= 0.5) == (k == 1));
+            }
+            ink = max(ink, drawn);
+        }
+        k += 1;
+        continuing {
+            break if k > last;
+        }
+    }
+    return Cover(ink, ink, 0.0);
+}
+#endif
+
+fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint, own: Footprint) -> Cover {
+    let layer = hatch.layers[index];
+#ifdef DOTS
+    if (layer.flags & DOTS) != 0u {
+        return dots_cover(index, darkness, at, n, foot, own);
+    }
+#endif
     let charts = charts_at(layer, index, n, at);
     var cover = Cover(0.0, -1e3, 0.0);
     let is_endless = layer.marks_px.x <= 0.0;
@@ -222,8 +277,8 @@ fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foo
     loop {
         // Two charts share the density, so that their marks together make the darkness.
         let share = select(1.0 - charts.second, charts.second, k == 1);
-        let own = 1.0 - pow(1.0 - darkness, share);
-        cover = united(cover, chart_cover(layer, u32(index * 7919) + select(u32(charts.along[k] * 131), 0u, is_endless), charts.across[k], charts.along[k], own, at, foot));
+        let asked_here = 1.0 - pow(1.0 - darkness, share);
+        cover = united(cover, chart_cover(layer, u32(index * 7919) + select(u32(charts.along[k] * 131), 0u, is_endless), charts.across[k], charts.along[k], asked_here, at, foot));
         k += 1;
         continuing {
             break if k > last;
@@ -244,13 +299,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-    let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0));
+    let land = textureLoad(normal, pixel, 0);
+    let n = mark_normal_at(view, mark_normal, pixel, at, land);
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
+#ifdef DOTS
+    // Trees are flat to marks.
+    let own = footprint(view, ray_of_pixel(view, pixel), at.w, select(n, land.xyz, land.w == 1.0));
+#else
+    let own = foot;
+#endif
     let shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares[i] > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
-            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, foot);
+            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, foot, own);
             all = united(all, Cover(one.ink, one.reach, one.rise * growth_of_share(shares[i], darkness)));
         }
     }

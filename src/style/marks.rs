@@ -1,5 +1,5 @@
 //! Marks: what a tone is hatched with. A recipe is TOML; the tonal art map is made from it
-//! (`tones/tonal_art_map`). Ten come with the program, and a style may name a file of its own, which may in turn name
+//! (`tones/tonal_art_map`). Thirteen come with the program, and a style may name a file of its own, which may in turn name
 //! pictures that somebody drew.
 
 pub(crate) mod pictures;
@@ -20,11 +20,14 @@ const RECIPES: Recipes = Recipes {
         ("dash", include_str!("../../textures/marks/dash.toml")),
         ("hachure", include_str!("../../textures/marks/hachure.toml")),
         ("stipple", include_str!("../../textures/marks/stipple.toml")),
+        ("dots", include_str!("../../textures/marks/dots.toml")),
         ("cross", include_str!("../../textures/marks/cross.toml")),
         ("scribble", include_str!("../../textures/marks/scribble.toml")),
         ("dab", include_str!("../../textures/marks/dab.toml")),
         ("halftone", include_str!("../../textures/marks/halftone.toml")),
+        ("charcoal", include_str!("../../textures/marks/charcoal.toml")),
         ("pencil", include_str!("../../textures/marks/pencil.toml")),
+        ("dry-brush", include_str!("../../textures/marks/dry-brush.toml")),
         ("engraving", include_str!("../../textures/marks/engraving.toml")),
     ],
     unknown: |name| StyleError::UnknownMarks { name },
@@ -54,6 +57,8 @@ choices! {
         Dab,
         /// Dots on a turned grid, which grow.
         Halftone,
+        /// Round dots of one size; by `scale = "add"` each keeps its distance from all others.
+        Dots,
         /// Pictures that somebody drew.
         Stack,
     }
@@ -62,7 +67,7 @@ choices! {
 impl Kind {
     /// Whether marks are as long as wide.
     pub fn is_of_dots(self) -> bool {
-        matches!(self, Self::Stipple | Self::Halftone)
+        matches!(self, Self::Stipple | Self::Halftone | Self::Dots)
     }
 }
 
@@ -140,7 +145,7 @@ impl Recipe {
         let part = self.width_px / self.spacing_px;
         match self.kind {
             // Round dots, apart in both directions.
-            Kind::Stipple => std::f32::consts::FRAC_PI_4 * part * part,
+            Kind::Stipple | Kind::Dots => std::f32::consts::FRAC_PI_4 * part * part,
             Kind::Halftone | Kind::Stack => 0.5,
             _ => part,
         }

@@ -24,8 +24,13 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("cells", cx.upload(&CELLS, &axes::cells(&directions, inputs.origin_m)).binding()),
     ];
     resources.extend(inputs.resources());
-    let is_ended =
-        hatching.layers.iter().any(|layer| layer.recipe.as_ref().is_none_or(|recipe| recipe.kind != Kind::Line));
-    let definitions: &[&str] = if is_ended { &["ENDED"] } else { &[] };
+    let any = |is: fn(Kind) -> bool| {
+        hatching.layers.iter().any(|layer| layer.recipe.as_ref().is_none_or(|recipe| is(recipe.kind)))
+    };
+    let definitions: &[&str] = match [any(|kind| kind != Kind::Line), any(|kind| kind == Kind::Dots)] {
+        [_, true] => &["ENDED", "DOTS"],
+        [true, _] => &["ENDED"],
+        _ => &[],
+    };
     cx.pixels(Compute { name: "tones/fractal_hatching", definitions }, inputs.cover.size_px(), &resources);
 }

@@ -67,7 +67,7 @@ impl TonalArtMap {
             Kind::Stack => return stack::read(recipe),
             Kind::Halftone => halftone::ink(recipe),
             Kind::Line | Kind::Cross => lines(recipe),
-            Kind::Dash | Kind::Stipple | Kind::Scribble | Kind::Dab => {
+            Kind::Dash | Kind::Stipple | Kind::Dots | Kind::Scribble | Kind::Dab => {
                 let mut map = InkMap::new(side);
                 strokes::draw(recipe, &mut map);
                 map.close_up();

@@ -202,10 +202,10 @@ fn styles_are_listed_shown_and_checked() {
 
     // Marks that are not there are told before anything is drawn with them.
     let hatched = place.text(&["styles", "show", "stipple"]);
-    let unknown = place.file("unknown.toml", &hatched.replace("\"stipple\"\nsize", "\"dots\"\nsize"));
-    assert!(place.error(&["styles", "check", unknown.to_str().unwrap()]).contains("dots"));
+    let unknown = place.file("unknown.toml", &hatched.replace("\"dots\"\nsize", "\"spots\"\nsize"));
+    assert!(place.error(&["styles", "check", unknown.to_str().unwrap()]).contains("spots"));
     place.file("stack.toml", "description = \"\"\nkind = \"stack\"\nimages = [\"light.png\"]\n");
-    let stack = place.file("mine.toml", &hatched.replace("\"stipple\"\nsize", "\"stack.toml\"\nsize"));
+    let stack = place.file("mine.toml", &hatched.replace("\"dots\"\nsize", "\"stack.toml\"\nsize"));
     let out = place.0.path().join("x.png");
     let render = ["render", "-o", out.to_str().unwrap(), "--style", stack.to_str().unwrap()];
     for arguments in [&["styles", "check", stack.to_str().unwrap()][..], &render[..]] {

@@ -81,7 +81,7 @@ fn a_picture_replaces_nothing_that_its_world_is_made_of() {
     place.file("frame.toml", "[world]\ndem = [\"heights.png\", \"001.png\"]\n");
     place.file("000.svg", PATH);
     let flight = ["--path", "000.svg", "--fps", "1"];
-    let hatched = place.text(&["styles", "show", "stipple"]).replace("\"stipple\"\nsize", "\"stack.toml\"\nsize");
+    let hatched = place.text(&["styles", "show", "stipple"]).replace("\"dots\"\nsize", "\"stack.toml\"\nsize");
     place.file("mine.toml", &hatched);
     place.file("stack.toml", "description = \"\"\nkind = \"stack\"\nimages = [\"light.png\"]\n");
     let mut square = hachure::file::png::PngWriter::create(&place.path("light.png"), 64, 64).unwrap();

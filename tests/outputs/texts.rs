@@ -14,9 +14,9 @@ use crate::place::{PATH, Place, finished};
 fn uses(place: &Place, input: &str) -> Vec<(&'static str, Vec<String>)> {
     let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<String>>();
     let hatched = place.text(&["styles", "show", "stipple"]);
-    let marks = hatched.replace("\"stipple\"\nsize", &format!("\"{input}\"\nsize"));
+    let marks = hatched.replace("\"dots\"\nsize", &format!("\"{input}\"\nsize"));
     place.file("marks.toml", &marks);
-    place.file("stack-style.toml", hatched.replace("\"stipple\"\nsize", "\"stack.toml\"\nsize"));
+    place.file("stack-style.toml", hatched.replace("\"dots\"\nsize", "\"stack.toml\"\nsize"));
     place.file("stack.toml", format!("description = \"\"\nkind = \"stack\"\nimages = [\"{input}\"]\n"));
     let stroked =
         place.text(&["styles", "show", "pen"]).replace("texture = \"pen\"", &format!("texture = \"{input}\""));

@@ -88,7 +88,12 @@ impl Maps {
         let side_px = maps.iter().map(|map| map.side_px).max().unwrap_or(1);
         let mut content = Vec::new();
         for (map, recipe) in maps.iter().zip(&recipes) {
-            content.extend(quads(&calibrated(map), map.side_px, side_px, recipe.kind == Kind::Stipple));
+            content.extend(quads(
+                &calibrated(map),
+                map.side_px,
+                side_px,
+                matches!(recipe.kind, Kind::Stipple | Kind::Dots),
+            ));
         }
         let mut quads = GrowingBuffer::new(gpu, "tonal art maps", wgpu::BufferUsages::STORAGE);
         quads.write(gpu, &content);

@@ -13,11 +13,14 @@ const ENDLESS: u32 = crate::gpu::wgsl::shared::hatch::ENDLESS;
 /// Marks darken by growing wider.
 const SWELLS: u32 = crate::gpu::wgsl::shared::hatch::SWELLS;
 
+/// Marks are round dots that know of each other.
+const DOTS: u32 = crate::gpu::wgsl::shared::hatch::DOTS;
+
 /// Length and width of a mark by the fractal rule: a line has no end, a dot is as long as wide.
 fn marks_px(recipe: &Recipe) -> [f32; 2] {
     let length_px = match recipe.kind {
         Kind::Line => 0.0,
-        Kind::Stipple | Kind::Halftone | Kind::Stack => recipe.width_px,
+        Kind::Stipple | Kind::Halftone | Kind::Stack | Kind::Dots => recipe.width_px,
         Kind::Dash | Kind::Cross | Kind::Scribble | Kind::Dab => recipe.length_px.max(recipe.width_px),
     };
     [length_px, recipe.width_px]
@@ -41,7 +44,8 @@ impl HatchLayerUniform {
         let marks_px = layer.recipe.as_ref().map_or([0.0, 1.0], marks_px);
         let flags = layer.recipe.as_ref().map_or(0, |recipe| {
             let endless = if recipe.kind == Kind::Line { ENDLESS } else { 0 };
-            endless | if swells(recipe) { SWELLS } else { 0 }
+            let dots = if recipe.kind == Kind::Dots { DOTS } else { 0 };
+            endless | dots | if swells(recipe) { SWELLS } else { 0 }
         });
         // From three quarters of their size on down, texels are smaller than pixels and would alias.
         let grey = ((0.75 - layer.size) / 0.4).clamp(0.0, 1.0);

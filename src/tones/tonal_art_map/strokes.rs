@@ -100,7 +100,7 @@ fn widths(points: Vec<[f32; 2]>, step_px: f32, recipe: &Recipe, chance: &mut Cha
 /// Area of the tile for each mark at mid tone.
 fn area_px(recipe: &Recipe) -> f32 {
     match recipe.kind {
-        Kind::Stipple => recipe.spacing_px * recipe.spacing_px,
+        Kind::Stipple | Kind::Dots => recipe.spacing_px * recipe.spacing_px,
         _ => recipe.spacing_px * recipe.length_px,
     }
 }
@@ -120,7 +120,7 @@ pub(super) fn draw(recipe: &Recipe, map: &mut InkMap) {
     for before in 0..growth.count().min(MOST_MARKS) {
         let shape = match recipe.kind {
             Kind::Scribble => curl(recipe, &mut chance),
-            Kind::Stipple => widths(vec![[0.0, 0.0]], 1.0, recipe, &mut chance),
+            Kind::Stipple | Kind::Dots => widths(vec![[0.0, 0.0]], 1.0, recipe, &mut chance),
             _ => stroke(recipe, &mut chance),
         };
         let (mut least, mut offset) = (f32::MAX, [0.0; 2]);
