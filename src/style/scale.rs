@@ -23,6 +23,9 @@ impl Style {
         if let Some(lines) = &mut style.lines {
             scale(&mut lines.crowd_px, 8.0, 512.0);
         }
+        if let Some(lines) = &mut style.tone_lines {
+            scale(&mut lines.width_px, 1.0, 16.0);
+        }
         if let Some(strokes) = &mut style.strokes {
             scale(&mut strokes.width_px, 0.5, 64.0);
             scale(&mut strokes.taper_px, 0.0, 1000.0);

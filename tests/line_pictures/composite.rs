@@ -162,7 +162,7 @@ fn the_composite_is_its_twin() {
                 position,
                 tone,
                 sky: None,
-                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights, rims },
+                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights, rims, tone_lines },
                 is_sample: false,
                 picture,
             };

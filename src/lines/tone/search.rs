@@ -1,0 +1,68 @@
+//! Valleys, ridges and edges of the tone image. See `shaders/lines/tone/search.wgsl`.
+
+use std::convert::Infallible;
+
+use crate::gpu::Gpu;
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
+use crate::style::ToneLines;
+
+/// Ink of dark lines and of highlight lines, 0 to 1.
+pub const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Which lines.
+    pub style: &'a ToneLines,
+    /// For what is surface.
+    pub tone_image: &'a Target,
+    /// [`BLURRED`](super::blur::BLURRED).
+    pub blurred: &'a Target,
+    /// Out.
+    pub tone_ink: &'a Target,
+}
+
+/// Reads tones between pixels.
+struct Bilinear(wgpu::Sampler);
+
+impl Bilinear {
+    fn new(gpu: &Gpu) -> Self {
+        Self(gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("tone image"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        }))
+    }
+}
+
+/// Finds the lines.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let style = inputs.style;
+    let Ok(sampler) = cx.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
+    let search = Search {
+        dark_ramp: style.dark_ramp,
+        highlight_ramp: style.highlight_ramp,
+        beta: style.step_part(),
+        softness: style.softness,
+        counterchange: style.counterchange,
+        roundest: style.roundest,
+        has_dark: style.dark.into(),
+        has_highlights: style.highlights.into(),
+        has_specular: u32::from(style.specular > 0.0),
+        is_sky_toneless: u32::from(!style.skyline),
+    };
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("search", cx.uniform("tone search", &search)),
+        ("tone_image", inputs.tone_image.into()),
+        ("blurred", inputs.blurred.into()),
+        ("tone_sampler", Resource::Sampler(sampler.0.clone())),
+        ("tone_ink", inputs.tone_ink.into()),
+    ];
+    cx.pixels("lines/tone/search", inputs.tone_ink.size_px(), &resources);
+}
