@@ -25,6 +25,7 @@ impl Style {
         }
         if let Some(lines) = &mut style.tone_lines {
             scale(&mut lines.width_px, 1.0, 16.0);
+            scale(&mut lines.shortest_px, 0.0, 256.0);
         }
         if let Some(strokes) = &mut style.strokes {
             scale(&mut strokes.width_px, 0.5, 64.0);

@@ -24,7 +24,7 @@ parameters! {
         /// How much wider near lines are than far ones.
         depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Standard deviation of the blur of the tones, in line widths.
-        blur: f32 = 0.5 => Range::Within(0.0, 1.0);
+        blur: f32 = 0.3 => Range::Within(0.0, 1.0);
         /// Whether the sky counts as white, so that skylines are tone edges.
         skyline: bool = true;
         /// The part of the way to a line that each step of the search goes: 0 draws all tone edges, 1 none.
@@ -43,6 +43,8 @@ parameters! {
         softness: f32 = 0.5 => Range::Within(0.0, 1.0);
         /// How much lighter dark lines are in light tones, and highlight lines fainter in dark ones.
         counterchange: f32 = 1.0 => Range::Within(0.0, 1.0);
+        /// Shorter lines fade out, because they look like crumbs; 0 keeps all.
+        shortest_px: f32 = 16.0 => Range::Within(0.0, 256.0);
         /// How round what is drawn may be, as the lesser curvature in parts of the greater; 1 keeps spots.
         roundest: f32 = 1.0 => Range::Within(0.05, 1.0);
         /// Colour of dark lines.
@@ -79,7 +81,9 @@ impl ToneLines {
 
     /// How far around a line its pixels look: the blur, the search, and the samples of a fit.
     pub fn reach_px(&self) -> u32 {
-        (self.widest_px() * (2.5 * self.blur + 0.5 + std::f32::consts::FRAC_1_SQRT_2)).ceil() as u32 + 2
+        (self.widest_px() * (2.5 * self.blur + 0.5 + std::f32::consts::FRAC_1_SQRT_2) + self.shortest_px.max(8.0))
+            .ceil() as u32
+            + 2
     }
 
     /// The part of the way that a step of the search goes.

@@ -15,8 +15,9 @@
 // - X of the fit is (-1, 0, 1) in both directions, so its pseudo-inverse is a few sums; curvatures are those of the tone per
 //   square of half a line width. Thresholds mean the same for any width.
 // - Samples lie between pixels, so they are bilinear.
-// - The distance to the line is that from the pixel to where the last fit sees the line. On a flank the first fit is too far
-//   off by up to a half (a parabola knows no inflection), and what the search finds on its way is exact.
+// - The distance to the line is that from the pixel to where the first fit sees the line, or the last one, whichever is
+//   less. On a flank the first fit is too far off by up to a half (a parabola knows no inflection), and what the search finds
+//   on its way is right. On an edge the line runs away from the search, and only the first fit says where it is drawn.
 // - Lines are anti-aliased: half of their ink lies at half their width, and they end within a pixel. `softness` fades them
 //   from within as the paper does.
 // - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is a choice, for it takes spots away and
@@ -50,7 +51,7 @@ struct Search {
 // r: diffuse tone; g: specular; b: width of lines in pixels; a: which part of what is around is surface.
 @group(0) @binding(3) var blurred: texture_2d<f32>;
 @group(0) @binding(4) var tone_sampler: sampler;
-// r: ink of dark lines; g: ink of highlight lines.
+// r: ink of dark lines; g: ink of highlight lines; b, a: the direction of the line.
 @group(0) @binding(5) var tone_ink: texture_storage_2d<rgba16float, write>;
 
 const STEPS: i32 = 5;
@@ -100,13 +101,22 @@ fn fit(place_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
     return Fit(curvature, mean - side * radius, across, dot(gradient, across));
 }
 
-// Ink of a dark line and of a highlight line at a pixel, by one channel.
-fn lines_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> vec2<f32> {
+struct Line {
+    // Of a dark line, and of a highlight line.
+    ink: vec2<f32>,
+    // Unit.
+    direction: vec2<f32>,
+}
+
+// The line at a pixel, by one channel.
+fn lines_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> Line {
     let spacing_px = 0.5 * width_px;
+    let none = Line(vec2<f32>(0.0), vec2<f32>(0.0));
     var seen = fit(place_px, spacing_px, channel, tone);
+    let first_px = abs(spacing_px * seen.slope) / max(2.0 * abs(seen.curvature), 1e-12);
     let is_dark = seen.curvature > 0.0;
     if is_dark && (search.has_dark == 0u || channel == 1u) || !is_dark && search.has_highlights == 0u {
-        return vec2<f32>(0.0);
+        return none;
     }
     let ramp = max(select(search.highlight_ramp, search.dark_ramp, is_dark), vec2<f32>(1e-4, 2e-4));
     let side = select(-1.0, 1.0, is_dark);
@@ -114,12 +124,12 @@ fn lines_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> vec2
     var travelled_px = 0.0;
     for (var i = 0; i < STEPS; i++) {
         if side * seen.curvature < ramp.x {
-            return vec2<f32>(0.0);
+            return none;
         }
         let way_px = -search.beta * spacing_px * seen.slope / (2.0 * seen.curvature);
         travelled_px += abs(way_px);
         if travelled_px > 0.5 * width_px {
-            return vec2<f32>(0.0);
+            return none;
         }
         if search.beta == 0.0 {
             break;
@@ -129,18 +139,19 @@ fn lines_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> vec2
     }
     let strength = side * seen.curvature;
     if strength < ramp.x {
-        return vec2<f32>(0.0);
+        return none;
     }
     let by_curvature = saturate((strength - ramp.x) / max(ramp.y - ramp.x, 1e-6));
     let rest_px = -spacing_px * seen.slope / (2.0 * seen.curvature);
-    let away_px = length(at_px + rest_px * seen.across - place_px);
+    let away_px = min(first_px, length(at_px + rest_px * seen.across - place_px));
     let covered = saturate(0.5 * width_px - away_px + 0.5);
     let faded = 1.0 - search.softness * smoothstep(1.0 - search.softness, 1.0, 2.0 * away_px / width_px);
     let round = smoothstep(0.5 * search.roundest, search.roundest, seen.other / seen.curvature);
     let is_long = select(1.0 - round, 1.0, search.roundest >= 1.0);
     let against = mix(1.0, select(tone, 1.0 - tone, is_dark), search.counterchange);
     let ink = saturate(by_curvature * covered * faded * is_long * saturate(against));
-    return select(vec2<f32>(0.0, ink), vec2<f32>(ink, 0.0), is_dark);
+    let direction = vec2<f32>(-seen.across.y, seen.across.x);
+    return Line(select(vec2<f32>(0.0, ink), vec2<f32>(ink, 0.0), is_dark), direction);
 }
 
 @compute @workgroup_size(8, 8)
@@ -155,10 +166,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let own = textureLoad(blurred, pixel, 0);
     let place_px = vec2<f32>(pixel) + 0.5;
-    var ink = lines_of(place_px, own.b, 0u, own.r);
+    var line = lines_of(place_px, own.b, 0u, own.r);
     if search.has_specular == 1u && search.has_highlights == 1u {
         // Highlights stand out from what is around them, whatever its diffuse tone.
-        ink.y = max(ink.y, lines_of(place_px, own.b, 1u, own.g).y);
+        let highlight = lines_of(place_px, own.b, 1u, own.g);
+        if highlight.ink.y > line.ink.y {
+            line = Line(vec2<f32>(line.ink.x, highlight.ink.y), highlight.direction);
+        }
     }
-    textureStore(tone_ink, pixel, vec4<f32>(ink, 0.0, 0.0));
+    textureStore(tone_ink, pixel, vec4<f32>(line.ink, line.direction));
 }

@@ -44,7 +44,7 @@ struct ToneRules {
 const BESIDE: f32 = 0.05;
 // Widths by depth: at this part of the haze a line is as wide as asked, and these are the least and the most.
 const AS_ASKED: f32 = 0.05;
-const WIDTHS: vec2<f32> = vec2<f32>(0.3, 1.6);
+const WIDTHS: vec2<f32> = vec2<f32>(0.4, 1.6);
 // The light reaches over the edge of the shade for highlights, within so much of its cosine.
 const TERMINATOR: f32 = 0.2;
 

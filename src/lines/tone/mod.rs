@@ -3,13 +3,14 @@
 //!
 //! Why: `docs/decisions/tone-lines.md`.
 
+pub mod along;
 pub mod blur;
 pub mod search;
 pub mod tone_image;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
-use crate::gpu::target::{Target, Targets};
+use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::style::ToneLines;
 
 /// What lines are found in.
@@ -22,12 +23,22 @@ pub struct Inputs<'a> {
     pub tone_image: &'a Target,
 }
 
-/// Finds the lines of a tone image; returns [`TONE_INK`](search::TONE_INK).
+/// Where the lines of a style lie in the end.
+pub fn ink_of(style: &ToneLines) -> &'static TargetKind {
+    if style.shortest_px > 0.0 { &along::LONG_INK } else { &search::TONE_INK }
+}
+
+/// Finds the lines of a tone image: ink of dark lines and of highlight lines.
 pub fn trace(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, style, tone_image } = inputs;
     let [across, blurred, tone_ink] =
         [&blur::ACROSS, &blur::BLURRED, &search::TONE_INK].map(|kind| targets.whole(cx.gpu(), kind));
     blur::run(cx, &blur::Inputs { view, style, tone_image, across: &across, blurred: &blurred });
     search::run(cx, &search::Inputs { view, style, tone_image, blurred: &blurred, tone_ink: &tone_ink });
-    tone_ink
+    if style.shortest_px <= 0.0 {
+        return tone_ink;
+    }
+    let long_ink = targets.whole(cx.gpu(), &along::LONG_INK);
+    along::run(cx, &along::Inputs { view, style, tone_ink: &tone_ink, long_ink: &long_ink });
+    long_ink
 }

@@ -9,7 +9,7 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
 use crate::style::ToneLines;
 
-/// Ink of dark lines and of highlight lines, 0 to 1.
+/// Ink of dark lines and of highlight lines, 0 to 1; and the direction of the line, a unit vector on the picture.
 pub const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
 
 /// What the pass reads and writes.
