@@ -2,6 +2,7 @@
 
 use super::Color;
 use super::parameters::{Range, choices, parameters};
+use crate::gpu::wgsl::lines::tone::tone_image::MOST_WIDTH;
 
 parameters! {
     /// Lines from tone (Lee, Markosian, Lee and Hughes 2007): dark lines along dark valleys of the shaded picture,
@@ -70,13 +71,10 @@ choices! {
     }
 }
 
-/// Near lines are so many times as wide at most as asked.
-const WIDEST: f32 = 1.6;
-
 impl ToneLines {
     /// The widest lines that there are.
     pub fn widest_px(&self) -> f32 {
-        (self.width_px * (1.0 + (WIDEST - 1.0) * self.depth_width)).max(1.0)
+        (self.width_px * (1.0 + (MOST_WIDTH - 1.0) * self.depth_width)).max(1.0)
     }
 
     /// How far around a line its pixels look: the blur, the search, and the samples of a fit.

@@ -7,75 +7,101 @@
 // fade out, and ink is drawn toward its mean along the line, which leaves the profile across as it is (the idea of
 // flow-based filters: Kang, Lee and Chui 2007).
 //
-// A single gap of a step is passed over. A line that runs off the picture, or behind nearer land of the same ink, goes on.
+// - Each step goes to the middle of the ink that it finds, so that all pixels across a line walk the same way and fade alike.
+// - A gap makes what follows count less and does not end the line, and neither does a bend: all of it is smooth, so that
+//   neighbours walk as far. A line that runs off the picture goes on.
 #import hachure::view::View
 
 struct Along {
     // Shorter lines fade out.
     shortest_px: f32,
     step_px: f32,
-    pad_a: f32,
-    pad_b: f32,
+    steps: i32,
+    pad: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> along: Along;
-// r, g: ink of dark lines and of highlight lines; b, a: the direction of the line.
+// r, g: ink of dark lines and of highlight lines; b, a: cosine and sine of twice the angle of the line.
 @group(0) @binding(2) var tone_ink: texture_2d<f32>;
-@group(0) @binding(3) var long_ink: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(3) var tone_sampler: sampler;
+@group(0) @binding(4) var long_ink: texture_storage_2d<rgba16float, write>;
 
-const STEPS: i32 = 8;
-// Fainter is no ink, in parts of the pixel's own and at all.
+// Each way, at most; and how long one is at least.
+const STEPS: i32 = 24;
+const STEP_PX: f32 = 1.5;
+// Fainter is no ink, in parts of the ink where the walk began and at all.
 const FAINT: f32 = 0.2;
-const FAINTEST: f32 = 0.02;
-// Cosine of the turn in a step at which a line is another one.
-const TURN: f32 = 0.6;
-// How much of its own ink a pixel gives for the mean.
+const FAINTEST: f32 = 0.01;
+// Cosines of the turn in a step from which on a line is another one, and up to which it is the same.
+const TURN: vec2<f32> = vec2<f32>(0.5, 0.8);
+// What a gap of a step leaves of what follows, and what is so little that the walk ends.
+const GAP: f32 = 0.6;
+const LOST: f32 = 0.05;
+// How much of its own ink a line gives for the mean.
 const EVEN: f32 = 0.7;
 // Where a line begins to fade, in parts of the shortest one.
 const BEGIN: f32 = 0.4;
 
-// How far the line goes on, and the sum and count of ink.
-fn walk(pixel: vec2<i32>, way: vec2<f32>, is_highlight: bool, least: f32) -> vec3<f32> {
-    var at_px = vec2<f32>(pixel) + 0.5;
-    var on = way;
-    var length_px = 0.0;
-    var sum = 0.0;
-    var count = 0.0;
-    var is_gap = false;
-    for (var i = 1; i <= STEPS; i++) {
-        at_px += on * along.step_px;
-        let next = vec2<i32>(floor(at_px));
-        if any(next < vec2<i32>(0)) || any(next >= vec2<i32>(view.size_px)) {
-            return vec3<f32>(f32(STEPS) * along.step_px, sum, count);
-        }
-        let seen = textureLoad(tone_ink, next, 0);
-        let ink = select(seen.r, seen.g, is_highlight);
-        let turned = select(-seen.ba, seen.ba, dot(seen.ba, on) >= 0.0);
-        if ink < least || dot(turned, on) < TURN {
-            if is_gap {
-                break;
-            }
-            is_gap = true;
-            continue;
-        }
-        is_gap = false;
-        on = turned;
-        length_px = f32(i) * along.step_px;
-        sum += ink;
-        count += 1.0;
-    }
-    return vec3<f32>(length_px, sum, count);
+struct Place {
+    px: vec2<f32>,
+    ink: f32,
+    // Unit; 0 where there is no line.
+    way: vec2<f32>,
 }
 
-fn kept(pixel: vec2<i32>, way: vec2<f32>, is_highlight: bool, own: f32) -> f32 {
+fn ink_at(px: vec2<f32>, is_highlight: bool) -> f32 {
+    let texel = textureSampleLevel(tone_ink, tone_sampler, px / vec2<f32>(view.size_px), 0.0);
+    return select(texel.r, texel.g, is_highlight);
+}
+
+// The middle of the line about a place, with its direction, which goes on as `on` does.
+fn middle(px: vec2<f32>, on: vec2<f32>, is_highlight: bool) -> Place {
+    let texel = textureSampleLevel(tone_ink, tone_sampler, px / vec2<f32>(view.size_px), 0.0);
+    let here = select(texel.r, texel.g, is_highlight);
+    let double = texel.ba * inverseSqrt(max(dot(texel.ba, texel.ba), 1e-12));
+    let half_way = vec2<f32>(sqrt(max(0.5 + 0.5 * double.x, 0.0)), select(-1.0, 1.0, double.y >= 0.0) * sqrt(max(0.5 - 0.5 * double.x, 0.0)));
+    let way = select(-half_way, half_way, dot(half_way, on) >= 0.0) * f32(dot(texel.ba, texel.ba) > 1e-6);
+    let across = vec2<f32>(-way.y, way.x);
+    let before = ink_at(px - across, is_highlight);
+    let after = ink_at(px + across, is_highlight);
+    let to_middle = (after - before) / max(before + here + after, 1e-6);
+    return Place(px + to_middle * across, max(here, max(before, after)), way);
+}
+
+// How far the line goes on, and the sum and weight of ink.
+fn walk(start: Place, on: vec2<f32>, is_highlight: bool) -> vec3<f32> {
+    let least = max(FAINT * start.ink, FAINTEST);
+    var at_px = start.px;
+    var way = on;
+    var walked = vec3<f32>(0.0);
+    // What is left of the line's being the same one.
+    var same = 1.0;
+    for (var i = 1; i <= along.steps && same > LOST; i++) {
+        at_px += way * along.step_px;
+        if any(at_px < vec2<f32>(0.0)) || any(at_px >= vec2<f32>(view.size_px)) {
+            walked.x += same * (along.shortest_px - f32(i - 1) * along.step_px);
+            break;
+        }
+        let next = middle(at_px, way, is_highlight);
+        let there = smoothstep(0.5 * least, 1.5 * least, next.ink) * smoothstep(TURN.x, TURN.y, dot(next.way, way));
+        same *= mix(GAP, 1.0, there);
+        at_px = mix(at_px, next.px, there);
+        way = normalize(mix(way, next.way, there));
+        walked += same * there * vec3<f32>(along.step_px, next.ink, 1.0);
+    }
+    return walked;
+}
+
+fn kept(pixel: vec2<i32>, is_highlight: bool, own: f32) -> f32 {
     if own <= 0.0 {
         return 0.0;
     }
-    let least = max(FAINT * own, FAINTEST);
-    let both = walk(pixel, way, is_highlight, least) + walk(pixel, -way, is_highlight, least);
-    let mean = (own + both.y) / (1.0 + both.z);
-    return mix(own, mean, EVEN) * smoothstep(BEGIN, 1.0, (both.x + 1.0) / along.shortest_px);
+    let start = middle(vec2<f32>(pixel) + 0.5, vec2<f32>(1.0, 0.0), is_highlight);
+    let both = walk(start, start.way, is_highlight) + walk(start, -start.way, is_highlight);
+    let mean = (start.ink + both.y) / (1.0 + both.z);
+    let even = mix(1.0, mean / max(start.ink, 1e-4), EVEN);
+    return saturate(own * even * smoothstep(BEGIN, 1.0, (both.x + 1.0) / along.shortest_px));
 }
 
 @compute @workgroup_size(8, 8)
@@ -85,6 +111,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let own = textureLoad(tone_ink, pixel, 0);
-    let ink = vec2<f32>(kept(pixel, own.ba, false, own.r), kept(pixel, own.ba, true, own.g));
+    let ink = vec2<f32>(kept(pixel, false, own.r), kept(pixel, true, own.g));
     textureStore(long_ink, pixel, vec4<f32>(ink, own.ba));
 }

@@ -51,7 +51,8 @@ struct Search {
 // r: diffuse tone; g: specular; b: width of lines in pixels; a: which part of what is around is surface.
 @group(0) @binding(3) var blurred: texture_2d<f32>;
 @group(0) @binding(4) var tone_sampler: sampler;
-// r: ink of dark lines; g: ink of highlight lines; b, a: the direction of the line.
+// r: ink of dark lines; g: ink of highlight lines; b, a: cosine and sine of twice the angle of the line, so that both ways
+// along it are one and a mean of neighbours has a meaning.
 @group(0) @binding(5) var tone_ink: texture_storage_2d<rgba16float, write>;
 
 const STEPS: i32 = 5;
@@ -104,7 +105,7 @@ fn fit(place_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
 struct Line {
     // Of a dark line, and of a highlight line.
     ink: vec2<f32>,
-    // Unit.
+    // Cosine and sine of twice its angle.
     direction: vec2<f32>,
 }
 
@@ -150,7 +151,8 @@ fn lines_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> Line
     let is_long = select(1.0 - round, 1.0, search.roundest >= 1.0);
     let against = mix(1.0, select(tone, 1.0 - tone, is_dark), search.counterchange);
     let ink = saturate(by_curvature * covered * faded * is_long * saturate(against));
-    let direction = vec2<f32>(-seen.across.y, seen.across.x);
+    let u = seen.across;
+    let direction = vec2<f32>(u.y * u.y - u.x * u.x, -2.0 * u.x * u.y);
     return Line(select(vec2<f32>(0.0, ink), vec2<f32>(ink, 0.0), is_dark), direction);
 }
 

@@ -44,7 +44,8 @@ struct ToneRules {
 const BESIDE: f32 = 0.05;
 // Widths by depth: at this part of the haze a line is as wide as asked, and these are the least and the most.
 const AS_ASKED: f32 = 0.05;
-const WIDTHS: vec2<f32> = vec2<f32>(0.4, 1.6);
+const LEAST_WIDTH: f32 = 0.4;
+const MOST_WIDTH: f32 = 1.6;
 // The light reaches over the edge of the shade for highlights, within so much of its cosine.
 const TERMINATOR: f32 = 0.2;
 
@@ -75,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_lit = smoothstep(0.0, TERMINATOR, dot(n.xyz, lit.to_sun));
         specular = tone_rules.specular * is_lit * pow(max(dot(n.xyz, half_way), 0.0), tone_rules.shininess);
     }
-    let nearness = clamp(light.haze_m * AS_ASKED / max(at.w, 1.0), WIDTHS.x, WIDTHS.y);
+    let nearness = clamp(light.haze_m * AS_ASKED / max(at.w, 1.0), LEAST_WIDTH, MOST_WIDTH);
     let width_px = max(tone_rules.width_px * mix(1.0, nearness, tone_rules.depth_width), 1.0);
     textureStore(tone_image, pixel, vec4<f32>(diffuse, specular, width_px, 1.0));
 }

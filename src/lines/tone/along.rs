@@ -3,7 +3,7 @@
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
-pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEPS};
+pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEP_PX, STEPS};
 use crate::style::ToneLines;
 
 /// As [`TONE_INK`](super::search::TONE_INK), without short lines.
@@ -24,10 +24,12 @@ pub struct Inputs<'a> {
 /// Leaves out what is short.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let shortest_px = inputs.style.shortest_px;
-    let along = Along { shortest_px, step_px: (shortest_px / STEPS as f32).max(1.0), ..Along::default() };
+    let step_px = (shortest_px / STEPS as f32).max(STEP_PX);
+    let along = Along { shortest_px, step_px, steps: (shortest_px / step_px).ceil() as i32, ..Along::default() };
     let resources = [
         ("view", inputs.view.clone()),
         ("along", cx.uniform("tone along", &along)),
+        ("tone_sampler", super::bilinear(cx)),
         ("tone_ink", inputs.tone_ink.into()),
         ("long_ink", inputs.long_ink.into()),
     ];

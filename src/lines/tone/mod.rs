@@ -8,6 +8,9 @@ pub mod blur;
 pub mod search;
 pub mod tone_image;
 
+use std::convert::Infallible;
+
+use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind, Targets};
@@ -41,4 +44,24 @@ pub fn trace(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Tar
     let long_ink = targets.whole(cx.gpu(), &along::LONG_INK);
     along::run(cx, &along::Inputs { view, style, tone_ink: &tone_ink, long_ink: &long_ink });
     long_ink
+}
+
+/// Reads pictures between pixels.
+struct Bilinear(wgpu::Sampler);
+
+impl Bilinear {
+    fn new(gpu: &Gpu) -> Self {
+        Self(gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("tone image"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        }))
+    }
+}
+
+/// The sampler of the passes that read between pixels; made once.
+fn bilinear(cx: &mut Cx<'_>) -> Resource {
+    let Ok(sampler) = cx.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
+    Resource::Sampler(sampler.0.clone())
 }

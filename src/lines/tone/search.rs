@@ -1,8 +1,5 @@
 //! Valleys, ridges and edges of the tone image. See `shaders/lines/tone/search.wgsl`.
 
-use std::convert::Infallible;
-
-use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
@@ -26,24 +23,9 @@ pub struct Inputs<'a> {
     pub tone_ink: &'a Target,
 }
 
-/// Reads tones between pixels.
-struct Bilinear(wgpu::Sampler);
-
-impl Bilinear {
-    fn new(gpu: &Gpu) -> Self {
-        Self(gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("tone image"),
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            ..Default::default()
-        }))
-    }
-}
-
 /// Finds the lines.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
-    let Ok(sampler) = cx.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
     let search = Search {
         dark_ramp: style.dark_ramp,
         highlight_ramp: style.highlight_ramp,
@@ -61,7 +43,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("search", cx.uniform("tone search", &search)),
         ("tone_image", inputs.tone_image.into()),
         ("blurred", inputs.blurred.into()),
-        ("tone_sampler", Resource::Sampler(sampler.0.clone())),
+        ("tone_sampler", super::bilinear(cx)),
         ("tone_ink", inputs.tone_ink.into()),
     ];
     cx.pixels("lines/tone/search", inputs.tone_ink.size_px(), &resources);
