@@ -34,14 +34,14 @@ const STEP_PX: f32 = 1.5;
 const FAINT: f32 = 0.2;
 const FAINTEST: f32 = 0.01;
 // Cosines of the turn in a step from which on a line is another one, and up to which it is the same.
-const TURN: vec2<f32> = vec2<f32>(0.5, 0.8);
+const TURN: vec2<f32> = vec2<f32>(0.75, 0.93);
 // What a gap of a step leaves of what follows, and what is so little that the walk ends.
 const GAP: f32 = 0.6;
 const LOST: f32 = 0.05;
 // How much of its own ink a line gives for the mean.
 const EVEN: f32 = 0.7;
 // Where a line begins to fade, in parts of the shortest one.
-const BEGIN: f32 = 0.4;
+const BEGIN: f32 = 0.3;
 
 struct Place {
     px: vec2<f32>,

@@ -11,7 +11,8 @@
 //   is, and the edge of the land is a tone edge.
 // - Each pixel's kernel has the width of its own lines. A pixel of the sky has the widest, so that the land reaches as far
 //   into it as the fit of the search does.
-// - Beyond the picture nothing counts.
+// - Beyond the picture tones go on as they rise or fall within it: a mirror in a point. Else a slope of tone would have a
+//   line along the border.
 #import hachure::view::View
 
 struct Blur {
@@ -40,13 +41,24 @@ struct Blur {
 const REACH: f32 = 2.5;
 const LEAST: f32 = 1e-3;
 
+// The picture at a place that may lie beyond its border.
+fn load(at: vec2<i32>, last: vec2<i32>) -> vec4<f32> {
+    let border = clamp(at, vec2<i32>(0), last);
+    let edge = textureLoad(tone_image, border, 0);
+    if all(border == at) {
+        return edge;
+    }
+    let beyond = 2.0 * edge - textureLoad(tone_image, clamp(2 * border - at, vec2<i32>(0), last), 0);
+    return select(edge, beyond, beyond.a >= 0.0 && beyond.a <= 1.0);
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size_px) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let size = vec2<i32>(view.size_px);
+    let last = vec2<i32>(view.size_px) - 1;
     let here = textureLoad(tone_image, pixel, 0);
     let width_px = select(blur.widest_px, here.b / here.a, here.a > LEAST);
     let deviation_px = max(blur.deviation * width_px, 1e-3);
@@ -56,16 +68,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var weights = 1.0;
     for (var i = 1; i <= reach; i++) {
         let weight = exp(f32(i * i) * falloff);
-        let before = pixel - i * blur.step;
-        let after = pixel + i * blur.step;
-        if all(before >= vec2<i32>(0)) {
-            sum += weight * textureLoad(tone_image, before, 0);
-            weights += weight;
-        }
-        if all(after < size) {
-            sum += weight * textureLoad(tone_image, after, 0);
-            weights += weight;
-        }
+        sum += weight * (load(pixel - i * blur.step, last) + load(pixel + i * blur.step, last));
+        weights += 2.0 * weight;
     }
     var mean = sum / weights;
     if blur.is_last == 1u {

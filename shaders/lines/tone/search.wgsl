@@ -67,8 +67,20 @@ struct Fit {
     slope: f32,
 }
 
+// Between pixels. Beyond the picture tones go on as they rise or fall within it.
+fn texel_at(place_px: vec2<f32>) -> vec4<f32> {
+    let size_px = vec2<f32>(view.size_px);
+    let border_px = clamp(place_px, vec2<f32>(0.5), size_px - 0.5);
+    let texel = textureSampleLevel(blurred, tone_sampler, border_px / size_px, 0.0);
+    if all(border_px == place_px) {
+        return texel;
+    }
+    let mirrored = textureSampleLevel(blurred, tone_sampler, (2.0 * border_px - place_px) / size_px, 0.0);
+    return vec4<f32>(2.0 * texel.rg - mirrored.rg, texel.ba);
+}
+
 fn tone_at(place_px: vec2<f32>, channel: u32, own: f32) -> f32 {
-    let texel = textureSampleLevel(blurred, tone_sampler, place_px / vec2<f32>(view.size_px), 0.0);
+    let texel = texel_at(place_px);
     let is_there = search.is_sky_toneless == 0u || texel.a > LEAST_SURFACE;
     return select(own, select(texel.r, texel.g, channel == 1u), is_there);
 }
