@@ -23,6 +23,8 @@
 // - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is a choice, for it takes spots away and
 //   opens crossings: see `roundest`.
 // - A fit that reaches where no surface is near has its own tone there.
+//
+// SPECULAR: the specular channel has highlight lines, too.
 #import hachure::view::View
 
 struct Search {
@@ -38,10 +40,9 @@ struct Search {
     // 1: they are drawn.
     has_dark: u32,
     has_highlights: u32,
-    // 1: the specular channel has highlight lines, too.
-    has_specular: u32,
     // 1: a style without a sky that is white.
     is_sky_toneless: u32,
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -67,26 +68,19 @@ struct Fit {
     slope: f32,
 }
 
-// Between pixels. Beyond the picture tones go on as they rise or fall within it.
-fn texel_at(place_px: vec2<f32>) -> vec4<f32> {
-    let size_px = vec2<f32>(view.size_px);
-    let border_px = clamp(place_px, vec2<f32>(0.5), size_px - 0.5);
-    let texel = textureSampleLevel(blurred, tone_sampler, border_px / size_px, 0.0);
-    if all(border_px == place_px) {
-        return texel;
-    }
-    let mirrored = textureSampleLevel(blurred, tone_sampler, (2.0 * border_px - place_px) / size_px, 0.0);
-    return vec4<f32>(2.0 * texel.rg - mirrored.rg, texel.ba);
-}
-
 fn tone_at(place_px: vec2<f32>, channel: u32, own: f32) -> f32 {
-    let texel = texel_at(place_px);
+    let texel = textureSampleLevel(blurred, tone_sampler, place_px / vec2<f32>(view.size_px), 0.0);
     let is_there = search.is_sky_toneless == 0u || texel.a > LEAST_SURFACE;
     return select(own, select(texel.r, texel.g, channel == 1u), is_there);
 }
 
-// The fit around a place, in units of the samples' spacing.
-fn fit(place_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
+// The fit around a place, in units of the samples' spacing. Beside the border it is that of the nearest place whose samples
+// lie in the picture: its slope goes on to the place as its curvature says.
+fn fit(asked_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
+    let size_px = vec2<f32>(view.size_px);
+    let first_px = min(vec2<f32>(spacing_px + 0.5), 0.5 * size_px);
+    let place_px = clamp(asked_px, first_px, size_px - first_px);
+    let beyond = (asked_px - place_px) / spacing_px;
     let x = vec2<f32>(spacing_px, 0.0);
     let y = vec2<f32>(0.0, spacing_px);
     // Columns from left to right.
@@ -111,7 +105,7 @@ fn fit(place_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
     let longer = select(two, one, dot(one, one) >= dot(two, two));
     let squared = dot(longer, longer);
     let across = select(vec2<f32>(1.0, 0.0), longer * inverseSqrt(max(squared, 1e-30)), squared > 1e-20);
-    return Fit(curvature, mean - side * radius, across, dot(gradient, across));
+    return Fit(curvature, mean - side * radius, across, dot(gradient, across) + 2.0 * curvature * dot(beyond, across));
 }
 
 struct Line {
@@ -121,50 +115,44 @@ struct Line {
     direction: vec2<f32>,
 }
 
-// The line at a pixel, by one channel.
-fn lines_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> Line {
+// The line at a pixel, by one channel. There is one fit in one loop, and the loop ends when no pixel of a group goes on:
+// drivers that run both sides of a branch have little to do where there are no lines.
+fn line_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> Line {
     let spacing_px = 0.5 * width_px;
-    let none = Line(vec2<f32>(0.0), vec2<f32>(0.0));
-    var seen = fit(place_px, spacing_px, channel, tone);
-    let first_px = abs(spacing_px * seen.slope) / max(2.0 * abs(seen.curvature), 1e-12);
-    let is_dark = seen.curvature > 0.0;
-    if is_dark && (search.has_dark == 0u || channel == 1u) || !is_dark && search.has_highlights == 0u {
-        return none;
-    }
-    let ramp = max(select(search.highlight_ramp, search.dark_ramp, is_dark), vec2<f32>(1e-4, 2e-4));
-    let side = select(-1.0, 1.0, is_dark);
     var at_px = place_px;
     var travelled_px = 0.0;
-    for (var i = 0; i < STEPS; i++) {
-        if side * seen.curvature < ramp.x {
-            return none;
-        }
-        let way_px = -search.beta * spacing_px * seen.slope / (2.0 * seen.curvature);
-        travelled_px += abs(way_px);
-        if travelled_px > 0.5 * width_px {
-            return none;
-        }
-        if search.beta == 0.0 {
-            break;
-        }
-        at_px += way_px * seen.across;
+    var first_px = 0.0;
+    var is_dark = false;
+    var is_line = true;
+    var ramp = vec2<f32>(0.0);
+    var seen = Fit(0.0, 0.0, vec2<f32>(1.0, 0.0), 0.0);
+    for (var i = 0; i <= STEPS && is_line; i++) {
         seen = fit(at_px, spacing_px, channel, tone);
+        let way_px = -spacing_px * seen.slope / (2.0 * select(seen.curvature, 1e-12, abs(seen.curvature) < 1e-12));
+        if i == 0 {
+            is_dark = seen.curvature > 0.0;
+            ramp = max(select(search.highlight_ramp, search.dark_ramp, is_dark), vec2<f32>(1e-4, 2e-4));
+            first_px = abs(way_px);
+            is_line = select(search.has_highlights, search.has_dark, is_dark) == 1u && !(is_dark && channel == 1u);
+        }
+        is_line = is_line && select(-1.0, 1.0, is_dark) * seen.curvature >= ramp.x;
+        if i < STEPS {
+            at_px += search.beta * way_px * seen.across;
+            travelled_px += search.beta * abs(way_px);
+            is_line = is_line && travelled_px <= 0.5 * width_px;
+        }
     }
-    let strength = side * seen.curvature;
-    if strength < ramp.x {
-        return none;
-    }
-    let by_curvature = saturate((strength - ramp.x) / max(ramp.y - ramp.x, 1e-6));
-    let rest_px = -spacing_px * seen.slope / (2.0 * seen.curvature);
+    let by_curvature = saturate((abs(seen.curvature) - ramp.x) / max(ramp.y - ramp.x, 1e-6));
+    let rest_px = -spacing_px * seen.slope / (2.0 * select(seen.curvature, 1e-12, abs(seen.curvature) < 1e-12));
     let away_px = min(first_px, length(at_px + rest_px * seen.across - place_px));
     let covered = saturate(0.5 * width_px - away_px + 0.5);
     let faded = 1.0 - search.softness * smoothstep(1.0 - search.softness, 1.0, 2.0 * away_px / width_px);
-    let round = smoothstep(0.5 * search.roundest, search.roundest, seen.other / seen.curvature);
+    let round = smoothstep(0.5 * search.roundest, search.roundest, seen.other / select(seen.curvature, 1.0, seen.curvature == 0.0));
     let is_long = select(1.0 - round, 1.0, search.roundest >= 1.0);
     let against = mix(1.0, select(tone, 1.0 - tone, is_dark), search.counterchange);
-    let ink = saturate(by_curvature * covered * faded * is_long * saturate(against));
+    let ink = select(0.0, saturate(by_curvature * covered * faded * is_long * saturate(against)), is_line);
     let u = seen.across;
-    let direction = vec2<f32>(u.y * u.y - u.x * u.x, -2.0 * u.x * u.y);
+    let direction = select(vec2<f32>(0.0), vec2<f32>(u.y * u.y - u.x * u.x, -2.0 * u.x * u.y), ink > 0.0);
     return Line(select(vec2<f32>(0.0, ink), vec2<f32>(ink, 0.0), is_dark), direction);
 }
 
@@ -180,13 +168,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let own = textureLoad(blurred, pixel, 0);
     let place_px = vec2<f32>(pixel) + 0.5;
-    var line = lines_of(place_px, own.b, 0u, own.r);
-    if search.has_specular == 1u && search.has_highlights == 1u {
-        // Highlights stand out from what is around them, whatever its diffuse tone.
-        let highlight = lines_of(place_px, own.b, 1u, own.g);
-        if highlight.ink.y > line.ink.y {
-            line = Line(vec2<f32>(line.ink.x, highlight.ink.y), highlight.direction);
-        }
+    var line = line_of(place_px, own.b, 0u, own.r);
+#ifdef SPECULAR
+    // Highlights stand out from what is around them, whatever its diffuse tone.
+    let highlight = line_of(place_px, own.b, 1u, own.g);
+    if highlight.ink.y > line.ink.y {
+        line = Line(vec2<f32>(line.ink.x, highlight.ink.y), highlight.direction);
     }
+#endif
     textureStore(tone_ink, pixel, vec4<f32>(line.ink, line.direction));
 }

@@ -1,6 +1,7 @@
 //! Valleys, ridges and edges of the tone image. See `shaders/lines/tone/search.wgsl`.
 
 use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
@@ -35,8 +36,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         roundest: style.roundest,
         has_dark: style.dark.into(),
         has_highlights: style.highlights.into(),
-        has_specular: u32::from(style.specular > 0.0),
         is_sky_toneless: u32::from(!style.skyline),
+        ..Search::default()
     };
     let resources = [
         ("view", inputs.view.clone()),
@@ -46,5 +47,6 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("tone_sampler", super::bilinear(cx)),
         ("tone_ink", inputs.tone_ink.into()),
     ];
-    cx.pixels("lines/tone/search", inputs.tone_ink.size_px(), &resources);
+    let definitions: &[&str] = if style.specular > 0.0 { &["SPECULAR"] } else { &[] };
+    cx.pixels(Compute { name: "lines/tone/search", definitions }, inputs.tone_ink.size_px(), &resources);
 }
