@@ -2,6 +2,7 @@
 
 use super::Color;
 use super::parameters::{Range, choices, parameters};
+use crate::gpu::wgsl::lines::tone::blur::REACH;
 use crate::gpu::wgsl::lines::tone::tone_image::MOST_WIDTH;
 
 parameters! {
@@ -77,11 +78,12 @@ impl ToneLines {
         (self.width_px * (1.0 + (MOST_WIDTH - 1.0) * self.depth_width)).max(1.0)
     }
 
-    /// How far around a line its pixels look: the blur, the search, and the samples of a fit.
+    /// How far around a line its pixels look: the blur, the search, the samples of a fit, and the walk along the line.
     pub fn reach_px(&self) -> u32 {
-        (self.widest_px() * (2.5 * self.blur + 0.5 + std::f32::consts::FRAC_1_SQRT_2) + self.shortest_px.max(8.0))
-            .ceil() as u32
-            + 2
+        // From the search's last place to the corners of its samples.
+        const FIT: f32 = std::f32::consts::FRAC_1_SQRT_2;
+        let of_widths = self.widest_px() * (REACH * self.blur + 0.5 + FIT);
+        (of_widths + self.shortest_px).ceil() as u32 + 4
     }
 
     /// The part of the way that a step of the search goes.

@@ -28,8 +28,8 @@ struct Along {
 @group(0) @binding(4) var long_ink: texture_storage_2d<rgba16float, write>;
 
 // Each way, at most; and how long one is at least.
-const STEPS: i32 = 16;
-const STEP_PX: f32 = 2.0;
+const STEPS: i32 = 20;
+const STEP_PX: f32 = 1.5;
 // Fainter is no ink, in parts of the ink where the walk began and at all.
 const FAINT: f32 = 0.2;
 const FAINTEST: f32 = 0.01;
