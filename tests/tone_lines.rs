@@ -102,6 +102,9 @@ fn bell(away_px: f64, wide_px: f64) -> f64 {
     (-0.5 * (away_px / deviation).powi(2)).exp()
 }
 
+/// A tone image by its places.
+type Tones = Box<dyn Fn(DVec2) -> Option<[f64; 2]>>;
+
 /// A curve by the signed distance of a place from it.
 type Curve<'a> = &'a dyn Fn(DVec2) -> f64;
 
@@ -225,7 +228,7 @@ fn lines_follow_curves_and_cross() {
         for line in [0, 1] {
             let counts = |at: DVec2| away(1 - line, at).abs() > 9.0;
             let along = |at: DVec2| (at - middle()).dot(across[line].perp());
-            let found = judge(&ink.of(DARK), &|at| away(line, at), &along, 5.0, |at| counts(at));
+            let found = judge(&ink.of(DARK), &|at| away(line, at), &along, 5.0, counts);
             assert!(found.off_px < 0.5 && found.bare == 0.0, "{turn_deg} degrees, line {line}: {found:?}");
         }
         // Spots are left out by the bound on roundness, and with them what crosses: the choice does something.
@@ -364,7 +367,7 @@ fn short_lines_go_and_long_ones_stay() {
 #[test]
 fn where_nothing_is_to_be_seen_there_are_no_lines() {
     let Some(mut bench) = Bench::new() else { return };
-    let tones: [(&str, Box<dyn Fn(DVec2) -> Option<[f64; 2]>>); 6] = [
+    let tones: [(&str, Tones); 6] = [
         ("black", Box::new(|_| Some([0.0, 0.0]))),
         ("white", Box::new(|_| Some([1.0, 1.0]))),
         ("sky", Box::new(|_| None)),
