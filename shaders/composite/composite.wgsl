@@ -48,6 +48,11 @@ struct Composite {
     // How much of the ink of rims is left in full haze.
     faintest_rim: f32,
     rim_ink: vec3<f32>,
+    // How much of the ink of lines from tone is left in full haze, and how much farther they reach into it.
+    faintest_tone_line: f32,
+    tone_line_ink: vec3<f32>,
+    tone_line_reach: f32,
+    highlight_ink: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -74,6 +79,8 @@ struct Composite {
 // A drawn sky: linear colour, and the ink of its lines.
 @group(0) @binding(13) var sky: texture_2d<f32>;
 #endif
+// Ink of lines from tone: dark ones, and highlight lines.
+@group(0) @binding(15) var tone_lines: texture_2d<f32>;
 // Linear; opaque, or a sample.
 @group(0) @binding(14) var picture: texture_storage_2d<rgba16float, write>;
 
@@ -117,6 +124,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var shore_ink = textureLoad(water_ink, pixel, 0).r;
     var contour_ink = textureLoad(height_ink, pixel, 0).r;
     var edge_ink = textureLoad(rims, pixel, 0).r;
+    var tone_line = textureLoad(tone_lines, pixel, 0).rg;
     if at.w <= 0.0 {
 #ifdef SKY
         color = textureLoad(sky, pixel, 0).rgb;
@@ -133,6 +141,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         shore_ink *= mix(composite.faintest_water, 1.0, clear) * seen;
         contour_ink *= mix(composite.faintest_height, 1.0, clear) * seen;
         edge_ink *= mix(composite.faintest_rim, 1.0, clear) * seen;
+        let far = clearness(distance_from_eye(view, at.xyz), composite.tone_line_reach);
+        tone_line *= mix(composite.faintest_tone_line, 1.0, far) * seen;
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
@@ -143,6 +153,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, composite.sky_ink, textureLoad(sky, pixel, 0).a);
     }
 #endif
+    color = mix(color, composite.highlight_ink, tone_line.g);
+    color = mix(color, composite.tone_line_ink, tone_line.r);
     color = mix(color, composite.height_ink_color, contour_ink);
     color = mix(color, composite.mark_ink, mark_ink);
     color = mix(color, composite.water_ink, shore_ink);

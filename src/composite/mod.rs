@@ -63,6 +63,8 @@ pub struct Inks<'a> {
     pub heights: &'a Target,
     /// Rims of holes, in the first channel.
     pub rims: &'a Target,
+    /// Lines from tone: dark ones in the first channel, highlight lines in the second.
+    pub tone_lines: &'a Target,
 }
 
 /// Composites.
@@ -97,6 +99,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         unfocused: style.unfocused(),
         faintest_rim: style.rims.faintest,
         rim_ink: style.rim_ink().linear(),
+        faintest_tone_line: style.tone_lines.as_ref().map_or(1.0, |lines| lines.faintest),
+        tone_line_ink: style.tone_lines.as_ref().map_or([0.0; 3], |lines| lines.ink.linear()),
+        tone_line_reach: style.tone_lines.as_ref().map_or(1.0, |lines| lines.reach),
+        highlight_ink: style.tone_lines.as_ref().map_or([0.0; 3], |lines| lines.highlight_ink.linear()),
         ..CompositeUniform::default()
     };
     let mut resources: Vec<Named> = vec![
@@ -113,6 +119,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("water_ink", inputs.inks.water.into()),
         ("height_ink", inputs.inks.heights.into()),
         ("rims", inputs.inks.rims.into()),
+        ("tone_lines", inputs.inks.tone_lines.into()),
         ("picture", inputs.picture.into()),
     ];
     resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));

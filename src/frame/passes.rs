@@ -309,7 +309,18 @@ fn finish(
     });
     let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
     let rims = rim.as_ref().unwrap_or(&nothing);
-    let inks = composite::Inks { line, strokes: ink, marks, rows, cuts, water: water_ink, heights: height_ink, rims };
+    let tone_lines = shaded[eye].tone_ink.as_ref().unwrap_or(&nothing);
+    let inks = composite::Inks {
+        line,
+        strokes: ink,
+        marks,
+        rows,
+        cuts,
+        water: water_ink,
+        heights: height_ink,
+        rims,
+        tone_lines,
+    };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(cx, &drawn);

@@ -6,7 +6,9 @@ use super::{EyeMemory, FrameInputs, mark_layers, rows, water as frame_water};
 use crate::composite;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
+use crate::lines::tone::{self, tone_image};
 use crate::surface::{cuts, form, height_lines, mark_normal};
+use crate::tones::light::LightUniform;
 use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
 
 /// The tones of an eye.
@@ -22,6 +24,8 @@ pub(super) struct Shaded {
     pub(super) water_ink: Option<Target>,
     /// Lines of equal height, of a style with such lines.
     pub(super) height_ink: Option<Target>,
+    /// Lines from tone, of a style with such lines.
+    pub(super) tone_ink: Option<Target>,
 }
 
 /// Tones of an eye, and its marks as far as they are its own.
@@ -76,6 +80,24 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         tone: &tone,
     };
     tones::run(cx, &asked);
+    let tone_ink = style.tone_lines.as_ref().map(|lines| {
+        let tone_image = &targets.whole(gpu, &tone_image::TONE_IMAGE);
+        let uniform = LightUniform::new(style, light);
+        let shading = tone_image::Inputs {
+            view,
+            style: lines,
+            light: cx.uniform("light", &uniform),
+            to_sun: light.to_sun,
+            pose: &rig.eyes[0].pose,
+            position,
+            normal,
+            form_normal: form_normal.as_ref(),
+            nothing,
+            tone_image,
+        };
+        tone_image::run(cx, &shading);
+        tone::trace(cx, &tone::Inputs { view, style: lines, tone_image }, targets)
+    });
     // Water has no tones of its own, and so no marks.
     let of_water = frame_water::AtEye { view, surface_id, position, tone: &tone };
     let watered = frame_water::draw(cx, inputs, &of_water, targets);
@@ -122,5 +144,5 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         cut_ink
     });
     let rows = rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);
-    Shaded { colors, balance, rows, cut_ink, water_ink, height_ink }
+    Shaded { colors, balance, rows, cut_ink, water_ink, height_ink, tone_ink }
 }

@@ -1,5 +1,6 @@
 //! Lines from pictures of the surface: a detector writes errors, the threshold makes lines of them, smoothing takes the
-//! stairs away. [`crowd`] thins crowded ones out. [`stereo`] lets lines of two eyes agree. [`strokes`] has lines as geometry.
+//! stairs away. [`crowd`] thins crowded ones out. [`stereo`] lets lines of two eyes agree. [`tone`] has
+//! lines of its own, from light. [`strokes`] has lines as geometry.
 
 pub mod crowd;
 pub mod curvature;
@@ -13,4 +14,5 @@ pub mod stereo;
 pub mod strokes;
 pub mod suggestive;
 pub mod threshold;
+pub mod tone;
 pub mod trees;

@@ -14,6 +14,7 @@ use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
+use crate::lines::tone;
 use crate::scene::Light;
 use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
@@ -120,6 +121,21 @@ pub(super) fn read(
         let left = Left { faintest: style.rims.faintest, is_of_tone: false };
         let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
         groups.push(group("rims", "Rims of holes".to_owned(), style.rim_ink(), traced));
+    }
+    if let Some((style, ink)) =
+        style.tone_lines.as_ref().and_then(|lines| Some((lines, frame.target(tone::ink_of(lines))?)))
+    {
+        let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
+        let left = Left { faintest: style.faintest, is_of_tone: false };
+        let kinds = [
+            ("tone-highlights", "Highlight lines from tone", style.highlight_ink, 1),
+            ("tone-lines", "Dark lines from tone", style.ink, 0),
+        ];
+        for (id, label, color, channel) in kinds {
+            let ink = texels.iter().map(|texel| f32_from_f16(texel[channel])).collect();
+            let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
+            groups.push(group(id, label.to_owned(), color, traced));
+        }
     }
     if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
         let layers = hatching.layers.iter().zip(1..);

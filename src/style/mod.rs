@@ -19,6 +19,7 @@ pub mod sky;
 mod strokes;
 pub mod texture;
 pub mod tone;
+mod tone_lines;
 mod water;
 
 use std::path::{Path, PathBuf};
@@ -39,6 +40,7 @@ pub use rows::Rows;
 pub use sky::Sky;
 pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
+pub use tone_lines::{ToneLight, ToneLines};
 pub use water::Water;
 
 /// The styles that come with the program, by name.
@@ -67,6 +69,8 @@ const PRESETS: &[(&str, &str)] = &[
     ("cartoon", include_str!("presets/cartoon.toml")),
     ("green", include_str!("presets/green.toml")),
     ("panorama", include_str!("presets/panorama.toml")),
+    ("suggestive", include_str!("presets/suggestive.toml")),
+    ("tone-lines", include_str!("presets/tone-lines.toml")),
 ];
 
 parameters! {
@@ -80,6 +84,8 @@ parameters! {
         lines: Option<Lines>;
         /// Lines by the curvature of the land.
         curvature: Curvature;
+        /// Lines from the tones of the shaded picture; without the section none are drawn.
+        tone_lines: Option<ToneLines>;
         /// Pen strokes along contours; without the section none are drawn.
         strokes: Option<Strokes>;
         /// How light becomes tone and colour.
@@ -220,6 +226,7 @@ impl Style {
             self.strokes.as_ref().map(|strokes| strokes.ink),
             self.mark_ink(),
             self.lines.as_ref().map(|lines| lines.ink),
+            self.tone_lines.as_ref().map(|lines| lines.ink),
             self.height_lines.as_ref().map(|lines| lines.ink),
             (self.paper.border_px > 0.0).then_some(self.paper.border),
         ];
@@ -259,7 +266,9 @@ impl Style {
 
     /// Whether light falls on the form of the land.
     pub fn asks_for_form(&self) -> bool {
-        matches!(self.tone, Tone::Toon(_)) && self.light.form_px > 0.0 && self.light.detail < 1.0
+        let of_tones = matches!(self.tone, Tone::Toon(_)) && self.light.detail < 1.0;
+        let of_lines = self.tone_lines.as_ref().is_some_and(|lines| lines.abstracted > 0.0);
+        self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
     /// Whether tones ask what the land sees of the sun and of the sky.

@@ -5,6 +5,7 @@ use hachure::composite::{self, PICTURE};
 use hachure::frame::Light;
 use hachure::lines::strokes::stroke::INK;
 use hachure::lines::threshold::LINE;
+use hachure::lines::tone::search::TONE_INK;
 use hachure::style::color::linear_from_srgb;
 use hachure::style::{Color, Style};
 use hachure::surface::POSITION;
@@ -27,6 +28,7 @@ struct Layers {
     water: Vec<f32>,
     heights: Vec<f32>,
     rims: Vec<[f32; 2]>,
+    tone_lines: Vec<[half::f16; 4]>,
 }
 
 /// A slope that goes far away, sky above it, and some of every ink.
@@ -52,6 +54,9 @@ fn layers() -> Layers {
         water: places().map(|(x, y)| part(x, y, 11, 0.2) as f32).collect(),
         heights: places().map(|(x, y)| part(x, y, 12, 0.2) as f32).collect(),
         rims: places().map(|(x, y)| [part(x, y, 16, 0.2) as f32, 1.0]).collect(),
+        tone_lines: places()
+            .map(|(x, y)| std::array::from_fn(|kind| half::f16::from_f64(part(x, y, 17 + kind as i64, 0.2))))
+            .collect(),
     }
 }
 
@@ -84,6 +89,8 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let mut height_ink = f64::from(layers.heights[i]);
             let mut shore_ink = f64::from(layers.water[i]);
             let mut rim_ink = f64::from(layers.rims[i][0]);
+            let tone_style = style.tone_lines.as_ref().unwrap();
+            let [mut dark, mut highlight, ..] = layers.tone_lines[i].map(half::f16::to_f64);
             // Families of cut lines cross each other.
             let cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
             let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i])).max(cut_ink);
@@ -97,9 +104,13 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                 shore_ink *= faintest(water.faintest, clear);
                 height_ink *= faintest(heights.faintest, clear);
                 rim_ink *= faintest(style.rims.faintest, clear);
+                let left = faintest(tone_style.faintest, clearness(away(here), tone_style.reach.into()));
+                (dark, highlight) = (dark * left, highlight * left);
                 mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clear))
             };
             color *= linear(style.paper.color);
+            color = mix(color, linear(tone_style.highlight_ink), highlight);
+            color = mix(color, linear(tone_style.ink), dark);
             color = mix(color, linear(heights.ink), height_ink);
             color = mix(color, linear(hatching.ink), mark_ink);
             color = mix(color, linear(water.ink), shore_ink);
@@ -130,6 +141,7 @@ fn the_composite_is_its_twin() {
     )
     .unwrap()
     .water;
+    style.tone_lines = Style::load("tone-lines").unwrap().tone_lines;
     style.height_lines = Style::load("pen").unwrap().height_lines;
     style.height_lines.as_mut().unwrap().ink = Color::from_srgb([0.5, 0.25, 0.12]);
     style.rims.ink = Some(Color::from_srgb([0.6, 0.1, 0.3]));
@@ -145,6 +157,7 @@ fn the_composite_is_its_twin() {
     let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
     let heights = bench.picture(&MARKS, SIZE_PX, &layers.heights);
     let rims = bench.picture(&RIM, SIZE_PX, &layers.rims);
+    let tone_lines = bench.picture(&TONE_INK, SIZE_PX, &bits(&layers.tone_lines));
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb, focus: None };
         let picture = bench.out(&PICTURE);
@@ -153,7 +166,7 @@ fn the_composite_is_its_twin() {
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
-            let (cuts, water, heights, rims) = (&cuts, &water, &heights, &rims);
+            let (cuts, water, heights, rims, tone_lines) = (&cuts, &water, &heights, &rims, &tone_lines);
             let inputs = composite::Inputs {
                 view,
                 style,
@@ -162,7 +175,7 @@ fn the_composite_is_its_twin() {
                 position,
                 tone,
                 sky: None,
-                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights, rims },
+                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights, rims, tone_lines },
                 is_sample: false,
                 picture,
             };
@@ -181,6 +194,10 @@ fn the_composite_is_its_twin() {
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         let mut black = style.clone();
         black.rims.faintest = 1.0;
+        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
+        // Planted: lines from tone keep theirs.
+        let mut black = style.clone();
+        black.tone_lines.as_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
     }
 }
