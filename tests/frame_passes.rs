@@ -22,7 +22,7 @@ use hachure::scene::Wind;
 use hachure::scene::forest::Form;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
-use hachure::style::{self, Style};
+use hachure::style::{self, Detector, Style};
 use hachure::surface::hidden::HiddenArea;
 
 use crate::common::World;
@@ -136,6 +136,11 @@ fn traces() -> Option<Traces> {
         let trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
         traces.add("temporal anti-aliasing", &trace);
     }
+    let mut style = Style::load("ink").unwrap();
+    style.lines.as_mut().unwrap().detector = Detector::Curvature;
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    traces.add("styles with `detector = \"curvature\"`", &trace);
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut frame, &style.clone().for_map(10.0), [pose; 2]);

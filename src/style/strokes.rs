@@ -43,8 +43,7 @@ parameters! {
         merge_px: f32 = 1.5 => Range::Within(0.0, 8.0);
         /// Edges whose normals differ by more than this are drawn too; without it only contours are.
         crease_deg: Option<f32> => Range::Within(0.0, 180.0);
-        /// Suggestive contours of the land are drawn too, where it would be a contour for an eye nearby: of features
-        /// that are larger than this. Without it there are none.
+        /// Suggestive contours of features larger than this, where land would be a contour from nearby; else none.
         suggestive_px: Option<f32> => Range::Within(1.0, 256.0);
         /// How fast curvature rises toward the eye at a suggestive contour, at least: by turns of the normal, over a feature.
         suggestive_rise: f32 = 0.02 => Range::Within(0.0, 10.0);
@@ -52,7 +51,7 @@ parameters! {
         suggestive_deg: f32 = 30.0 => Range::Within(0.0, 90.0);
         /// Width of suggestive contours, as a part of that of contours.
         suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
-        /// Ridges and valleys of the land are drawn too: of features that are larger than this. Without it none are.
+        /// Ridges and valleys of features larger than this; without it none are drawn.
         ridge_px: Option<f32> => Range::Within(1.0, 256.0);
         /// How much the land bends across a ridge or a valley, at least: in turns of the normal over a feature.
         ridge_bend: f32 = 0.2 => Range::Within(0.0, 10.0);

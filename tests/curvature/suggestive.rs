@@ -211,17 +211,14 @@ fn spline(grid: &HeightGrid, spacing_m: f64, map: DVec2) -> (f64, DVec2, [f64; 3
     };
     let (x, y) = (weights(f.x), weights(f.y));
     let sum = |of_x: usize, of_y: usize| {
-        let mut sum = 0.0;
-        for row in 0..4 {
-            for column in 0..4 {
-                let at = |cell: f64, offset: usize, most: u32| {
-                    (cell + offset as f64 - 1.0).clamp(0.0, f64::from(most - 1)) as usize
-                };
-                let index = at(cell.y, row, grid.height) * grid.width as usize + at(cell.x, column, grid.width);
-                sum += x[of_x][column] * y[of_y][row] * f64::from(grid.heights_m[index]);
-            }
-        }
-        sum
+        let at =
+            |cell: f64, offset: usize, most: u32| (cell + offset as f64 - 1.0).clamp(0.0, f64::from(most - 1)) as usize;
+        let height_m = |row: usize, column: usize| {
+            let index = at(cell.y, row, grid.height) * grid.width as usize + at(cell.x, column, grid.width);
+            f64::from(grid.heights_m[index])
+        };
+        let of_row = |row: usize| x[of_x].iter().enumerate().map(|(i, weight)| weight * height_m(row, i)).sum::<f64>();
+        y[of_y].iter().enumerate().map(|(row, weight)| weight * of_row(row)).sum::<f64>()
     };
     let by = 1.0 / spacing_m;
     // Rows go south.

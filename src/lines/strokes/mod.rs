@@ -130,7 +130,6 @@ impl StrokesUniform {
             suggestive_width: strokes.suggestive_width,
             ridge_width: strokes.ridge_width,
             valley_width: strokes.valley_width,
-            ..Self::zeroed()
         }
     }
 }
