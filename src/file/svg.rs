@@ -61,7 +61,7 @@ pub struct Layer {
     pub label: String,
     /// Its colour, where it is not the drawing's.
     pub ink: Option<String>,
-    /// What its strokes follow or are: `contour`, `border`, `crease`, `mark`, or `stroke` for
+    /// What its strokes follow or are: `contour`, `border`, `crease`, `suggestive contour`, `ridge`, `valley`, `mark`, or `stroke` for
     /// all of an eye. An SVG does not say it.
     pub kind: &'static str,
     /// The number of the pen that draws it, from 1, where pens do.

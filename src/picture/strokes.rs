@@ -57,7 +57,11 @@ pub struct Drawn {
 /// Whether a style has marks that can be lines.
 pub fn has_marks(style: &Style) -> bool {
     let has_marks = style.hatching.is_some() || style.rows.is_some() || style.water.is_some();
-    has_marks || style.cuts.is_some() || style.height_lines.is_some() || style.sky.has_lines()
+    has_marks
+        || style.tone_lines.is_some()
+        || style.cuts.is_some()
+        || style.height_lines.is_some()
+        || style.sky.has_lines()
 }
 
 /// Renders a picture and reads the strokes of each eye and its marks; the pixels stay on the GPU. `request.planes` and its

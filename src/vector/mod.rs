@@ -111,6 +111,9 @@ impl GroupKind {
             Self::Strokes(EdgeKind::Contour) => "contour",
             Self::Strokes(EdgeKind::Border) => "border",
             Self::Strokes(EdgeKind::Crease) => "crease",
+            Self::Strokes(EdgeKind::Suggestive) => "suggestive contour",
+            Self::Strokes(EdgeKind::Ridge) => "ridge",
+            Self::Strokes(EdgeKind::Valley) => "valley",
             Self::Marks => "mark",
         }
     }
@@ -124,6 +127,9 @@ pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
             EdgeKind::Contour => ("contours", "Contours"),
             EdgeKind::Border => ("borders", "Borders"),
             EdgeKind::Crease => ("creases", "Creases"),
+            EdgeKind::Suggestive => ("suggestive-contours", "Suggestive contours"),
+            EdgeKind::Ridge => ("ridges", "Ridges"),
+            EdgeKind::Valley => ("valleys", "Valleys"),
         };
         let (id, label) = (id.to_owned(), label.to_owned());
         Group { id, label, ink, kind: GroupKind::Strokes(kind), lines: lines.cloned().collect() }
@@ -142,6 +148,12 @@ pub struct DrawingReport {
     pub borders: u64,
     /// Of them.
     pub creases: u64,
+    /// Of them: suggestive contours.
+    pub suggestive: u64,
+    /// Of them.
+    pub ridges: u64,
+    /// Of them.
+    pub valleys: u64,
     /// Of them: hachures, hatching, and lines of water.
     pub marks: u64,
     /// Widths of the pens on the sheet, if there are any.
@@ -163,6 +175,9 @@ impl DrawingReport {
         self.contours += other.contours;
         self.borders += other.borders;
         self.creases += other.creases;
+        self.suggestive += other.suggestive;
+        self.ridges += other.ridges;
+        self.valleys += other.valleys;
         self.marks += other.marks;
         self.pens.clone_from(&other.pens);
         self.segments += other.segments;
@@ -225,6 +240,9 @@ fn layer(
         GroupKind::Strokes(EdgeKind::Contour) => &mut report.contours,
         GroupKind::Strokes(EdgeKind::Border) => &mut report.borders,
         GroupKind::Strokes(EdgeKind::Crease) => &mut report.creases,
+        GroupKind::Strokes(EdgeKind::Suggestive) => &mut report.suggestive,
+        GroupKind::Strokes(EdgeKind::Ridge) => &mut report.ridges,
+        GroupKind::Strokes(EdgeKind::Valley) => &mut report.valleys,
         GroupKind::Marks => &mut report.marks,
     } += count;
     let ink = (group.ink != settings.ink).then(|| group.ink.to_string());

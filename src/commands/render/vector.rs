@@ -54,8 +54,9 @@ impl SvgOptions {
         if !is_svg && !is_on_earth {
             return Ok(None);
         }
+        let tone_ink = style.tone_lines.as_ref().map(|lines| lines.ink);
         // Shores and water lines alone are no drawing.
-        let Some(ink) = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink()) else {
+        let Some(ink) = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink()).or(tone_ink) else {
             let style = shown(&style.name);
             let ending = if is_svg { "an .svg" } else { "a .geojson" };
             let misuse = format!(
@@ -110,11 +111,18 @@ impl SvgOptions {
         let sheet = &self.settings.sheet;
         let unit = sheet.unit.name();
         let length = |px: f64| px * sheet.units_per_px;
-        let marks = if drawn.marks > 0 { format!(", {} marks", drawn.marks) } else { String::new() };
+        let others = [
+            ("suggestive contours", drawn.suggestive),
+            ("ridges", drawn.ridges),
+            ("valleys", drawn.valleys),
+            ("marks", drawn.marks),
+        ];
+        let others: String =
+            others.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!(", {count} {name}")).collect();
         let pens: Vec<String> = drawn.pens.iter().map(|width| format!("{width:.2}")).collect();
         let pens = if pens.is_empty() { String::new() } else { format!("; pens of {} {unit}", pens.join(", ")) };
         format!(
-            "{} strokes ({} contours, {} borders, {} creases{marks}) of {} segments; pen down {:.0} {unit}, pen up \
+            "{} strokes ({} contours, {} borders, {} creases{others}) of {} segments; pen down {:.0} {unit}, pen up \
              {:.0} {unit} ({:.0} {unit} before ordering){pens}",
             drawn.strokes,
             drawn.contours,

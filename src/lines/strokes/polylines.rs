@@ -21,17 +21,26 @@ pub enum EdgeKind {
     Border,
     /// Where the surface is sharply bent.
     Crease,
+    /// Where the surface would turn away from an eye nearby.
+    Suggestive,
+    /// A crest of the land.
+    Ridge,
+    /// A crest of the land seen from below.
+    Valley,
 }
 
 impl EdgeKind {
     /// All of them, in the order in which they are drawn.
-    pub const ALL: [Self; 3] = [Self::Contour, Self::Border, Self::Crease];
+    pub const ALL: [Self; 6] = [Self::Contour, Self::Border, Self::Crease, Self::Suggestive, Self::Ridge, Self::Valley];
 
     /// From `Edge::kind`.
     fn of(number: u32) -> Self {
         match number {
             1 => Self::Border,
             2 => Self::Crease,
+            3 => Self::Suggestive,
+            4 => Self::Ridge,
+            5 => Self::Valley,
             _ => Self::Contour,
         }
     }

@@ -12,6 +12,8 @@ use roxmltree::Document;
 use super::{SIZE_PX, drawing, hill, read, settings, strokes_of, written};
 use crate::polyline;
 
+const LAYERS: [&str; 6] = ["contours", "borders", "creases", "suggestive-contours", "ridges", "valleys"];
+
 #[test]
 fn layers_are_kinds() {
     let Some(mut world) = hill() else { return };
@@ -20,18 +22,28 @@ fn layers_are_kinds() {
         let (text, report) = written(&drawn.polylines, &settings(Sheet::pixels(SIZE_PX)));
         let paths = read(&text);
         let of = |layer: &str| paths.iter().filter(|read| read.layer == layer).count();
-        let ours = ["contours", "borders", "creases"].map(of);
-        assert_eq!(ours.map(|count| count as u64), [report.contours, report.borders, report.creases]);
+        let ours = LAYERS.map(of);
+        let told = [report.contours, report.borders, report.creases, report.suggestive, report.ridges, report.valleys];
+        assert_eq!(ours.map(|count| count as u64), told);
         let kinds = EdgeKind::ALL.map(|kind| drawn.polylines.iter().filter(|line| line.kind == kind).count());
         assert_eq!(ours, kinds);
         let order: Vec<&str> = paths.iter().map(|read| read.layer.as_str()).collect();
-        assert!(order.is_sorted_by_key(|layer| ["contours", "borders", "creases"].iter().position(|it| it == layer)));
+        assert!(order.is_sorted_by_key(|layer| LAYERS.iter().position(|it| it == layer)));
         ours
     };
-    let [contours, borders, creases] = counts(&|_| {});
-    assert!(contours > 0 && borders > 0 && creases == 0, "{contours} {borders} {creases}");
+    let plain = counts(&|_| {});
+    assert!(plain[0] > 0 && plain[1] > 0 && plain[2..] == [0; 4], "{plain:?}");
     assert_eq!(counts(&|strokes| strokes.borders = false)[1], 0);
     assert!(counts(&|strokes| strokes.crease_deg = Some(3.0))[2] > 0);
+    let suggest = |strokes: &mut hachure::style::Strokes| {
+        (strokes.suggestive_px, strokes.suggestive_rise) = (Some(2.0), 1e-4);
+    };
+    assert!(counts(&suggest)[3] > 0);
+    let ridges = |strokes: &mut hachure::style::Strokes| {
+        (strokes.ridge_px, strokes.ridge_bend, strokes.valley_width) = (Some(2.0), 1e-3, 0.5);
+    };
+    let found = counts(&ridges);
+    assert!(found[4] > 0 && found[5] > 0, "{found:?}");
 }
 
 #[test]
