@@ -154,7 +154,7 @@ fn strokes_of_two_eyes_are_the_same_strokes() {
 #[test]
 fn marks_of_two_eyes_are_as_dark() {
     for (place, mut world, pose) in places(1) {
-        for name in ["crosshatch", "pencil", "woodcut"] {
+        for name in ["crosshatch", "pencil", "charcoal", "stipple"] {
             let style = Style::load(name).unwrap();
             let wide_m = wide_m(&mut world, pose, &style);
             let mut eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
