@@ -68,7 +68,7 @@ fn the_far_third_has_less_ink_than_the_near_one() {
             _ if style.rows.is_some() => 0.85,
             _ => 0.68,
         };
-        if part > most || clear_part < 1.6 * part {
+        if part > most || clear_part < 1.5 * part {
             failed.push(name);
         }
     }
