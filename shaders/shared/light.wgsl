@@ -36,7 +36,13 @@ fn light_tone(light: Light, surface: vec4<f32>, seen: vec2<f32>) -> f32 {
     let diffuse = pow(max(cosine, 0.0), 1.0 + light.wrap);
     let sun = diffuse * mix(1.0, seen.x, light.shadow);
     let sky = mix(1.0, seen.y, light.occlusion);
-    let lit = sky * mix(sun, 1.0, light.ambient);
+    return tone_of_lit(light, surface, sky * mix(sun, 1.0, light.ambient));
+}
+
+// The tone of a surface that is so light, by whatever light: with the darkness of its slope, exposure and contrast, and
+// paper where land is level.
+fn tone_of_lit(light: Light, surface: vec4<f32>, lit: f32) -> f32 {
+    let n = surface.xyz;
     // The angle in parts of 45 degrees, within 0.2 degrees (atan by a parabola).
     let steep = length(n.xy) / max(n.z, 1e-3);
     let by_slope = 1.0 - clamp(steep * (1.0 + 0.3476 * (1.0 - steep)), 0.0, 1.0);

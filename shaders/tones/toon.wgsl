@@ -9,16 +9,14 @@
 #ifdef HORIZON_MAPS
 #import hachure::horizon_maps::visibility_at
 #endif
-#import hachure::mark_normal::{FLAT, between_blocks}
+#import hachure::lit_normal::lit_normal
+#import hachure::mark_normal::FLAT
 
 #ifdef LOCAL_COLOR
 #import hachure::color::luminance
 #import hachure::local_color::{hue_of, glaze}
 #import hachure::surface_id::{kind_of, MESH, TREE}
 #endif
-
-// A block of the form that sees another face still knows more of it than a sample of the land.
-const BESIDE: f32 = 0.05;
 
 const HEIGHT: u32 = 0u;
 const SLOPE: u32 = 1u;
@@ -43,6 +41,11 @@ struct Toon {
     high_m: f32,
     // How much trees and models have of their own colours.
     local: f32,
+    // 1: light comes from `relief_light`. And how much of its colour tones have.
+    relief: f32,
+    light_color: f32,
+    pad_a: f32,
+    pad_b: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -57,6 +60,8 @@ struct Toon {
 // What light falls on: see surface/form.wgsl. One empty texel where that is the land as it is.
 @group(0) @binding(18) var form_normal: texture_2d<f32>;
 @group(0) @binding(19) var<storage, read> focus: Focus;
+// See tones/relief/radiance.wgsl; one empty texel where light is not from there.
+@group(0) @binding(20) var relief_light: texture_2d<f32>;
 #ifdef MARKED_TREES
 @group(0) @binding(7) var mark_surface: texture_2d<f32>;
 #endif
@@ -113,11 +118,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
-    var n = textureLoad(normal, pixel, 0);
-    // The land, where light falls on its form; away from the focus it has less detail.
-    if n.w == 1.0 && light.detail < 1.0 {
-        n = vec4<f32>(normalize(mix(between_blocks(view, form_normal, pixel, at, n.xyz, BESIDE), n.xyz, light.detail * clear)), 1.0);
-    }
+    // Away from the focus there is less detail.
+    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), light.detail * clear);
 #ifdef HORIZON_MAPS
     var seen = visibility_at(at.xyz, light.to_sun);
 #else
@@ -126,7 +128,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #ifdef TREE_SHADOWS
     seen.x *= 1.0 - textureLoad(tree_shadow, pixel, 0).r;
 #endif
-    let value = mix(toon.darkest, toon.lightest, stepped(light_tone(light, n, seen)));
+    let relief = textureLoad(relief_light, select(vec2<i32>(0), pixel, toon.relief > 0.0), 0);
+    var lit = light_tone(light, n, seen);
+    if toon.relief > 0.0 {
+        lit = relief.a;
+    }
+    let value = mix(toon.darkest, toon.lightest, stepped(lit));
     var marked = value;
 #ifdef MARKED_TREES
     // Marks do not shade each leaf, and lines add to what they make dark.
@@ -137,7 +144,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 #endif
     let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz)) * half_of_focus(clear);
-    var color = ramp_color(value, attribute_at(at.xyz, n.xyz));
+    var color = ramp_color(value, attribute_at(at.xyz, n.xyz)) * mix(vec3<f32>(1.0), relief.rgb, toon.light_color);
 #ifdef LOCAL_COLOR
     let kind = kind_of(textureLoad(surface_id, pixel, 0).r);
     if kind == MESH || kind == TREE {

@@ -8,6 +8,7 @@ pub mod geojson;
 pub mod geojson_polygons;
 pub mod geotiff;
 pub mod guard;
+pub mod hdr;
 pub mod imprint;
 pub mod input;
 pub mod message;

@@ -9,7 +9,7 @@ use crate::gpu::target::Target;
 use crate::lines::tone::{self, tone_image};
 use crate::surface::{cuts, form, height_lines, mark_normal};
 use crate::tones::light::LightUniform;
-use crate::tones::{self, Local, TONE, balance, hatching, watercolor};
+use crate::tones::{self, Local, TONE, balance, hatching, relief, watercolor};
 
 /// The tones of an eye.
 pub(super) struct Shaded {
@@ -63,6 +63,23 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
     let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
+    let relief_light = style.drawn_relief().map(|relief| {
+        let lit = relief::Inputs {
+            view,
+            relief,
+            style,
+            light,
+            pose: &rig.eyes[0].pose,
+            terrain: &terrain.resources(),
+            horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
+            tree_shadow: tree_shadow.as_ref(),
+            surface_id,
+            position,
+            normal,
+            form_normal: form_normal.as_ref().unwrap_or(nothing),
+        };
+        relief::run(cx, &lit, targets)
+    });
     let asked = tones::Inputs {
         view,
         terrain: terrain.uniform(),
@@ -74,6 +91,8 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         position,
         normal,
         form_normal: form_normal.as_ref().unwrap_or(nothing),
+        relief_light: relief_light.as_ref(),
+        nothing,
         mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),

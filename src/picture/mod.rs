@@ -40,7 +40,7 @@ use crate::scene::view::{Clock, Part, Pose, Rig, View};
 use crate::style::color::srgb_from_linear;
 use crate::style::{Style, ToneLines};
 use crate::tiles::terrain::Loading;
-use crate::tones::balance;
+use crate::tones::{balance, relief};
 use crate::world::Surfaces;
 
 /// Bytes of a band of rows in memory, at most.
@@ -218,11 +218,12 @@ fn render_eyes<E>(
     let antialias = if is_flight { request.antialias } else { Antialias::None };
     let crowd_px = request.style.lines.as_ref().and_then(|lines| Cap::of(lines.crowd, lines.crowd_px));
     let crowd_px = crowd_px.map_or(0, |cap| cap.reach_px());
+    let relief_px = request.style.drawn_relief().map_or(0, relief::diffuse::reach_px);
     let tone_px = request.style.tone_lines.as_ref().map_or(0, ToneLines::reach_px);
     let mirrors = request.style.water.as_ref().is_some_and(|water| water.mirror > 0.0);
     let mirror_px = if mirrors { MIRROR_REACH_PX as u32 + parts.margin_px } else { 0 };
     let margin_px =
-        (parts.margin_px + parallax_px + crowd_px).max(stroke_px).max(balance_px).max(mirror_px).max(tone_px);
+        (parts.margin_px + parallax_px + crowd_px).max(stroke_px).max(balance_px).max(mirror_px).max(tone_px).max(relief_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {

@@ -1,6 +1,7 @@
 //! What is wrong with a style, or with what it names.
 
 use super::{marks, names, texture};
+use crate::file::hdr::HdrError;
 use crate::file::message::{did_you_mean, named, printable, shown};
 use crate::file::toml_text::TomlError;
 
@@ -63,6 +64,9 @@ pub enum StyleError {
         /// What, in one line.
         cause: String,
     },
+    /// A picture of the surroundings does not hold.
+    #[error(transparent)]
+    Environment(#[from] HdrError),
     /// A recipe that a style names is not there or does not hold.
     #[error("{place}")]
     Named {

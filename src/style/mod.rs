@@ -12,6 +12,7 @@ mod lines;
 pub mod marks;
 pub mod parameters;
 mod recipes;
+mod relief;
 mod rims;
 mod rows;
 pub mod scale;
@@ -35,6 +36,7 @@ pub use height_lines::HeightLines;
 pub use held::StyleFiles;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 use parameters::{Range, parameters};
+pub use relief::{Relief, ReliefKind};
 pub use rims::Rims;
 pub use rows::Rows;
 pub use sky::Sky;
@@ -92,6 +94,8 @@ parameters! {
         tone: Tone;
         /// How light falls, for tones in steps and for marks.
         light: Shading;
+        /// Light that brings out relief; without the section light falls as it does.
+        relief: Option<Relief>;
         /// Tones that run and settle as water and pigment do; without the section they stay as they are.
         watercolor: Option<Watercolor>;
         /// Tones made of marks; without the section none are drawn.
@@ -259,6 +263,11 @@ impl Style {
         of_land.or(self.hatching.as_ref().map(|hatching| hatching.faintest)).unwrap_or(1.0)
     }
 
+    /// The light that brings out relief, if its tones take it.
+    pub fn drawn_relief(&self) -> Option<&Relief> {
+        self.relief.as_ref().filter(|_| matches!(self.tone, Tone::Toon(_)))
+    }
+
     /// Whether tones have the shadows that trees throw.
     pub fn asks_for_tree_shadows(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0
@@ -322,6 +331,10 @@ impl Style {
                 style.files.extend(layer.files(folder));
             }
             hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        }
+        if let Some(relief) = &mut style.relief {
+            relief.complete(folder).map_err(|error| named("relief.environment", error))?;
+            style.files.extend(relief.file(folder));
         }
         if let Some(cuts) = &mut style.cuts {
             cuts.layers.sort_by(|a, b| a.from.total_cmp(&b.from));

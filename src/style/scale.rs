@@ -27,6 +27,11 @@ impl Style {
         scale(&mut style.curvature.feature_px, 1.0, 256.0);
         scale(&mut style.curvature.warp_px, 0.0, 16.0);
         scale(&mut style.curvature.warp_length_px, 4.0, 1000.0);
+        if let Some(relief) = &mut style.relief {
+            scale(&mut relief.alpha_px, -1000.0, 1000.0);
+            scale(&mut relief.scale_px, 0.0, 12.0);
+            scale(&mut relief.finest_px, 1.0, 64.0);
+        }
         if let Some(lines) = &mut style.tone_lines {
             scale(&mut lines.width_px, 1.0, 16.0);
             scale(&mut lines.shortest_px, 0.0, 256.0);

@@ -6,6 +6,7 @@ pub mod fractal_hatching;
 pub mod hatching;
 pub mod light;
 pub mod plain;
+pub mod relief;
 pub mod tonal_art_map;
 pub mod toon;
 pub mod water;
@@ -63,6 +64,10 @@ pub struct Inputs<'a> {
     /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL) for a style whose light falls on the form of the land, or
     /// nothing.
     pub form_normal: &'a Target,
+    /// [`RELIEF_LIGHT`](relief::RELIEF_LIGHT) of a style that brings out relief.
+    pub relief_light: Option<&'a Target>,
+    /// What stands for pictures that are not there.
+    pub nothing: &'a Target,
     /// What marks shade, which says how dark they are on trees; none where there are no marks or trees.
     pub mark_surface: Option<&'a Target>,
     /// What the shadows of trees take of the sun, if there are any and the style asks.

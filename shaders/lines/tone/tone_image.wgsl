@@ -14,7 +14,7 @@
 // - Far and near are told by haze, as the widths of strokes are (lines/strokes/samples.wgsl).
 #import hachure::view::{View, from_eye}
 #import hachure::light::{Light, light_tone}
-#import hachure::mark_normal::between_blocks
+#import hachure::lit_normal::lit_normal
 
 struct ToneRules {
     // Unit, toward the light; all 0 is a light at the eye.
@@ -40,8 +40,6 @@ struct ToneRules {
 // r: diffuse tone, 0 black to 1 white; g: specular; b: width of lines in pixels; a: 1 is surface, and all 0 is the sky.
 @group(0) @binding(6) var tone_image: texture_storage_2d<rgba16float, write>;
 
-// Land of another face counts so much at least, as for tones (tones/toon.wgsl).
-const BESIDE: f32 = 0.05;
 // Widths by depth: at this part of the haze a line is as wide as asked, and these are the least and the most.
 const AS_ASKED: f32 = 0.05;
 const LEAST_WIDTH: f32 = 0.4;
@@ -60,11 +58,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tone_image, pixel, vec4<f32>(0.0));
         return;
     }
-    var n = textureLoad(normal, pixel, 0);
-    if n.w == 1.0 && tone_rules.abstracted > 0.0 {
-        let form = between_blocks(view, form_normal, pixel, at, n.xyz, BESIDE);
-        n = vec4<f32>(normalize(mix(n.xyz, form, tone_rules.abstracted)), 1.0);
-    }
+    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), 1.0 - tone_rules.abstracted);
     let to_eye = -normalize(from_eye(view, at.xyz));
     var lit = light;
     lit.to_sun = select(tone_rules.to_light, to_eye, all(tone_rules.to_light == vec3<f32>(0.0)));

@@ -1,0 +1,70 @@
+// How light a place is where relief is shaded at several scales at once (Rusinkiewicz, Burns and DeCarlo 2006, "Exaggerated
+// Shading for Depicting Shape and Detail").
+//
+// For each scale the land's normal is held against a light that grazes the next coarser form: the sun's direction less its
+// part along that form's normal. So ridges of every size have a light and a dark side, on slopes that face the sun too. The
+// product is exaggerated and clamped, and scales are added by their weights, with the coarsest form in the light as it is.
+//
+// Changes: forms are levels of the pyramid under a B-spline, so many pixels to a sample (surface/form.wgsl), and scales
+// double where the paper's grow by the square root of two. What is no land has no forms, and the light as it is.
+#import hachure::view::{View, from_eye}
+#import hachure::terrain::grid_from_world
+#import hachure::earth::{Unbent, unbend}
+#import hachure::form::{level_seen, normal_of_level}
+#import hachure::light::{Light, tone_of_lit}
+#import hachure::surface_id::{kind_of, LAND}
+
+struct ExaggerateRules {
+    scales: u32,
+    // Size of a sample of the finest form, in pixels.
+    finest_px: f32,
+    // Before the product is clamped.
+    exaggeration: f32,
+    // How many times as much each coarser scale counts.
+    coarser: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> light: Light;
+@group(0) @binding(2) var<uniform> exaggerate_rules: ExaggerateRules;
+@group(0) @binding(3) var surface_id: texture_2d<u32>;
+@group(0) @binding(4) var position: texture_2d<f32>;
+@group(0) @binding(5) var normal: texture_2d<f32>;
+// rgb: white; a: the tone that is asked for.
+@group(0) @binding(6) var relief_light: texture_storage_2d<rgba16float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 {
+        textureStore(relief_light, pixel, vec4<f32>(1.0));
+        return;
+    }
+    let own = textureLoad(normal, pixel, 0);
+    var lit = 0.5 + 0.5 * dot(own.xyz, light.to_sun);
+    if kind_of(textureLoad(surface_id, pixel, 0).r) == LAND {
+        let flat_place = unbend(at.xyz);
+        let point = grid_from_world(flat_place.flat_m.xy);
+        let finest = level_seen(view, at.xyz, flat_place, point, exaggerate_rules.finest_px);
+        var fine = own.xyz;
+        var weight = 1.0;
+        var sum = 0.0;
+        var weights = 0.0;
+        for (var i = 0u; i < exaggerate_rules.scales; i++) {
+            let coarse = normal_of_level(flat_place, point, finest + f32(i));
+            let along = light.to_sun - coarse * dot(coarse, light.to_sun);
+            let grazing = along * inverseSqrt(max(dot(along, along), 1e-8));
+            sum += weight * clamp(exaggerate_rules.exaggeration * dot(fine, grazing), -1.0, 1.0);
+            weights += weight;
+            weight *= exaggerate_rules.coarser;
+            fine = coarse;
+        }
+        sum += weight * dot(fine, light.to_sun);
+        lit = 0.5 + 0.5 * sum / (weights + weight);
+    }
+    textureStore(relief_light, pixel, vec4<f32>(vec3<f32>(1.0), tone_of_lit(light, own, lit)));
+}

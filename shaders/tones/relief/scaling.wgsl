@@ -1,0 +1,73 @@
+// How light a place is where its light is scaled by curvature (Vergne, Pacanowski, Barla, Granier and Schlick 2010, "Radiance
+// Scaling for Versatile Surface Enhancement", section 3): one light, and so cheaper than a warp of many.
+//
+// With d how light a place is and e = exp(-gamma kappa), d is multiplied by
+// (alpha e + d (1 - alpha - alpha e)) / (alpha + d (e - alpha - alpha e)). What is lighter than alpha becomes lighter where
+// the surface bulges and darker in hollows, what is darker the other way around, and kappa = 0 leaves it as it is. Kappa is
+// the mean curvature, here brought within -1 and 1 by an arctangent as the warp's is.
+#import hachure::view::{View, from_eye}
+#import hachure::focus::{Focus, in_focus}
+#import hachure::light::{Light, light_tone}
+#ifdef HORIZON_MAPS
+#import hachure::horizon_maps::visibility_at
+#endif
+#import hachure::lit_normal::lit_normal
+#import hachure::relief::{ReliefRules, bend_at}
+
+struct ScalingRules {
+    // How strong it is: gamma.
+    strength: f32,
+    // The tone that stays as it is: alpha.
+    invariant: f32,
+}
+
+@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(1) var<uniform> light: Light;
+@group(0) @binding(2) var<uniform> relief_rules: ReliefRules;
+@group(0) @binding(3) var<uniform> scaling_rules: ScalingRules;
+@group(0) @binding(4) var<storage, read> focus: Focus;
+@group(0) @binding(5) var position: texture_2d<f32>;
+@group(0) @binding(6) var normal: texture_2d<f32>;
+@group(0) @binding(7) var form_normal: texture_2d<f32>;
+@group(0) @binding(8) var depth_gradient: texture_2d<f32>;
+// rgb: white; a: the tone that is asked for.
+@group(0) @binding(9) var relief_light: texture_storage_2d<rgba16float, write>;
+#ifdef TREE_SHADOWS
+@group(0) @binding(11) var tree_shadow: texture_2d<f32>;
+#endif
+
+const PI: f32 = 3.14159265;
+
+fn scaled(lit: f32, kappa: f32) -> f32 {
+    let alpha = scaling_rules.invariant;
+    let e = exp(-scaling_rules.strength * kappa);
+    let factor = (alpha * e + lit * (1.0 - alpha - alpha * e)) / (alpha + lit * (e - alpha - alpha * e));
+    return clamp(lit * factor, 0.0, 1.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
+    }
+    let pixel = vec2<i32>(id.xy);
+    let at = textureLoad(position, pixel, 0);
+    if at.w <= 0.0 {
+        textureStore(relief_light, pixel, vec4<f32>(1.0));
+        return;
+    }
+    let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
+    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), light.detail * clear);
+#ifdef HORIZON_MAPS
+    var seen = visibility_at(at.xyz, light.to_sun);
+#else
+    var seen = vec2<f32>(1.0);
+#endif
+#ifdef TREE_SHADOWS
+    seen.x *= 1.0 - textureLoad(tree_shadow, pixel, 0).r;
+#endif
+    let facing = clamp(-dot(n.xyz, normalize(from_eye(view, at.xyz))), 0.0, 1.0);
+    let bend = bend_at(view, relief_rules, depth_gradient, pixel, at.w, facing);
+    let kappa = atan(0.5 * (bend.x + bend.z)) * 2.0 / PI;
+    textureStore(relief_light, pixel, vec4<f32>(vec3<f32>(1.0), scaled(light_tone(light, n, seen), kappa)));
+}

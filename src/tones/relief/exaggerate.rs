@@ -1,0 +1,28 @@
+//! Relief at several scales at once. See `shaders/tones/relief/exaggerate.wgsl`.
+
+use super::{Inputs, Shared};
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::tones::relief::exaggerate::ExaggerateRules;
+
+/// Lights what the inputs show.
+pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_light: &Target) {
+    let relief = inputs.relief;
+    let rules = ExaggerateRules {
+        scales: relief.scales,
+        finest_px: relief.finest_px,
+        exaggeration: relief.exaggeration,
+        coarser: relief.coarser,
+    };
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("light", shared.light.clone()),
+        ("exaggerate_rules", cx.uniform("exaggerate rules", &rules)),
+        ("surface_id", inputs.surface_id.into()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("relief_light", relief_light.into()),
+    ];
+    resources.extend(inputs.terrain.iter().cloned());
+    cx.pixels("tones/relief/exaggerate", relief_light.size_px(), &resources);
+}

@@ -1,0 +1,81 @@
+//! Light of all that surrounds the scene, warped by curvature. See `shaders/tones/relief/radiance.wgsl`.
+
+use super::surroundings::SkyParts;
+use super::{Inputs, Shared, shadow_resources, shadows};
+use crate::gpu::buffer::BufferKind;
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
+
+/// `SkyLight`s.
+const SKY_LIGHTS: BufferKind = BufferKind::storage("sky lights");
+
+/// By [`shadows`]; warped light counts 4.
+const DEFINITIONS: [&[&str]; 8] = [
+    &[],
+    &["TREE_SHADOWS"],
+    &["HORIZON_MAPS"],
+    &["HORIZON_MAPS", "TREE_SHADOWS"],
+    &["WARPED"],
+    &["TREE_SHADOWS", "WARPED"],
+    &["HORIZON_MAPS", "WARPED"],
+    &["HORIZON_MAPS", "TREE_SHADOWS", "WARPED"],
+];
+
+/// Lights what the inputs show; `slopes` is the blurred gradient of depth, and without it light is not warped.
+pub(super) fn run(
+    cx: &mut Cx<'_>,
+    inputs: &Inputs<'_>,
+    shared: &Shared,
+    slopes: Option<&Target>,
+    relief_light: &Target,
+) {
+    let (relief, to_sun) = (inputs.relief, inputs.light.to_sun);
+    let made = cx.kept(
+        |parts: &SkyParts| parts.is_of(relief, to_sun),
+        |_| Ok::<_, std::convert::Infallible>(SkyParts::new(relief, to_sun)),
+    );
+    let Ok(parts) = made;
+    let (right, down) = (inputs.pose.right, -inputs.pose.up);
+    let on_picture = |direction: glam::DVec3| {
+        glam::DVec3::new(right.dot(direction), down.dot(direction), -inputs.pose.forward.dot(direction))
+            .as_vec3()
+            .to_array()
+    };
+    let lights: Vec<SkyLight> = (parts.parts.iter())
+        .map(|light| SkyLight {
+            direction: on_picture(light.direction),
+            radiance: light.radiance.map(|channel| channel as f32),
+            ..SkyLight::default()
+        })
+        .collect();
+    let uniform = Surroundings {
+        right: right.as_vec3().to_array(),
+        gamma: relief.gamma,
+        down: down.as_vec3().to_array(),
+        gloss: relief.gloss,
+        to_sun: on_picture(to_sun),
+        shininess: relief.shininess,
+        sun: parts.sun.map(|channel| channel as f32),
+        count: lights.len() as u32,
+    };
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("light", shared.light.clone()),
+        ("surroundings", cx.uniform("surroundings", &uniform)),
+        ("focus", shared.focus.clone()),
+        ("sky_lights", cx.upload(&SKY_LIGHTS, &lights).binding()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("form_normal", inputs.form_normal.into()),
+        ("relief_light", relief_light.into()),
+    ];
+    resources.extend(shadow_resources(inputs));
+    if let Some(slopes) = slopes {
+        resources.push(("relief_rules", shared.rules.clone()));
+        resources.push(("depth_gradient", slopes.into()));
+    }
+    let definitions = DEFINITIONS[shadows(inputs) + 4 * usize::from(slopes.is_some())];
+    cx.pixels(Compute { name: "tones/relief/radiance", definitions }, relief_light.size_px(), &resources);
+}

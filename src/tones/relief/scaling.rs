@@ -1,0 +1,36 @@
+//! Light that is scaled by curvature. See `shaders/tones/relief/scaling.wgsl`.
+
+use super::{Inputs, Shared, shadow_resources, shadows};
+use crate::gpu::pipelines::Compute;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::Target;
+use crate::gpu::wgsl::tones::relief::scaling::ScalingRules;
+
+/// By [`shadows`].
+const DEFINITIONS: [&[&str]; 4] = [&[], &["TREE_SHADOWS"], &["HORIZON_MAPS"], &["HORIZON_MAPS", "TREE_SHADOWS"]];
+
+/// Lights what the inputs show; `slopes` is the blurred gradient of depth, and without it nothing bends.
+pub(super) fn run(
+    cx: &mut Cx<'_>,
+    inputs: &Inputs<'_>,
+    shared: &Shared,
+    slopes: Option<&Target>,
+    relief_light: &Target,
+) {
+    let rules = ScalingRules { strength: inputs.relief.scaling, invariant: inputs.relief.invariant };
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("light", shared.light.clone()),
+        ("relief_rules", shared.rules.clone()),
+        ("scaling_rules", cx.uniform("scaling rules", &rules)),
+        ("focus", shared.focus.clone()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("form_normal", inputs.form_normal.into()),
+        ("depth_gradient", slopes.unwrap_or(inputs.form_normal).into()),
+        ("relief_light", relief_light.into()),
+    ];
+    resources.extend(shadow_resources(inputs));
+    let definitions = DEFINITIONS[shadows(inputs)];
+    cx.pixels(Compute { name: "tones/relief/scaling", definitions }, relief_light.size_px(), &resources);
+}
