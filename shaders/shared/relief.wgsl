@@ -56,16 +56,20 @@ fn on_plane(view: View, own: vec4<f32>, other: vec4<f32>, offset_px: vec2<f32>) 
 }
 
 // The view-centred curvature at a pixel, times alpha: xx, xy, yy, positive where the surface bulges toward the eye (Vergne
-// and others 2009, sections 4.2 and 4.4, step 7: a Sobel filter on the gradient, and flat where conductance is 0).
+// and others 2009, sections 4.2 and 4.4, step 7: a Sobel filter on the gradient, and flat where conductance is 0 about
+// the pixel).
 // `facing` is the cosine between normal and ray.
 fn bend_at(view: View, rules: ReliefRules, depth_gradient: texture_2d<f32>, pixel: vec2<i32>, depth_m: f32, facing: f32) -> vec3<f32> {
     let own = unpacked(textureLoad(depth_gradient, pixel, 0));
+    // A pixel beside a silhouette has a gradient that nothing around it has.
+    var whole = own.conductance;
     var by_x = vec2<f32>(0.0);
     var by_y = vec2<f32>(0.0);
     for (var i = 0; i < 9; i++) {
         let way = vec2<i32>(i % 3, i / 3) - 1;
         let at = clamp(pixel + way, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
         let beside = unpacked(textureLoad(depth_gradient, at, 0));
+        whole = min(whole, beside.conductance);
         // Across a silhouette the surface is taken to go on as it is.
         let slope = mix(own.slope, beside.slope, beside.conductance);
         by_x += f32(way.x * (2 - abs(way.y))) / 8.0 * slope;
@@ -74,5 +78,5 @@ fn bend_at(view: View, rules: ReliefRules, depth_gradient: texture_2d<f32>, pixe
     // Inverse depth falls where depth rises.
     let bend = -depth_m * vec3<f32>(by_x.x, 0.5 * (by_x.y + by_y.x), by_y.y);
     let seen_along = pow(facing, 2.0 * (1.0 - rules.foreshortening));
-    return rules.alpha_px * own.conductance * seen_along * bend;
+    return rules.alpha_px * whole * seen_along * bend;
 }

@@ -71,7 +71,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
             light,
             pose: &rig.eyes[0].pose,
             terrain: &terrain.resources(),
-            horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
+            horizon_maps: horizon_maps.and_then(|_| Some((terrain.uniform(), terrain.horizon_map_resources()?))),
             tree_shadow: tree_shadow.as_ref(),
             surface_id,
             position,

@@ -67,11 +67,11 @@ struct SkyLight {
 // rgb: the light's colour, of luminance 1; a: the tone that is asked for.
 @group(0) @binding(8) var relief_light: texture_storage_2d<rgba16float, write>;
 #ifdef WARPED
-@group(0) @binding(9) var<uniform> relief_rules: ReliefRules;
-@group(0) @binding(10) var depth_gradient: texture_2d<f32>;
+@group(0) @binding(20) var<uniform> relief_rules: ReliefRules;
+@group(0) @binding(21) var depth_gradient: texture_2d<f32>;
 #endif
 #ifdef TREE_SHADOWS
-@group(0) @binding(11) var tree_shadow: texture_2d<f32>;
+@group(0) @binding(22) var tree_shadow: texture_2d<f32>;
 #endif
 
 const PI: f32 = 3.14159265;

@@ -33,7 +33,7 @@ struct ScalingRules {
 // rgb: white; a: the tone that is asked for.
 @group(0) @binding(9) var relief_light: texture_storage_2d<rgba16float, write>;
 #ifdef TREE_SHADOWS
-@group(0) @binding(11) var tree_shadow: texture_2d<f32>;
+@group(0) @binding(22) var tree_shadow: texture_2d<f32>;
 #endif
 
 const PI: f32 = 3.14159265;

@@ -43,8 +43,8 @@ pub struct Inputs<'a> {
     pub pose: &'a Pose,
     /// Heights and tables.
     pub terrain: &'a [Named],
-    /// What the land sees of the sun and the sky, for a style that asks.
-    pub horizon_maps: Option<[Named; 5]>,
+    /// What the land sees of the sun and the sky, for a style that asks, with `Terrain`.
+    pub horizon_maps: Option<(Named, [Named; 5])>,
     /// What the shadows of trees take of the sun, if there are any and the style asks.
     pub tree_shadow: Option<&'a Target>,
     /// What is seen.
@@ -86,7 +86,7 @@ fn shadows(inputs: &Inputs<'_>) -> usize {
 
 /// What both passes with shadows read of them.
 fn shadow_resources(inputs: &Inputs<'_>) -> impl Iterator<Item = Named> {
-    let of_land = inputs.horizon_maps.clone().into_iter().flatten();
+    let of_land = inputs.horizon_maps.clone().into_iter().flat_map(|(terrain, maps)| std::iter::once(terrain).chain(maps));
     of_land.chain(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())))
 }
 
