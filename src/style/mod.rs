@@ -73,6 +73,7 @@ const PRESETS: &[(&str, &str)] = &[
     ("panorama", include_str!("presets/panorama.toml")),
     ("suggestive", include_str!("presets/suggestive.toml")),
     ("tone-lines", include_str!("presets/tone-lines.toml")),
+    ("relief", include_str!("presets/relief.toml")),
 ];
 
 parameters! {
