@@ -22,7 +22,7 @@ use hachure::scene::Wind;
 use hachure::scene::forest::Form;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
-use hachure::style::{self, Detector, Style};
+use hachure::style::{self, Detector, ReliefKind, Style};
 use hachure::surface::hidden::HiddenArea;
 
 use crate::common::World;
@@ -141,6 +141,13 @@ fn traces() -> Option<Traces> {
     let mut frame = Frame::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
     traces.add("styles with `detector = \"curvature\"`", &trace);
+    for kind in [ReliefKind::Scaling, ReliefKind::Exaggerated] {
+        let mut style = Style::load("relief").unwrap();
+        style.relief.as_mut().unwrap().kind = kind;
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+        traces.add(&format!("styles with relief of kind `{}`", kind.name()), &trace);
+    }
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut frame, &style.clone().for_map(10.0), [pose; 2]);
