@@ -16,6 +16,11 @@ impl Bounds {
     pub fn distance_m(&self) -> f64 {
         DVec3::ZERO.clamp(self.low_m, self.high_m).length()
     }
+
+    /// The distance from the camera to the farthest point of the box.
+    pub fn farthest_m(&self) -> f64 {
+        self.low_m.abs().max(self.high_m.abs()).length()
+    }
 }
 
 /// The side planes of a view's pyramid, by their inward normals; all pass through the camera.

@@ -14,6 +14,8 @@ pub(super) const MAX_LEVEL_STEP: i32 = 3;
 pub(super) struct Leaf {
     /// From the camera to its box.
     pub distance_m: f64,
+    /// From the camera to the farthest point of its box.
+    pub farthest_m: f64,
     /// Continuous, absolute.
     pub level: f64,
     /// Whether it has void samples.
@@ -137,6 +139,7 @@ impl Leaves {
             };
             if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
             selection.leaves.push(key);
+            selection.distances_m.push([leaf.distance_m, leaf.farthest_m]);
         }
         selection
     }

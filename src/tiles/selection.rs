@@ -63,7 +63,7 @@ impl PatchKey {
     }
 
     /// First sample and side in samples.
-    pub(super) fn area(self) -> (DVec2, f64) {
+    pub fn area(self) -> (DVec2, f64) {
         let side = f64::from(PATCH_QUADS) * f64::from(self.level).exp2();
         (DVec2::new(self.x as f64, self.y as f64) * side, side)
     }
@@ -97,6 +97,8 @@ pub struct Selection {
     pub with_holes: Vec<PatchInstance>,
     /// The leaves in the order of `solid`, then `with_holes`.
     pub leaves: Vec<PatchKey>,
+    /// From the camera to the nearest and to the farthest point of each of their boxes.
+    pub distances_m: Vec<[f64; 2]>,
 }
 
 impl Selection {

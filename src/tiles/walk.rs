@@ -273,7 +273,8 @@ impl<'a> Walk<'a> {
         // must come to the same vertices to the bit.
         let level = f64::from(key.level) + (way.max(seen.above) * LEVEL_STEPS).round() / LEVEL_STEPS;
         let distance_m = self.distance_m(seen);
-        self.leaves.insert(key, Leaf { distance_m, level, holes: seen.statistics.voids != Voids::None });
+        let (farthest_m, holes) = (seen.bounds.farthest_m(), seen.statistics.voids != Voids::None);
+        self.leaves.insert(key, Leaf { distance_m, farthest_m, level, holes });
     }
 
     /// Splits leaves that have neighbours too much finer than themselves; where one cannot be split, its neighbours are

@@ -11,26 +11,33 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-use super::RowPlan;
+use super::{PlannedPool, RowPlan};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::wgsl::shared::rows::{CELLS, MOST_CANDIDATES, RowBlock, RowRules, WORDS};
 use crate::pyramid::TileStore;
-use crate::scene::frustum::{Bounds, Frustum};
 use crate::scene::view::{Rig, View};
 use crate::style::Rows;
+use crate::tiles::selection::Selection;
 use crate::tiles::terrain::{Loading, Terrain};
 
 /// Blocks that a frame makes if it must not wait, and that one submit makes if it must.
 pub const JOBS_AT_ONCE: usize = 8;
-/// Blocks that are kept: 132 MB of candidates, and less than what a binding may hold.
-const SLOTS: usize = 96;
+/// Blocks of a pool: 66 MB of candidates, half of what a binding may hold.
+const POOL_SLOTS: usize = 48;
+/// Pools that there always are, so that blocks are kept that go out of view; and at most. A picture that needs more has
+/// wider spacings.
+const POOLS: std::ops::RangeInclusive<usize> = 2..=12;
+/// By how much these widen at a time.
+const WIDER: f32 = 1.19;
 /// The finest blocks: their cells are so many halvings of a sample.
 const LEAST_LEVEL: i32 = -6;
 /// A cell is as wide as so many spacings, in the middle of what it may be.
 const MEAN_CELL: f32 = 1.4;
 /// In octaves: beyond what is seen of a level (`FADE` of `marks.wgsl`).
 const BEYOND: f64 = 0.08;
+/// Cells: so far from its middle a mark may come into view.
+const AROUND: f64 = 4.0;
 /// Marks for so many pixels of a picture, by their spacing squared.
 const MARKS_PER_SPACING: f32 = 2.0;
 
@@ -65,7 +72,7 @@ struct MadeOf {
 /// The blocks that are kept, on the GPU.
 #[derive(Default)]
 pub struct RowMemory {
-    buffers: Option<[Buffer; 2]>,
+    pools: Vec<[Buffer; 2]>,
     /// Keeps the world alive that the blocks belong to, so that none has its address.
     store: Option<Arc<dyn TileStore>>,
     made_of: Option<MadeOf>,
@@ -89,20 +96,35 @@ impl RowMemory {
     }
 
     /// Says which blocks a frame makes and draws; they count as made. `is_whole` says that all tiles are there.
-    pub fn plan(&mut self, gpu: &Gpu, terrain: &Terrain, rig: &Rig, rows: &Rows, is_whole: bool) -> RowPlan {
+    pub fn plan(
+        &mut self,
+        gpu: &Gpu,
+        terrain: &Terrain,
+        selection: &Selection,
+        rig: &Rig,
+        rows: &Rows,
+        is_whole: bool,
+    ) -> RowPlan {
         self.frame += 1;
         self.planned.clear();
         let pixels = rig.eyes.iter().map(|eye| eye.part.size_px.map(|side| side as f32).iter().product::<f32>());
         let spacing_m = terrain.grid_projection().spacing_m();
         let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
         let greatest_level = greatest_level(terrain);
+        let most_blocks = POOL_SLOTS * POOLS.end();
+        let mut spacing_px = rows.spacing_px;
+        let mut wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
+        while wanted.len() > most_blocks {
+            spacing_px *= WIDER;
+            wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
+        }
         let rules = RowRules {
-            spacing_px: rows.spacing_px,
+            spacing_px,
             row_cells: rows.length / MEAN_CELL,
             level: rows.level_deg.to_radians().tan(),
             darkest: rows.darkest,
             taper: rows.taper,
-            most_marks: (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / rows.spacing_px.powi(2)) as u32,
+            most_marks: (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32,
             cell_px_m: (spacing_m * focal_px) as f32,
             least_level: LEAST_LEVEL as f32,
             greatest_level: greatest_level as f32,
@@ -115,25 +137,20 @@ impl RowMemory {
             self.made_of = Some(made_of);
             self.store = Some(Arc::clone(store));
         }
-        let [counts, candidates] = self.buffers.get_or_insert_with(|| {
-            let bytes = SLOTS as u64 * u64::from(MOST_CANDIDATES * WORDS) * 4;
-            [Buffer::new(gpu, &COUNTS, 4 * SLOTS as u64), Buffer::new(gpu, &CANDIDATES, bytes)]
-        });
-        let (counts, candidates) = (counts.clone(), candidates.clone());
+        let pools = wanted.len().div_ceil(POOL_SLOTS).clamp(*POOLS.start(), *POOLS.end());
+        while self.pools.len() < pools {
+            let bytes = POOL_SLOTS as u64 * u64::from(MOST_CANDIDATES * WORDS) * 4;
+            self.pools.push([Buffer::new(gpu, &COUNTS, 4 * POOL_SLOTS as u64), Buffer::new(gpu, &CANDIDATES, bytes)]);
+        }
+        let mut plan: Vec<PlannedPool> = self
+            .pools
+            .iter()
+            .map(|[counts, candidates]| PlannedPool::new(counts.clone(), candidates.clone()))
+            .collect();
 
-        let look = Look {
-            terrain,
-            frusta: rig.eyes.iter().map(View::frustum).collect(),
-            origin_m: rig.origin_m,
-            // At a distance of a metre a cell of level 0 has so many spacings.
-            cells_m: spacing_m * focal_px / f64::from(rows.spacing_px),
-            greatest_level,
-        };
-        let mut wanted = look.blocks();
         let waits = terrain.options().loading == Loading::Wait;
         let most = if waits { usize::MAX } else { JOBS_AT_ONCE };
-        wanted.truncate(SLOTS);
-        for (address, _) in &wanted {
+        for address in &wanted {
             if let Some(made) = self.made.get_mut(address) {
                 made.used_in = self.frame;
             }
@@ -142,30 +159,34 @@ impl RowMemory {
             None => true,
             Some(made) => is_whole && !made.is_whole,
         };
-        let (mut jobs, mut seen) = (Vec::new(), Vec::new());
+        let mut jobs = 0;
         self.is_late = false;
-        for (address, _) in &wanted {
+        for address in &wanted {
             let is_stale = stale(&self.made, address);
-            if is_stale && jobs.len() < most {
+            if is_stale && jobs < most {
                 let known = self.made.get(address).map(|made| made.slot);
                 let Some(slot) = known.or_else(|| self.free_slot()) else { continue };
                 self.made.insert(*address, Made { slot, used_in: self.frame, is_whole });
                 self.planned.push(*address);
-                jobs.push(block(terrain, *address, slot, rig.origin_m));
+                jobs += 1;
+                let [pool, slot] = pool_and_slot(slot);
+                plan[pool].jobs.push(block(terrain, *address, slot as u32, rig.origin_m));
             } else if is_stale {
                 self.is_late = true;
             }
             if let Some(made) = self.made.get(address) {
-                seen.push(block(terrain, *address, made.slot, rig.origin_m));
+                let [pool, slot] = pool_and_slot(made.slot);
+                plan[pool].seen.push(block(terrain, *address, slot as u32, rig.origin_m));
             }
         }
-        RowPlan { rules, jobs, seen, counts, candidates, is_late: self.is_late }
+        RowPlan { rules, pools: plan, is_late: self.is_late }
     }
 
     /// One that nobody has, or that of the block that was not used for longest.
     fn free_slot(&mut self) -> Option<u32> {
-        if self.made.len() < SLOTS {
-            let mut taken = [false; SLOTS];
+        let slots = POOL_SLOTS * self.pools.len();
+        if self.made.len() < slots {
+            let mut taken = vec![false; slots];
             self.made.values().for_each(|made| taken[made.slot as usize] = true);
             return taken.iter().position(|taken| !taken).map(|slot| slot as u32);
         }
@@ -174,6 +195,11 @@ impl RowMemory {
         let address = *address;
         self.made.remove(&address).map(|made| made.slot)
     }
+}
+
+/// The pool of a slot, and its number there.
+fn pool_and_slot(slot: u32) -> [usize; 2] {
+    [slot as usize / POOL_SLOTS, slot as usize % POOL_SLOTS]
 }
 
 /// A block as the shaders read it, seen from `origin_m`.
@@ -213,61 +239,31 @@ fn greatest_level(terrain: &Terrain) -> i32 {
     blocks.next_power_of_two().trailing_zeros() as i32
 }
 
-/// What is looked at.
-struct Look<'a> {
-    terrain: &'a Terrain,
-    frusta: Vec<Frustum>,
-    origin_m: DVec3,
-    cells_m: f64,
-    greatest_level: i32,
-}
-
-impl Look<'_> {
-    /// Blocks in view at the distances of their levels, with their distances, near ones first.
-    fn blocks(&self) -> Vec<(Address, f64)> {
-        let mut found = Vec::new();
-        self.walk(Address { level: self.greatest_level, x: 0, y: 0 }, &mut found);
-        found.sort_unstable_by(|(a, a_m), (b, b_m)| a_m.total_cmp(b_m).then(a.cmp(b)));
-        found
-    }
-
-    fn walk(&self, address: Address, found: &mut Vec<(Address, f64)>) {
-        let Address { level, x, y } = address;
-        let side = f64::from(CELLS) * f64::from(level).exp2();
-        let first = DVec2::new(f64::from(x), f64::from(y)) * side;
-        let size = self.terrain.store().levels()[0];
-        let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
-        if first.cmpgt(last).any() {
-            return;
-        }
-        let (low, high) = self.terrain.grid_projection().bounds(first, (first + side).min(last));
-        let [low_m, high_m] = self.terrain.range_m().map(f64::from);
-        let (low, high) = (low - self.origin_m.truncate(), high - self.origin_m.truncate());
-        let far_m = low.abs().max(high.abs()).length();
-        // The earth bends away.
-        let drop_m = 0.5 * far_m * far_m * self.terrain.earth_curvature(self.origin_m.z).inverse_radius;
-        let bounds = Bounds {
-            low_m: low.extend(low_m - self.origin_m.z - drop_m),
-            high_m: high.extend(high_m - self.origin_m.z),
-        };
-        if !self.frusta.iter().any(|frustum| frustum.may_see(&bounds)) {
-            return;
-        }
-        let nearest_m = bounds.distance_m();
-        let farthest_m = bounds.low_m.abs().max(bounds.high_m.abs()).length();
-        // The level that is seen at a distance: its cells are between one and two spacings wide.
-        let level_at = |distance_m: f64| 1.0 - (self.cells_m / distance_m.max(1e-3)).log2();
-        let (from, to) = (level_at(nearest_m), level_at(farthest_m));
-        let level_here = f64::from(level);
-        let is_near = from < level_here + 1.0 + BEYOND || level == self.greatest_level;
-        let is_far = to > level_here - BEYOND || level == LEAST_LEVEL;
-        if is_near && is_far {
-            found.push((address, nearest_m));
-        }
-        if level > LEAST_LEVEL && from < level_here + BEYOND {
-            for child in 0..4 {
-                self.walk(Address { level: level - 1, x: 2 * x + (child & 1), y: 2 * y + (child >> 1) }, found);
+/// The blocks of what is seen of the land, nearest first. At a distance of a metre a cell of level 0 has `cells_m`
+/// spacings.
+fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Address> {
+    // The level that is seen at a distance: its cells are between one and two spacings wide.
+    let level_at = |distance_m: f64| 1.0 - (cells_m / distance_m.max(1e-3)).log2();
+    let mut nearest_m: FxHashMap<Address, f64> = FxHashMap::default();
+    for (patch, [near_m, far_m]) in selection.leaves.iter().zip(&selection.distances_m) {
+        let finest = (level_at(*near_m) - 1.0 - BEYOND).floor() as i32 + 1;
+        let coarsest = (level_at(*far_m) + BEYOND).ceil() as i32 - 1;
+        let [finest, coarsest] = [finest, coarsest].map(|level| level.clamp(LEAST_LEVEL, greatest_level));
+        let (first, side) = patch.area();
+        for level in finest..=coarsest {
+            let cell = f64::from(level).exp2();
+            let number = |sample: f64| (sample / (f64::from(CELLS) * cell)).floor() as i32;
+            let most = (f64::from(greatest_level - level)).exp2() as i32 - 1;
+            let [low, high] = [first - AROUND * cell, first + side + AROUND * cell];
+            for y in number(low.y).max(0)..=number(high.y).min(most) {
+                for x in number(low.x).max(0)..=number(high.x).min(most) {
+                    let nearest = nearest_m.entry(Address { level, x, y }).or_insert(f64::INFINITY);
+                    *nearest = nearest.min(*near_m);
+                }
             }
         }
     }
+    let mut found: Vec<(Address, f64)> = nearest_m.into_iter().collect();
+    found.sort_unstable_by(|(a, a_m), (b, b_m)| a_m.total_cmp(b_m).then(a.cmp(b)));
+    found.into_iter().map(|(address, _)| address).collect()
 }

@@ -34,11 +34,9 @@ const BLOCKS: BufferKind = BufferKind::storage("row blocks");
 /// Of the blocks of one submit.
 const RELIEFS: BufferKind = BufferKind::storage("row relief");
 
-/// What a frame makes and draws of rows.
+/// Blocks that are kept in one pair of buffers, as far as a frame asks for them.
 #[derive(Clone)]
-pub struct RowPlan {
-    /// For the shaders.
-    pub rules: RowRules,
+pub struct PlannedPool {
     /// Blocks that are made, as many at once as a submit has.
     pub jobs: Vec<RowBlock>,
     /// Blocks that are seen.
@@ -47,6 +45,22 @@ pub struct RowPlan {
     pub counts: Buffer,
     /// Candidates, by slot.
     pub candidates: Buffer,
+}
+
+impl PlannedPool {
+    /// Of no blocks yet.
+    pub fn new(counts: Buffer, candidates: Buffer) -> Self {
+        Self { jobs: Vec::new(), seen: Vec::new(), counts, candidates }
+    }
+}
+
+/// What a frame makes and draws of rows.
+#[derive(Clone)]
+pub struct RowPlan {
+    /// For the shaders.
+    pub rules: RowRules,
+    /// No binding holds all blocks of a large picture.
+    pub pools: Vec<PlannedPool>,
     /// Whether blocks are left for the next frame.
     pub is_late: bool,
 }
@@ -55,17 +69,19 @@ impl RowPlan {
     /// Of a frame that is only rehearsed.
     pub fn rehearsal(gpu: &Gpu) -> Self {
         let nothing = Buffer::new(gpu, &JOBS, 16);
-        let (counts, candidates) = (nothing.clone(), nothing);
-        let rules = RowRules::default();
-        Self { rules, jobs: Vec::new(), seen: Vec::new(), counts, candidates, is_late: false }
+        let pools = vec![PlannedPool::new(nothing.clone(), nothing)];
+        Self { rules: RowRules::default(), pools, is_late: false }
     }
 }
 
 /// Makes the blocks that are planned. No submit has more than a frame of a window.
 pub fn make(cx: &mut Cx<'_>, plan: &RowPlan, terrain: &[Named]) {
     let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
-    let parts = plan.jobs.chunks(blocks::JOBS_AT_ONCE).chain(nothing.iter().copied());
-    for (part, jobs) in parts.enumerate() {
+    let of_pool = |pool| nothing.iter().copied().map(move |jobs| (pool, jobs));
+    let parts = plan.pools.iter().flat_map(|pool: &PlannedPool| {
+        pool.jobs.chunks(blocks::JOBS_AT_ONCE).map(move |jobs| (pool, jobs)).chain(of_pool(pool))
+    });
+    for (part, (pool, jobs)) in parts.enumerate() {
         if part > 0 {
             cx.submit_so_far();
         }
@@ -73,8 +89,8 @@ pub fn make(cx: &mut Cx<'_>, plan: &RowPlan, terrain: &[Named]) {
             ("rules", cx.uniform("row rules", &plan.rules)),
             ("jobs", cx.upload(&JOBS, jobs).binding()),
             ("relief", cx.buffer(&RELIEFS, 4 * RELIEF as u64 * blocks::JOBS_AT_ONCE as u64).binding()),
-            ("counts", plan.counts.binding()),
-            ("candidates", plan.candidates.binding()),
+            ("counts", pool.counts.binding()),
+            ("candidates", pool.candidates.binding()),
         ];
         resources.extend_from_slice(terrain);
         let blocks = jobs.len() as u32;

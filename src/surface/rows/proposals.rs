@@ -38,17 +38,20 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Proposals {
     let count = cx.buffer(&PROPOSED, 16);
     let all = cx.buffer(&PROPOSALS, 16 * u64::from(plan.rules.most_marks) * PROPOSAL as u64);
     cx.write(&count, &[0_u32; 4]);
-    let mut resources = vec![
-        ("view", inputs.view.clone()),
-        ("rules", cx.uniform("row rules", &plan.rules)),
-        ("blocks", cx.upload(&BLOCKS, &plan.seen).binding()),
-        ("counts", plan.counts.binding()),
-        ("candidates", plan.candidates.binding()),
-        ("proposed", count.binding()),
-        ("proposals", all.binding()),
-        ("position", inputs.position.into()),
-    ];
-    resources.extend(inputs.terrain.iter().cloned());
-    cx.groups("surface/rows/proposals", [MOST_CANDIDATES / 64, plan.seen.len() as u32], &resources);
+    let rehearses = cx.rehearses();
+    for pool in plan.pools.iter().filter(|pool| !pool.seen.is_empty() || rehearses) {
+        let mut resources = vec![
+            ("view", inputs.view.clone()),
+            ("rules", cx.uniform("row rules", &plan.rules)),
+            ("blocks", cx.upload(&BLOCKS, &pool.seen).binding()),
+            ("counts", pool.counts.binding()),
+            ("candidates", pool.candidates.binding()),
+            ("proposed", count.binding()),
+            ("proposals", all.binding()),
+            ("position", inputs.position.into()),
+        ];
+        resources.extend(inputs.terrain.iter().cloned());
+        cx.groups("surface/rows/proposals", [MOST_CANDIDATES / 64, pool.seen.len() as u32], &resources);
+    }
     Proposals { count, all }
 }
