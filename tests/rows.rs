@@ -4,8 +4,8 @@
 
 mod common;
 
-use common::draw::{draw, still};
-use common::{World, grid_of, quantile};
+use common::draw::{draw, places_m, still};
+use common::{World, grid_of, quantile, rough_height_m};
 use glam::{DVec2, DVec3};
 use hachure::frame::{Frame, Light};
 use hachure::gpu::readback::read;
@@ -283,4 +283,38 @@ fn marks_belong_to_the_land() {
     assert!(found(0.0) > 0.83);
     // Planted.
     assert!(found(60.0) < 0.5);
+}
+
+/// Ink of marks in bands of distance, from near to far, in parts of the paper there.
+fn bands(world: &mut World, spacing_px: f64, farthest_m: f64) -> Vec<f64> {
+    let mut style = style(DARKNESS);
+    style.rows.as_mut().unwrap().spacing_px = spacing_px as f32;
+    let view = still(world.pose("0,-9000,+700,0,-8,60"), SIZE_PX);
+    let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &light);
+    let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let inks = bytes.chunks_exact(2).map(|half| half::f16::from_le_bytes([half[0], half[1]]).to_f64());
+    let places = places_m(&world.gpu, &frame, view.pose.position_m);
+    let mut sums = vec![[0.0; 2]; 4];
+    for (ink, place) in inks.zip(places) {
+        let Some(place) = place else { continue };
+        let away = place.distance(view.pose.position_m) / farthest_m;
+        let band = ((away * 4.0) as usize).min(3);
+        sums[band][0] += if away > 1.0 { 0.0 } else { ink };
+        sums[band][1] += if away > 1.0 { 0.0 } else { 1.0 };
+    }
+    sums.iter().map(|[ink, count]| ink / count.max(1.0)).collect()
+}
+
+#[test]
+fn rows_reach_as_far_as_the_land() {
+    // Marks that stand as close on a small picture need as many blocks as usual ones on a picture of 1440 px.
+    let Some(mut world) = World::new(grid_of(513, 513, 60.0, rough_height_m), 0.0) else { return };
+    for spacing_px in [6.0, 2.0] {
+        let inks = bands(&mut world, spacing_px, 16_000.0);
+        println!("marks {spacing_px} px apart: ink from near to far {inks:.3?}");
+        // With the blocks of one pool alone far land has none at 2 px.
+        assert!(inks.iter().all(|ink| *ink > 0.15), "{inks:?}");
+    }
 }
