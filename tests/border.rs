@@ -103,7 +103,7 @@ fn parts_have_one_border() {
 #[test]
 fn lines_of_a_drawing_end_at_the_border() {
     let Some((_, mut world)) = shapes::hill() else { return };
-    let style = Style { paper: paper(), ..Style::load("strokes").unwrap() };
+    let style = Style { paper: paper(), ..common::all_lines("strokes") };
     let request = PictureRequest::still(world.pose(CAMERA), SIZE_PX, &style, north_west());
     let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
     let mut drawing = groups(&drawn.strokes[0], style.strokes.as_ref().unwrap().ink);

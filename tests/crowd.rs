@@ -5,12 +5,16 @@ mod common;
 
 use common::draw::{NOON, draw, still};
 use common::{World, grid_of, rough_height_m};
-use hachure::frame::Frame;
+use hachure::frame::{self, Frame};
 use hachure::gpu::readback::read;
 use hachure::gpu::target::Target;
 use hachure::lines::crowd::thin::UNCROWDED;
 use hachure::lines::smooth::SMOOTHED;
+use hachure::lines::stereo::agree::AGREED;
 use hachure::lines::strokes::stroke::INK;
+use hachure::picture::nearest::nearest_m;
+use hachure::scene::stereo::{HYPERSTEREO, IPD_M, Pair};
+use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [320, 192];
@@ -45,11 +49,23 @@ fn cells(inks: &[f64]) -> Vec<f64> {
     means
 }
 
-/// The lines, or the strokes, of a view; `crowd` is the cap of both.
-fn drawn(world: &mut World, frame: &mut Frame, name: &str, crowd: f32, ahead_m: f64) -> Vec<f64> {
+/// A preset with a cap of its lines and its strokes.
+fn capped(name: &str, crowd: f32) -> Style {
     let mut style = Style { water: None, ..Style::load(name).unwrap() };
     style.lines.iter_mut().for_each(|lines| lines.crowd = crowd);
     style.strokes.iter_mut().for_each(|strokes| strokes.crowd = crowd);
+    style
+}
+
+/// The cap that a preset asks for; 1 is none.
+fn cap_of(style: &Style) -> Option<f32> {
+    let strokes = style.strokes.as_ref().map(|strokes| strokes.crowd);
+    strokes.or(style.lines.as_ref().map(|lines| lines.crowd))
+}
+
+/// The lines, or the strokes, of a view; `crowd` is the cap of both.
+fn drawn(world: &mut World, frame: &mut Frame, name: &str, crowd: f32, ahead_m: f64) -> Vec<f64> {
+    let style = capped(name, crowd);
     let mut pose = world.pose(RANGES);
     pose.position_m.y += ahead_m;
     draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), &style, &NOON);
@@ -74,6 +90,55 @@ fn no_cell_holds_more_ink_than_the_cap() {
         assert!(ink > 0.2, "{name} has lines left");
         // Planted: no cap.
         assert!(over(1.0).0 > 2, "{name} is not crowded");
+    }
+}
+
+/// The lines, or the strokes, that each of two eyes draws.
+fn drawn_by_both(world: &mut World, pose: Pose, style: &Style, ipd_m: f64) -> [Vec<f64>; 2] {
+    let rig = Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, style, &NOON);
+    frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, style, &NOON).unwrap();
+    world.gpu.check().unwrap();
+    let kind = if style.strokes.is_some() { &INK } else { &AGREED };
+    [0, 1].map(|eye| inks(world, &frame.eye_target(eye, kind).unwrap().clone()))
+}
+
+#[test]
+fn every_preset_with_lines_has_a_cap() {
+    let lacks = |style: &Style| cap_of(style).is_some_and(|cap| cap >= 1.0);
+    for name in hachure::style::names() {
+        assert!(!lacks(&Style::load(name).unwrap()), "{name}");
+    }
+    // Planted: one without.
+    assert!(lacks(&common::all_lines("ink")) && lacks(&common::all_lines("wash")));
+}
+
+#[test]
+fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(RANGES);
+    for name in ["ink", "strokes", "wash"] {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        let nearest = nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, &capped(name, 1.0)).unwrap();
+        let cap = cap_of(&Style::load(name).unwrap()).unwrap();
+        for ipd_m in [IPD_M, nearest.unwrap() * HYPERSTEREO] {
+            let mut over = |crowd: f32| {
+                drawn_by_both(&mut world, pose, &capped(name, crowd), ipd_m).map(|inks| {
+                    let means = cells(&inks);
+                    let most = means.iter().copied().fold(0.0, f64::max);
+                    let all: f64 = means.iter().sum();
+                    println!("{name} with {crowd}, {ipd_m:.2} m: {most:.3} at most, {:.4} in the mean", all / 60.0);
+                    (means.iter().filter(|mean| **mean > 1.25 * f64::from(cap)).count(), all)
+                })
+            };
+            for (capped, ink) in over(cap) {
+                assert_eq!(capped, 0, "{name}, eyes {ipd_m:.2} m apart");
+                assert!(ink > 0.2, "{name} has lines left");
+            }
+            // Planted: no cap.
+            assert!(over(1.0).iter().all(|(capped, _)| *capped > 1), "{name} is not crowded");
+        }
     }
 }
 

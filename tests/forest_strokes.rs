@@ -50,7 +50,7 @@ impl Bench {
         let mut forest = of(Form::Conifer, 250.0, 18.0);
         forest.species = FORMS.iter().map(|(form, _)| Species::new(*form, 1.0, 18.0)).collect();
         world.surfaces.set_forest(Some(forest));
-        let mut style = Style::load("strokes").unwrap();
+        let mut style = common::all_lines("strokes");
         style.strokes.as_mut().unwrap().update_every = 1;
         let view = still(world.pose(camera), SIZE_PX);
         let frame = Frame::new(&world.gpu).unwrap();

@@ -40,7 +40,7 @@ fn world_with(inside_m: Option<f64>) -> Option<World> {
 }
 
 fn style(name: &str, change: impl Fn(&mut Style)) -> Style {
-    let mut style = Style::load(name).unwrap();
+    let mut style = common::all_lines(name);
     change(&mut style);
     style
 }

@@ -39,7 +39,7 @@ struct Drawn {
 }
 
 fn drawing(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> Drawn {
-    let mut style = Style::load("strokes").unwrap();
+    let mut style = common::all_lines("strokes");
     change(&mut style);
     let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;

@@ -14,8 +14,9 @@
 #import hachure::cells::{Corner, Curves, corner_at, curves_of, on_surface, key_of_cell}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{frame_of, form3, principal_of}
-#import hachure::edges::{Edge, KIND_RIDGE, KIND_VALLEY, MOST_EDGES}
-#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::edges::{Edge, KIND_RIDGE, KIND_VALLEY}
+#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
+#import hachure::ordered::{clear_marks, mark}
 
 struct RidgeRules {
     // In turns of the normal over a feature.
@@ -31,9 +32,6 @@ struct RidgeRules {
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
-@group(0) @binding(7) var<storage, read_write> edges: array<Edge>;
-@group(0) @binding(8) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(9) var<storage, read_write> order: Order;
 
 // Across a ridge the surface bends less than this part.
 const MOST_ACROSS: f32 = 0.7;
@@ -99,10 +97,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if order.stage == 2u {
-        if thread == 0u {
-            edge_draw[0] += 2u * order.starts[order.groups];
-        }
+    if has_told(thread) {
         return;
     }
     clear_marks(thread);
@@ -113,18 +108,14 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if order.stage == 0u {
-        if thread == 0u {
-            order.starts[own_group] = all_marks();
-        }
+    if has_counted(own_group, thread) {
         return;
     }
     let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.side > 0.0);
-    var index = edge_draw[0] / 2u + order.starts[own_group] + marks_before(2u * thread);
-    for (var i = 0u; i < found.count && index < MOST_EDGES; i++) {
+    let first = place_in_list(own_group, 2u * thread);
+    for (var i = 0u; i < found.count; i++) {
         let line = found.lines[i];
-        edges[index] = Edge(on_surface(view, position, normal, line.xy), key_of_cell(view, vec2<i32>(id.xy)) + i + 2u,
-            on_surface(view, position, normal, line.zw), kind);
-        index += 1u;
+        put_edge(first + i, Edge(on_surface(view, position, normal, line.xy), key_of_cell(view, vec2<i32>(id.xy)) + i + 2u,
+            on_surface(view, position, normal, line.zw), kind));
     }
 }

@@ -10,8 +10,9 @@
 // Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of, on_surface, key_of_cell}
-#import hachure::edges::{Edge, KIND_SUGGESTIVE, MOST_EDGES}
-#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::edges::{Edge, KIND_SUGGESTIVE}
+#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
+#import hachure::ordered::{clear_marks, mark}
 
 struct SuggestiveRules {
     least_rise: f32,
@@ -25,9 +26,6 @@ struct SuggestiveRules {
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
 @group(0) @binding(5) var radial: texture_2d<f32>;
-@group(0) @binding(6) var<storage, read_write> edges: array<Edge>;
-@group(0) @binding(7) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(8) var<storage, read_write> order: Order;
 
 fn corner_of(block: vec2<i32>) -> Corner {
     let own = textureLoad(radial, block, 0);
@@ -51,10 +49,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if order.stage == 2u {
-        if thread == 0u {
-            edge_draw[0] += 2u * order.starts[order.groups];
-        }
+    if has_told(thread) {
         return;
     }
     clear_marks(thread);
@@ -65,16 +60,12 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if order.stage == 0u {
-        if thread == 0u {
-            order.starts[own_group] = all_marks();
-        }
+    if has_counted(own_group, thread) {
         return;
     }
-    var index = edge_draw[0] / 2u + order.starts[own_group] + marks_before(2u * thread);
-    for (var i = 0u; i < found.count && index < MOST_EDGES; i++) {
-        edges[index] = Edge(on_surface(view, position, normal, found.lines[i].xy), key_of_cell(view, vec2<i32>(id.xy)) + i,
-            on_surface(view, position, normal, found.lines[i].zw), KIND_SUGGESTIVE);
-        index += 1u;
+    let first = place_in_list(own_group, 2u * thread);
+    for (var i = 0u; i < found.count; i++) {
+        put_edge(first + i, Edge(on_surface(view, position, normal, found.lines[i].xy), key_of_cell(view, vec2<i32>(id.xy)) + i,
+            on_surface(view, position, normal, found.lines[i].zw), KIND_SUGGESTIVE));
     }
 }

@@ -9,12 +9,22 @@ struct Crowd {
     cell_px: u32,
     // Of the targets.
     cells: vec2<u32>,
+    // From this eye to the other one of a pair; 0 is none.
+    apart_m: f32,
+    padding_a: u32,
+    padding_b: u32,
+    padding_c: u32,
 }
 
 // Ranks are counted in so many steps, the lowest first.
 const BINS: u32 = 8u;
+// What is kept of a cell: the ink of each step, then the width of its broadest stroke, in the same units.
+const CELL_WORDS: u32 = 9u;
 // Ink is counted in whole numbers, so that its sum is the same in whatever order: of a pixel that is all ink.
 const UNITS: f32 = 64.0;
+// Where both eyes of a pair see a place from directions that differ by less than this angle, the cap holds; where they
+// differ by more than the second one, it does not. In radians, for small angles.
+const APART_RAD: vec2<f32> = vec2<f32>(0.05, 0.1);
 // Lines go as their rank falls below the bar by this, and are whole above it by as much.
 const SOFT: f32 = 0.2;
 
@@ -31,6 +41,15 @@ fn cell_at(view: View, crowd: Crowd, px: vec2<f32>) -> vec2<i32> {
 
 fn bin_of(rank: f32) -> u32 {
     return u32(clamp(rank * f32(BINS), 0.0, f32(BINS) - 1.0));
+}
+
+// How far the cap holds for lines at a distance along the view axis: 0 to 1, and 1 for the sky, whose distance is 0.
+//
+// Contours of near things lie elsewhere for each eye, among other lines: each eye would thin out others. The cap is for
+// far ranges, which both eyes see alike; what is near is neither counted nor thinned out.
+fn capped(crowd: Crowd, depth_m: f32) -> f32 {
+    let apart_rad = select(0.0, crowd.apart_m / max(depth_m, 1e-6), depth_m > 0.0);
+    return 1.0 - smoothstep(APART_RAD.x, APART_RAD.y, apart_rad);
 }
 
 // What the bar at a place leaves of a line of some rank: the bar itself, and what is left of lines above it.

@@ -7,6 +7,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
+use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::DrawnStrokes;
 use crate::lines::{curvature, rims, smooth, threshold};
@@ -167,6 +168,7 @@ impl Frame {
         style.lines.as_ref()?;
         let last = [
             &agree::AGREED,
+            &thin::UNCROWDED,
             &smooth::SMOOTHED,
             &fade_out::FADED,
             &rims::RIMLESS,

@@ -196,9 +196,8 @@ fn see(
         frame_lines::add_edges(cx, edges, strokes, &on_surface, targets);
     }
     // Strokes: see what is visible of the edges, chain it, draw it.
-    let strokes = style.strokes.as_ref().zip(strokes).map(|(style, frame)| {
+    let strokes = style.strokes.as_ref().zip(strokes).map(|(style, mut frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
-        let is_pair = inputs.rig.is_pair();
         let resolution = style.resolution;
         let ink = frame.draw(
             cx,
@@ -209,8 +208,8 @@ fn see(
                 edges,
                 targets,
                 resolution,
-                is_pair,
                 leader,
+                apart_m: rig.apart_m() as f32,
             },
         );
         let surface = SeenSurface { depth: depth.clone(), position: position.clone(), normal: normal.clone() };
@@ -241,6 +240,8 @@ fn see(
 fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: &mut [Seen], eyes: &mut [EyeMemory]) {
     let gpu = cx.gpu();
     let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
+    // Eyes that know nothing of each other thin lines out as one eye does.
+    let apart_m = if stereo == Stereo::Alone { 0.0 } else { inputs.rig.apart_m() as f32 };
     for (Seen { view, position, normal, line, .. }, memory) in seen.iter_mut().zip(eyes.iter_mut()) {
         let Some(line) = line else { continue };
         if stereo == Stereo::Full {
@@ -253,8 +254,8 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
             smooth::run(cx, &smooth::Inputs { view, line, smoothed: &smoothed });
             *line = smoothed;
         }
-        if let Some(cap) = Cap::of(lines.crowd, lines.crowd_px).filter(|_| !inputs.rig.is_pair()) {
-            *line = crowd::run(cx, &crowd::Inputs { view, position, line, cap }, &mut memory.targets);
+        if let Some(cap) = Cap::of(lines.crowd, lines.crowd_px) {
+            *line = crowd::run(cx, &crowd::Inputs { view, position, line, cap, apart_m }, &mut memory.targets);
         }
     }
     if stereo == Stereo::Alone {

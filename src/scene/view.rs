@@ -127,6 +127,14 @@ impl Rig {
         self.eyes.get(eye).map_or(0.0, |at| (at.pose.position_m - self.origin_m).dot(self.eyes[0].pose.right))
     }
 
+    /// How far two eyes stand apart; 0 of one eye.
+    pub fn apart_m(&self) -> f64 {
+        match self.eyes.as_slice() {
+            [left, right] => left.pose.position_m.distance(right.pose.position_m),
+            _ => 0.0,
+        }
+    }
+
     /// Whether it is of two eyes that stand apart. Two at one place see the same, and have nothing to agree on.
     pub fn is_pair(&self) -> bool {
         matches!(self.eyes.as_slice(), [left, right] if left.pose.position_m != right.pose.position_m)

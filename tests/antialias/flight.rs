@@ -75,9 +75,8 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
     let Some(mut world) = crate::rough() else { return };
     // Lines of a detector crawl, strokes do not: half of the little that strokes flicker is what is born and what goes.
     for (name, most) in [("ink", 0.5), ("strokes", 0.6)] {
-        let mut style = Style::load(name).unwrap();
-        // All lines: those that a cap of crowded ones leaves are calmer, of which just a little more than half is left.
-        style.lines.iter_mut().for_each(|lines| lines.crowd = 1.0);
+        // Those that a cap of crowded ones leaves are calmer, of which just a little more than half is left.
+        let style = crate::common::all_lines(name);
         let [alone, together] =
             [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, FRAMES));
         let number = |flown: &Flown, name: &str| flown.totals.metrics().unwrap()[name].unwrap();

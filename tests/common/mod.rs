@@ -24,6 +24,7 @@ use hachure::scene::camera::Camera;
 use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
+use hachure::style::Style;
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
@@ -55,6 +56,14 @@ pub fn real_data(name: &str) -> Option<PathBuf> {
 pub fn filled_grid(path: &Path) -> HeightGrid {
     let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
     source::read_all(&*source::open_reader_with(path, &options).unwrap(), path, &Silent).unwrap()
+}
+
+/// A preset that draws all of its lines and strokes: none is thinned out as crowded.
+pub fn all_lines(name: &str) -> Style {
+    let mut style = Style::load(name).unwrap();
+    style.lines.iter_mut().for_each(|lines| lines.crowd = 1.0);
+    style.strokes.iter_mut().for_each(|strokes| strokes.crowd = 1.0);
+    style
 }
 
 /// A height grid and its terrain; the folder lives as long.

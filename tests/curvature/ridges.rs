@@ -42,7 +42,7 @@ fn circle(away_m: f64) -> impl Iterator<Item = DVec3> {
 }
 
 fn style(change: impl Fn(&mut hachure::style::Strokes)) -> Style {
-    let mut style = Style::load("strokes").unwrap();
+    let mut style = crate::common::all_lines("strokes");
     style.water = None;
     let strokes = style.strokes.as_mut().unwrap();
     (strokes.ridge_px, strokes.ridge_bend) = (Some(1.0), 0.02);

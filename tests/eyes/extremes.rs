@@ -6,7 +6,7 @@ use hachure::lines::stereo::agree::AGREED;
 
 use super::*;
 use crate::common::draw::{floats, halves};
-use crate::common::{World, grid_of};
+use crate::common::{World, all_lines, grid_of};
 
 const SIZE_PX: [u32; 2] = [160, 90];
 
@@ -42,9 +42,13 @@ fn what_two_eyes_draw_is_finite_everywhere() {
             for eye in 0..2 {
                 let picture = halves(&world.gpu, frame.eye_target(eye, &hachure::composite::PICTURE).unwrap());
                 assert!(picture.iter().flatten().all(|value| value.is_finite()), "{place}, {name}");
-                if name != "ink" {
-                    continue;
-                }
+            }
+            if name != "ink" {
+                continue;
+            }
+            // What agreement alone takes.
+            let frame = frame_of(&world.gpu, &mut world.surfaces, &all_lines(name), &rig);
+            for eye in 0..2 {
                 let lines =
                     [&SMOOTHED, &AGREED].map(|kind| floats::<1>(&world.gpu, frame.eye_target(eye, kind).unwrap()));
                 let sum = |line: &[[f32; 1]]| line.iter().map(|[ink]| f64::from(*ink)).sum::<f64>();

@@ -6,7 +6,7 @@ use hachure::mesh::Mesh;
 use hachure::mesh::placed::Stance;
 
 use super::*;
-use crate::common::{World, real_data, shapes};
+use crate::common::{World, all_lines, real_data, shapes};
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const IPD_M: f64 = 0.065;
@@ -69,17 +69,21 @@ struct Measured {
 }
 
 fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
+    // Of all contours none is lost for the other eye; a cap leaves some out in both.
+    let all = all_lines(style);
+    let all_eyes = draw(&world.gpu, &mut world.surfaces, &all, rig);
+    let least_left = least_left(&all_eyes, &draw_alone(world, &all, rig));
     let style = Style::load(style).unwrap();
     let eyes = draw(&world.gpu, &mut world.surfaces, &style, rig);
     let eyes_alone = draw_alone(world, &style, rig);
-    let least_left = least_left(&eyes, &eyes_alone);
     let (pair, alone) = (agreement(&eyes), agreement(&eyes_alone));
     let part = |metrics: &Metrics, name: &str| metrics[name].unwrap_or(f64::NAN);
     let orphans = [&pair, &alone].map(|metrics| part(metrics, "orphans"));
     println!(
-        "{thing}, {}: orphans {:.3} %, alone {:.3} %; ink correlates by {:.3}, alone {:.3}; coverage {:.3} of that \
+        "{thing}, {}: coverage {:.3} %, orphans {:.3} %, alone {:.3} %; ink correlates by {:.3}, alone {:.3}; coverage {:.3} of that \
          alone, in a cell at least {least_left:.3}; other identity {:.2} %, other width {:.2} %",
         style.name,
+        100.0 * part(&pair, "line_coverage"),
         100.0 * orphans[0],
         100.0 * orphans[1],
         part(&pair, "line_correlation"),

@@ -34,7 +34,7 @@ fn solid_strokes_know_of_no_texture() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     let mut frame = None;
     let style = |texture: Option<Recipe>| {
-        let mut style = Style::load("strokes").unwrap();
+        let mut style = crate::common::all_lines("strokes");
         let strokes = style.strokes.as_mut().unwrap();
         (strokes.texture, strokes.faintest, strokes.taper_px) = (texture, 1.0, 0.0);
         // Each picture by itself.

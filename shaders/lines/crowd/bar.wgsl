@@ -2,9 +2,10 @@
 // allows, in a window of four cells to a side.
 //
 // From the highest rank down ink is counted until there is enough; in the last step of ranks the bar lies where the
-// count would be full if ink lay even in it. If lines of the highest step alone are too many, they are paler.
+// count would be full if ink lay even in it. If lines of the highest step alone are too many, they are paler. One stroke
+// alone is no crowd, however broad: there is always room for it.
 #import hachure::view::View
-#import hachure::crowd::{Crowd, first_cell, BINS, UNITS, SOFT}
+#import hachure::crowd::{Crowd, first_cell, BINS, CELL_WORDS, UNITS, SOFT}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
@@ -15,6 +16,8 @@
 const REACH: i32 = 2;
 // Of what is no crumb.
 const LEAST_RANK: f32 = 0.25;
+// Of the window's side: as far as a stroke goes through it, aslant.
+const THROUGH: f32 = 1.4;
 // Of a window that the border cuts.
 const LEAST_AREA: f32 = 0.6;
 
@@ -34,20 +37,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let cell = vec2<i32>(id.xy);
     var inks: array<f32, BINS>;
     var area = 0.0;
+    var broadest_px = 0.0;
     for (var y = max(-REACH, -cell.y); y <= min(REACH, i32(crowd.cells.y) - 1 - cell.y); y++) {
         for (var x = max(-REACH, -cell.x); x <= min(REACH, i32(crowd.cells.x) - 1 - cell.x); x++) {
             // Half of the outer ones: the window has four to a side.
             let weight = select(1.0, 0.5, abs(x) == REACH) * select(1.0, 0.5, abs(y) == REACH);
             let around = vec2<u32>(cell + vec2<i32>(x, y));
             area += weight * area_of(vec2<i32>(around));
+            let first = (around.y * crowd.cells.x + around.x) * CELL_WORDS;
             for (var bin = 0u; bin < BINS; bin++) {
-                inks[bin] += weight / UNITS * f32(counts[(around.y * crowd.cells.x + around.x) * BINS + bin]);
+                inks[bin] += weight / UNITS * f32(counts[first + bin]);
             }
+            broadest_px = max(broadest_px, weight / UNITS * f32(counts[first + BINS]));
         }
     }
     // In a corner of the sheet a single broad stroke that runs off it is no crowd.
     let whole = f32(16u * crowd.cell_px * crowd.cell_px);
-    let room = crowd.most * max(area, LEAST_AREA * whole);
+    let lone = broadest_px * THROUGH * f32(4u * crowd.cell_px);
+    let room = max(crowd.most * max(area, LEAST_AREA * whole), lone);
     // Where there is room for all, the bar lies below all.
     var bar = -SOFT;
     var above = 0.0;

@@ -1,5 +1,5 @@
 // No ink in any cell.
-#import hachure::crowd::{Crowd, BINS}
+#import hachure::crowd::{Crowd, CELL_WORDS}
 
 @group(0) @binding(0) var<uniform> crowd: Crowd;
 @group(0) @binding(1) var<storage, read_write> counts: array<u32>;
@@ -7,8 +7,8 @@
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if all(id.xy < crowd.cells) {
-        for (var bin = 0u; bin < BINS; bin++) {
-            counts[(id.y * crowd.cells.x + id.x) * BINS + bin] = 0u;
+        for (var word = 0u; word < CELL_WORDS; word++) {
+            counts[(id.y * crowd.cells.x + id.x) * CELL_WORDS + word] = 0u;
         }
     }
 }

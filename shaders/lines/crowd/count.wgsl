@@ -1,12 +1,12 @@
 // How much ink of each rank a cell has.
 #import hachure::view::View
-#import hachure::crowd::{Crowd, first_cell, bin_of, BINS, UNITS}
+#import hachure::crowd::{Crowd, first_cell, bin_of, BINS, CELL_WORDS, UNITS}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var line: texture_2d<f32>;
 @group(0) @binding(3) var rank: texture_2d<f32>;
-// BINS for each cell.
+// CELL_WORDS for each cell. Lines of pixels are narrow, and their width is not asked for.
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
 
 var<workgroup> sums: array<atomic<u32>, BINS>;
@@ -27,12 +27,14 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) l
         for (var x = low.x + i32(local.x); x < high.x; x += 8) {
             let ink = textureLoad(line, vec2<i32>(x, y), 0).r;
             if ink > 0.0 {
-                atomicAdd(&sums[bin_of(textureLoad(rank, vec2<i32>(x, y), 0).r)], u32(round(ink * UNITS)));
+                let own = textureLoad(rank, vec2<i32>(x, y), 0).rg;
+                atomicAdd(&sums[bin_of(own.x)], u32(round(ink * own.y * UNITS)));
             }
         }
     }
     workgroupBarrier();
-    if number < BINS {
-        counts[(group.y * crowd.cells.x + group.x) * BINS + number] = atomicLoad(&sums[number]);
+    if number < CELL_WORDS {
+        let sum = select(0u, atomicLoad(&sums[min(number, BINS - 1u)]), number < BINS);
+        counts[(group.y * crowd.cells.x + group.x) * CELL_WORDS + number] = sum;
     }
 }

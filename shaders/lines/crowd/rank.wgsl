@@ -4,14 +4,16 @@
 // around, and the sky is farthest. Half of it is how far the line goes on: the mean of its ink along a straight way of a
 // quarter of the window to either side, in the best of eight directions, less the mean across. A crumb has little along
 // its way, and grey noise as much across as along.
+//
+// Beside the rank stands how far the cap holds for the line: that of the nearest surface around, whose contour it is.
 #import hachure::view::View
-#import hachure::crowd::Crowd
+#import hachure::crowd::{Crowd, capped}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var line: texture_2d<f32>;
-@group(0) @binding(4) var rank: texture_storage_2d<r32float, write>;
+@group(0) @binding(4) var rank: texture_storage_2d<rg32float, write>;
 
 const DIRECTIONS: i32 = 8;
 // To either side.
@@ -25,7 +27,8 @@ fn inside(pixel: vec2<i32>) -> vec2<i32> {
     return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
 }
 
-fn step_at(pixel: vec2<i32>) -> f32 {
+// The farthest and the nearest around: 1 / distance, and 0 is the sky.
+fn nearness_at(pixel: vec2<i32>) -> vec2<f32> {
     var nearness = vec2<f32>(1e30, 0.0);
     for (var y = -AROUND_PX; y <= AROUND_PX; y++) {
         for (var x = -AROUND_PX; x <= AROUND_PX; x++) {
@@ -34,6 +37,10 @@ fn step_at(pixel: vec2<i32>) -> f32 {
             nearness = vec2<f32>(min(nearness.x, near), max(nearness.y, near));
         }
     }
+    return nearness;
+}
+
+fn step_of(nearness: vec2<f32>) -> f32 {
     let step = 1.0 - nearness.x / max(nearness.y, 1e-30);
     return step / (step + STEP);
 }
@@ -62,9 +69,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    var value = 0.0;
+    var value = vec2<f32>(0.0);
     if textureLoad(line, pixel, 0).r > 0.0 {
-        value = 0.5 * (step_at(pixel) + length_at(pixel));
+        let nearness = nearness_at(pixel);
+        let nearest_m = select(0.0, 1.0 / nearness.y, nearness.y > 0.0);
+        value = vec2<f32>(0.5 * (step_of(nearness) + length_at(pixel)), capped(crowd, nearest_m));
     }
-    textureStore(rank, pixel, vec4<f32>(value));
+    textureStore(rank, pixel, vec4<f32>(value, 0.0, 0.0));
 }

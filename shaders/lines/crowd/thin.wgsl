@@ -34,7 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var left = 0.0;
     if ink > 0.0 {
         let bar = bar_at(view, crowd, bars, vec2<f32>(pixel) + 0.5);
-        left = ink * left_of(bar, rank_at(pixel));
+        left = ink * mix(1.0, left_of(bar, rank_at(pixel)), textureLoad(rank, pixel, 0).g);
     }
     textureStore(thinned, pixel, vec4<f32>(left));
 }

@@ -3,7 +3,7 @@
 // Half of the rank is the step in distance across the stroke, as for lines of pixels (lines/crowd/rank.wgsl), but as the
 // mean along 16 px to either side: the pen does not lift for a notch. Half is the stroke's length.
 #import hachure::view::View
-#import hachure::crowd::{Crowd, cell_at, bin_of, BINS, UNITS}
+#import hachure::crowd::{Crowd, cell_at, bin_of, capped, BINS, CELL_WORDS, UNITS}
 #import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, BESIDE}
 
 // Not moved; the depth is.
@@ -13,7 +13,7 @@
 @group(0) @binding(2) var depth: texture_depth_2d;
 @group(0) @binding(3) var<storage, read> list: SampleCounts;
 @group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
-// BINS for each cell.
+// CELL_WORDS for each cell.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 // A step by this part of the distance counts for half.
@@ -57,7 +57,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (own.flags & LAST) != 0u || any(own.px < vec2<f32>(0.0)) || any(own.px >= vec2<f32>(view.size_px)) {
         return;
     }
-    let ink_px = distance(own.px, samples[id.x + 1u].px) * 2.0 * own.half_width_px * own.pressure;
+    let wide_px = min(2.0 * own.half_width_px * own.pressure * capped(crowd, own.depth_m), 1e3);
+    let ink_px = distance(own.px, samples[id.x + 1u].px) * wide_px;
     let cell = vec2<u32>(cell_at(view, crowd, own.px));
-    atomicAdd(&counts[(cell.y * crowd.cells.x + cell.x) * BINS + bin_of(rank)], u32(round(min(ink_px, 1e3) * UNITS)));
+    let first = (cell.y * crowd.cells.x + cell.x) * CELL_WORDS;
+    atomicAdd(&counts[first + bin_of(rank)], u32(round(min(ink_px, 1e3) * UNITS)));
+    atomicMax(&counts[first + BINS], u32(round(wide_px * UNITS)));
 }

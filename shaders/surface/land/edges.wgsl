@@ -11,25 +11,21 @@
 //
 // In a hole there are triangles that nobody draws, at heights that nobody measured: they have no edges.
 //
-// Edges stand in the order of patches and quads (ordered.wgsl): `stage` 0 looks at the quads and keeps what it found, 1
-// writes it, 2 says how many edges there are now.
+// Edges stand in the order of patches and quads (edge_list.wgsl): `stage` 0 looks at the quads and keeps what it found,
+// two bits for each of their edges, after the numbers of `order`; 1 writes it, 2 says how many edges there are now.
 #import hachure::view::{View, from_eye}
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, grid_from_world, world_from_grid}
 #import hachure::surface::{vertex_height_m, is_void}
 #import hachure::earth::{bend, unbend}
-#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE, MOST_EDGES}
-#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge, order}
+#import hachure::ordered::{clear_marks, mark}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
 @group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
 @group(0) @binding(2) var<uniform> view: View;
 @group(0) @binding(3) var<uniform> edge_rules: EdgeRules;
-@group(0) @binding(4) var<storage, read_write> edges: array<Edge>;
-// An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
-@group(0) @binding(5) var<storage, read_write> edge_draw: array<u32>;
-// It keeps what each quad has: two bits for each of its edges.
-@group(0) @binding(6) var<storage, read_write> order: Order;
 
 const RING: i32 = QUADS + 3;
 const RING_VERTICES: u32 = 361u;
@@ -190,10 +186,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if order.stage == 2u {
-        if thread == 0u {
-            edge_draw[0] += 2u * order.starts[order.groups];
-        }
+    if has_told(thread) {
         return;
     }
     let quads = patches[group.x];
@@ -215,10 +208,7 @@ fn main(
         }
     }
     workgroupBarrier();
-    if order.stage == 0u {
-        if thread == 0u {
-            order.starts[group.x] = all_marks();
-        }
+    if has_counted(group.x, thread) {
         return;
     }
     if edges_found == 0u {
@@ -233,12 +223,12 @@ fn main(
     let begins = array<vec3<f32>, 5>(nw, nw, nw, ne, sw);
     let ends = array<vec3<f32>, 5>(se, sw, ne, se, se);
     let key = quads.id ^ (thread * 0x9e3779b1u);
-    var index = edge_draw[0] / 2u + order.starts[group.x] + marks_before(thread * QUAD_EDGES);
+    var index = place_in_list(group.x, thread * QUAD_EDGES);
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {
         let kind = (edges_found >> (2u * slot)) & 3u;
-        if kind != 0u && index < MOST_EDGES {
-            edges[index] = Edge(begins[slot], key + slot, ends[slot], kind - 1u);
+        if kind != 0u {
+            put_edge(index, Edge(begins[slot], key + slot, ends[slot], kind - 1u));
+            index += 1u;
         }
-        index += u32(kind != 0u);
     }
 }

@@ -9,17 +9,14 @@
 // Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
-#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE, MOST_EDGES}
+#import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
+#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
 #import hachure::dispatch::thread_number
-#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::ordered::{clear_marks, mark}
 
 @group(0) @binding(0) var<storage, read> mesh_sides: array<vec4<f32>>;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<uniform> edge_rules: EdgeRules;
-@group(0) @binding(3) var<storage, read_write> edges: array<Edge>;
-// An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
-@group(0) @binding(4) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(5) var<storage, read_write> order: Order;
 
 // The three edges of a triangle, those that it has first.
 struct Found {
@@ -71,10 +68,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if order.stage == 2u {
-        if thread == 0u {
-            edge_draw[0] += 2u * order.starts[order.groups];
-        }
+    if has_told(thread) {
         return;
     }
     clear_marks(thread);
@@ -85,16 +79,11 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if order.stage == 0u {
-        if thread == 0u {
-            order.starts[own_group] = all_marks();
-        }
+    if has_counted(own_group, thread) {
         return;
     }
-    let first = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread * 3u);
+    let first = place_in_list(own_group, thread * 3u);
     for (var i = 0u; i < found.count; i++) {
-        if first + i < MOST_EDGES {
-            edges[first + i] = found.edges[i];
-        }
+        put_edge(first + i, found.edges[i]);
     }
 }

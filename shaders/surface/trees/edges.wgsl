@@ -10,9 +10,10 @@
 // edge asks that something lies far behind it (id_image.wgsl), and what is left is the outline and open arcs within it.
 #import hachure::view::{View, is_beside}
 #import hachure::earth::bend
-#import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER, MOST_EDGES}
+#import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}
+#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
 #import hachure::dispatch::GROUPS_IN_ROW
-#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::ordered::{clear_marks, mark}
 #import hachure::pcg::pcg
 #import hachure::trees::{TreeInstance, place_on_tree, species_of, clear_m}
 #ifdef WIND
@@ -49,10 +50,6 @@ struct TreeEdgeRules {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(2) var<storage, read_write> edges: array<Edge>;
-// An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
-@group(0) @binding(3) var<storage, read_write> edge_draw: array<u32>;
-@group(0) @binding(4) var<storage, read_write> order: Order;
 @group(0) @binding(6) var<storage, read> tree_instances: array<TreeInstance>;
 // How many there are, then the numbers of their instances.
 @group(0) @binding(7) var<storage, read> near_order: array<u32>;
@@ -140,10 +137,7 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if order.stage == 2u {
-        if thread == 0u {
-            edge_draw[0] += 2u * order.starts[order.groups];
-        }
+    if has_told(thread) {
         return;
     }
     clear_marks(thread);
@@ -154,14 +148,10 @@ fn main(
         mark(thread);
     }
     workgroupBarrier();
-    if order.stage == 0u {
-        if thread == 0u {
-            order.starts[own_group] = all_marks();
-        }
+    if has_counted(own_group, thread) {
         return;
     }
-    let number = edge_draw[0] / 2u + order.starts[own_group] + marks_before(thread);
-    if found.is_edge && number < MOST_EDGES {
-        edges[number] = found.edge;
+    if found.is_edge {
+        put_edge(place_in_list(own_group, thread), found.edge);
     }
 }

@@ -17,7 +17,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind, Targets};
-use crate::gpu::wgsl::shared::crowd::BINS;
+use crate::gpu::wgsl::shared::crowd::CELL_WORDS;
 pub(crate) use crate::gpu::wgsl::shared::crowd::Crowd as CrowdUniform;
 
 /// For each cell the ink of each rank.
@@ -63,14 +63,14 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// For the pictures of an eye. Cells are counted in the whole picture, so a part may see one more.
-    pub fn new(cx: &mut Cx<'_>, targets: &mut Targets, cap: Cap) -> Self {
+    /// For the pictures of an eye, whose partner of a pair is `apart_m` away; 0 is none. Cells are counted in the whole picture, so a part may see one more.
+    pub fn new(cx: &mut Cx<'_>, targets: &mut Targets, cap: Cap, apart_m: f32) -> Self {
         let cell_px = (cap.window_px / CELLS).round().max(1.0) as u32;
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
-        let uniform = CrowdUniform { most: cap.most, cell_px, cells };
+        let uniform = CrowdUniform { most: cap.most, cell_px, cells, apart_m, ..CrowdUniform::default() };
         Self {
             crowd: cx.uniform("crowd", &uniform),
-            counts: cx.buffer(&COUNTS, u64::from(cells[0]) * u64::from(cells[1]) * u64::from(4 * BINS)),
+            counts: cx.buffer(&COUNTS, u64::from(cells[0]) * u64::from(cells[1]) * u64::from(4 * CELL_WORDS)),
             bars: targets.sized(cx.gpu(), &BARS, cells),
         }
     }
@@ -86,13 +86,16 @@ pub struct Inputs<'a> {
     pub line: &'a Target,
     /// What is left of them.
     pub cap: Cap,
+    /// To the other eye of a pair, with which lines are to agree; 0 is none.
+    pub apart_m: f32,
 }
 
-/// Thins the lines of an eye, and returns what is left. Eyes of a pair count in cells of their own pictures and would
-/// leave out different lines, so a pair keeps all of them.
+/// Thins the lines of an eye, and returns what is left. Each eye of a pair counts in cells of its own picture; of what
+/// both have left, [`agree`](super::stereo::agree) then leaves each the lesser. What is so near that its contours lie
+/// elsewhere for each eye is left as it is.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
-    let &Inputs { view, position, line, cap } = inputs;
-    let cells = Cells::new(cx, targets, cap);
+    let &Inputs { view, position, line, cap, apart_m } = inputs;
+    let cells = Cells::new(cx, targets, cap, apart_m);
     let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(cx.gpu(), kind));
     rank::run(cx, &rank::Inputs { view, cells: &cells, position, line, rank: &rank });
     count::run(cx, view, line, &rank, &cells);

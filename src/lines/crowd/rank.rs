@@ -5,8 +5,8 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 
-/// 0 a crumb, 1 a long skyline; 0 where there is no line.
-pub const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::R32Float);
+/// 0 a crumb, 1 a long skyline; 0 where there is no line. And how far the cap holds: 0 is near a pair of eyes.
+pub const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::Rg32Float);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {

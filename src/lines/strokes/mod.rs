@@ -47,7 +47,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
 pub(crate) use crate::gpu::wgsl::shared::stroke_style::Strokes as StrokesUniform;
 use crate::gpu::{Gpu, GpuError};
-use crate::lines::crowd::Cap;
+use crate::lines::crowd::{Cap, Cells};
 use crate::scene::Light;
 use crate::scene::focus::{Focus, FocusUniform};
 use crate::scene::view::{View, ViewUniform};
@@ -221,6 +221,8 @@ pub struct FrameStrokes {
     rules: ChainRules,
     merges: bool,
     cap: Option<Cap>,
+    /// Of an update, with its cap.
+    cells: Option<Cells>,
     work: SampleWork,
     texture: Option<Arc<StrokeTexture>>,
 }
@@ -241,8 +243,8 @@ pub struct Inputs<'a> {
     pub resolution: f32,
     /// The other eye of a pair, if it has drawn before.
     pub leader: Option<&'a Partner>,
-    /// Whether the eye is one of a pair: then no strokes are left out as crowded.
-    pub is_pair: bool,
+    /// How far away that eye is; 0 if the eye is alone.
+    pub apart_m: f32,
 }
 
 impl FrameStrokes {
@@ -277,7 +279,7 @@ impl FrameStrokes {
         let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
         let edge_rules = EdgeRules { crease_deg: strokes.crease_deg, borders: strokes.borders };
         let (merges, cap) = (strokes.merge_px > 0.0, Cap::of(strokes.crowd, strokes.crowd_px));
-        Self { plan, edge_rules, lists, focus, rules, merges, cap, work, texture }
+        Self { plan, edge_rules, lists, focus, rules, merges, cap, cells: None, work, texture }
     }
 
     /// Whether strokes are made anew: then edges are to be found, and which.
@@ -288,8 +290,8 @@ impl FrameStrokes {
     /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible
     /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
     /// with the world.
-    pub fn draw(&self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
-        let Inputs { view, still_view, depth, edges, targets, resolution, leader, is_pair } = inputs;
+    pub fn draw(&mut self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
+        let Inputs { view, still_view, depth, edges, targets, resolution, leader, apart_m } = inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = cx.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
@@ -318,8 +320,9 @@ impl FrameStrokes {
         let points = &points::run(cx, lists, edges, chains);
         let view = still_view;
         samples::run(cx, &samples::Inputs { view, depth, lists, chains, points, work });
-        if let Some(cap) = self.cap.filter(|_| !is_pair) {
-            crowd::run(cx, view, depth, work, cap, targets);
+        if let Some(cap) = self.cap {
+            let leader = leader.and_then(|leader| Some((&leader.view, leader.cells.as_ref()?)));
+            self.cells = Some(crowd::run(cx, &crowd::Inputs { view, depth, work, cap, apart_m, leader }, targets));
         }
         if plan.takes_over {
             temporal::look(cx, view, work, ids);
@@ -364,7 +367,8 @@ impl FrameStrokes {
         let centres = targets.whole(cx.gpu(), &centres::CENTRES);
         self.plan.is_update.then(|| {
             centres::run(cx, view, &self.work, &centres);
-            Partner { view: view.clone(), samples: self.work.now.clone(), centres, surface }
+            let (samples, cells) = (self.work.now.clone(), self.cells.clone());
+            Partner { view: view.clone(), samples, centres, surface, cells }
         })
     }
 }

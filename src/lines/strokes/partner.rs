@@ -17,6 +17,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
+use crate::lines::crowd::Cells;
 
 /// The strokes of the other eye, as they were drawn.
 #[derive(Clone)]
@@ -29,6 +30,8 @@ pub struct Partner {
     pub centres: Target,
     /// Of the surface that it sees.
     pub surface: SeenSurface,
+    /// Which of its strokes were too many, of a style with a cap.
+    pub cells: Option<Cells>,
 }
 
 /// The surface as an eye sees it.

@@ -10,7 +10,7 @@ use hachure::frame::Frame;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
-use hachure::style::{Color, Style};
+use hachure::style::Color;
 use hachure::vector::sheet::Sheet;
 use hachure::vector::{DrawingReport, Settings, groups, layers};
 use kurbo::BezPath;
@@ -31,7 +31,7 @@ struct Drawn {
 }
 
 fn strokes_of(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style::Strokes)) -> Drawn {
-    let mut style = Style::load("strokes").unwrap();
+    let mut style = crate::common::all_lines("strokes");
     change(style.strokes.as_mut().unwrap());
     let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
