@@ -328,7 +328,10 @@ impl Frame {
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();
         let all_tiles = !land_changes || world.terrain.options().loading == Loading::Wait;
-        let rows = style.rows.as_ref().map(|rows| self.rows.plan(gpu, &world.terrain, &prepared.selection, rig, rows, all_tiles));
+        let rows = style
+            .rows
+            .as_ref()
+            .map(|rows| self.rows.plan(gpu, &world.terrain, &prepared.selection, rig, rows, all_tiles));
         let inputs = FrameInputs {
             world,
             mesh,

@@ -118,10 +118,9 @@ fn every_preset_with_lines_has_a_cap() {
 fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
     let Some(mut world) = world() else { return };
     let pose = world.pose(RANGES);
-    for name in ["ink", "strokes", "wash"] {
+    for (name, cap) in [("ink", 0.09), ("strokes", 0.06), ("wash", 0.04)] {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let nearest = nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, &capped(name, 1.0)).unwrap();
-        let cap = cap_of(&Style::load(name).unwrap()).unwrap();
         for ipd_m in [IPD_M, nearest.unwrap() * HYPERSTEREO] {
             let mut over = |crowd: f32| {
                 drawn_by_both(&mut world, pose, &capped(name, crowd), ipd_m).map(|inks| {

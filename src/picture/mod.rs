@@ -222,8 +222,12 @@ fn render_eyes<E>(
     let tone_px = request.style.tone_lines.as_ref().map_or(0, ToneLines::reach_px);
     let mirrors = request.style.water.as_ref().is_some_and(|water| water.mirror > 0.0);
     let mirror_px = if mirrors { MIRROR_REACH_PX as u32 + parts.margin_px } else { 0 };
-    let margin_px =
-        (parts.margin_px + parallax_px + crowd_px).max(stroke_px).max(balance_px).max(mirror_px).max(tone_px).max(relief_px);
+    let margin_px = (parts.margin_px + parallax_px + crowd_px)
+        .max(stroke_px)
+        .max(balance_px)
+        .max(mirror_px)
+        .max(tone_px)
+        .max(relief_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {

@@ -56,7 +56,8 @@ fn bulges_and_hollows_are_told_apart() {
     };
     for keys in ["gamma = 0.5\nsun = 0.0", "kind = \"scaling\"\ninvariant = 0.2"] {
         let Some(plain) = middle(1.0, &format!("alpha_px = 0.0\n{keys}")) else { return };
-        let of = |alpha_px: f64| [1.0, -1.0].map(|sign| middle(sign, &format!("alpha_px = {alpha_px:.1}\n{keys}")).unwrap());
+        let of =
+            |alpha_px: f64| [1.0, -1.0].map(|sign| middle(sign, &format!("alpha_px = {alpha_px:.1}\n{keys}")).unwrap());
         let tells = |[hill, hollow]: [f64; 2]| hill > 1.05 * plain && hollow < 0.95 * plain;
         let own = of(60.0);
         println!("{keys}: {plain:.3} becomes {:.3} on a hill and {:.3} in a hollow", own[0], own[1]);
@@ -113,7 +114,11 @@ fn flat_ground_and_the_ends_of_all_parameters_are_calm() {
     // Cliffs among folds.
     let cliff_m = |x: f64, y: f64| rough_height_m(x, y) + if x > 0.0 { 900.0 } else { 0.0 };
     let Some(mut cliff) = World::new(grid_of(257, 257, 30.0, cliff_m), 0.0) else { return };
-    let suns = [north_west(), Light { to_sun: DVec3::new(0.0, 0.95, 0.3).normalize(), ..NOON }, Light { to_sun: -DVec3::Z, ..NOON }];
+    let suns = [
+        north_west(),
+        Light { to_sun: DVec3::new(0.0, 0.95, 0.3).normalize(), ..NOON },
+        Light { to_sun: -DVec3::Z, ..NOON },
+    ];
     for keys in [
         "alpha_px = 1000.0\ngamma = 1.0\ngloss = 4.0\nshininess = 256.0",
         "alpha_px = -1000.0\ngamma = -1.0\nlights = 1\nscale_px = 12.0\ncoarser_far = 4.0\ncoarser_level = 4.0",
@@ -174,7 +179,9 @@ fn exaggerated_relief_has_folds_on_slopes_that_face_the_sun() {
     println!("furrows have tones {own:.3} apart, and {plain:.3} in plain light");
     assert!(own > 3.0 * plain && own > 0.03);
     // Planted: no exaggeration.
-    assert!(spread("kind = \"exaggerated\"\nscales = 4\nexaggeration = 0.1\nfinest_px = 8.0\ncoarser = 0.7") < 0.3 * own);
+    assert!(
+        spread("kind = \"exaggerated\"\nscales = 4\nexaggeration = 0.1\nfinest_px = 8.0\ncoarser = 0.7") < 0.3 * own
+    );
 }
 
 #[test]

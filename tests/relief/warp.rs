@@ -71,15 +71,13 @@ fn ask(gpu: &Gpu, questions: &[Question]) -> Vec<Answer> {
     let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
     let buffer =
         |contents: &[u8]| gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage });
-    let buffers =
-        [buffer(bytemuck::cast_slice(&padded)), buffer(&vec![0; padded.len() * size_of::<Answer>()])];
+    let buffers = [buffer(bytemuck::cast_slice(&padded)), buffer(&vec![0; padded.len() * size_of::<Answer>()])];
     let entries = (0..).zip(&buffers);
     let entries: Vec<_> = entries
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
         .collect();
     let layout = &pipeline.get_bind_group_layout(0);
-    let group =
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());

@@ -86,7 +86,8 @@ fn shadows(inputs: &Inputs<'_>) -> usize {
 
 /// What both passes with shadows read of them.
 fn shadow_resources(inputs: &Inputs<'_>) -> impl Iterator<Item = Named> {
-    let of_land = inputs.horizon_maps.clone().into_iter().flat_map(|(terrain, maps)| std::iter::once(terrain).chain(maps));
+    let of_land =
+        inputs.horizon_maps.clone().into_iter().flat_map(|(terrain, maps)| std::iter::once(terrain).chain(maps));
     of_land.chain(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())))
 }
 
@@ -105,7 +106,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Targe
     }
     let bends = inputs.relief.asks_for_curvature();
     let slopes = bends.then(|| {
-        let pictures = [&gradient::DEPTH_GRADIENT, &gradient::BLURRED_GRADIENT].map(|kind| targets.whole(cx.gpu(), kind));
+        let pictures =
+            [&gradient::DEPTH_GRADIENT, &gradient::BLURRED_GRADIENT].map(|kind| targets.whole(cx.gpu(), kind));
         gradient::run(cx, inputs, shared, &pictures[0]);
         diffuse::run(cx, inputs, &pictures)
     });

@@ -104,12 +104,17 @@ fn parts_of(count: u32, radiance: impl Fn(DVec3) -> [f64; 3]) -> Vec<PartOfSky> 
         *angle += solid_angle;
     }
     let mean = |(sum, angle): ([f64; 3], f64)| sum.map(|channel| channel / f64::max(angle, 1e-9));
-    middles.iter().zip(sums).map(|(direction, sums)| PartOfSky { direction: *direction, radiance: mean(sums) }).collect()
+    middles
+        .iter()
+        .zip(sums)
+        .map(|(direction, sums)| PartOfSky { direction: *direction, radiance: mean(sums) })
+        .collect()
 }
 
 /// What level land has of the parts: luminance, as a white sky gives it 1.
 fn on_level_land(parts: &[PartOfSky]) -> f64 {
-    let sum = |of: fn([f64; 3]) -> f64| parts.iter().map(|part| part.direction.z.max(0.0) * of(part.radiance)).sum::<f64>();
+    let sum =
+        |of: fn([f64; 3]) -> f64| parts.iter().map(|part| part.direction.z.max(0.0) * of(part.radiance)).sum::<f64>();
     sum(luminance) / sum(|_| 1.0).max(1e-9)
 }
 
@@ -123,10 +128,18 @@ impl SkyParts {
                 let above = parts_of(relief.lights.max(64), |direction| clear_sky(direction, to_sun));
                 let ground = GROUND * on_level_land(&above);
                 parts_of(relief.lights, |direction| {
-                    if direction.z > 0.0 { clear_sky(direction, to_sun) } else { GROUND_COLOR.map(|color| ground * color) }
+                    if direction.z > 0.0 {
+                        clear_sky(direction, to_sun)
+                    } else {
+                        GROUND_COLOR.map(|color| ground * color)
+                    }
                 })
             },
-            |picture| parts_of(relief.lights, |direction| picture.radiance(glam::DQuat::from_rotation_z(turn_rad) * direction)),
+            |picture| {
+                parts_of(relief.lights, |direction| {
+                    picture.radiance(glam::DQuat::from_rotation_z(turn_rad) * direction)
+                })
+            },
         );
         let scale = (1.0 - sun_part) / on_level_land(&parts).max(1e-9);
         parts.iter_mut().for_each(|part| part.radiance = part.radiance.map(|channel| channel * scale));
@@ -187,7 +200,8 @@ mod tests {
         assert!(parts.is_of(&relief("sun = 0.6"), to_sun) && !parts.is_of(&relief("sun = 0.5"), to_sun));
         // The sky is bright about the sun, and its parts are numbers where the sun is below.
         let toward = |direction: DVec3| {
-            let nearest = parts.parts.iter().max_by(|a, b| a.direction.dot(direction).total_cmp(&b.direction.dot(direction)));
+            let nearest =
+                parts.parts.iter().max_by(|a, b| a.direction.dot(direction).total_cmp(&b.direction.dot(direction)));
             luminance(nearest.unwrap().radiance)
         };
         assert!(toward(to_sun) > 2.0 * toward(DVec3::new(0.5, -0.5, 0.7)));
