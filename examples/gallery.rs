@@ -5,21 +5,17 @@
 //! and writes `docs/gallery/*.png` and `docs/gallery/README.md`. Pictures of few colours have a palette, which keeps them
 //! small.
 
-use std::collections::BTreeMap;
+#[path = "shared/small_png.rs"]
+mod small_png;
+
 use std::fmt::Write as _;
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, bail, ensure};
 use hachure::file::atomic;
-use hachure::file::atomic::AtomicFile;
 use hachure::style::{self, Style};
 use serde::Deserialize;
-
-/// Larger pictures have no place in a repository.
-const MOST_BYTES: u64 = 400_000;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,7 +55,7 @@ fn main() -> anyhow::Result<()> {
         for place in &places.place {
             let picture = gallery.join(format!("{name}-{}.png", place.name));
             draw(&program, &folder, place, name, &places.size, &picture)?;
-            shrink(&picture).with_context(|| picture.display().to_string())?;
+            small_png::shrink(&picture).with_context(|| picture.display().to_string())?;
             println!("{}", picture.display());
         }
     }
@@ -83,54 +79,6 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
         }
     }
     Ok(())
-}
-
-/// Fewer bits for a channel would show as bands.
-const LEAST_BITS: u32 = 6;
-
-/// Writes a picture anew without its opacity, and with a palette if its colours are 256 at most in some bits.
-fn shrink(path: &Path) -> anyhow::Result<()> {
-    let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
-    let mut bytes = vec![0; reader.output_buffer_size().context("a picture without end")?];
-    let info = reader.next_frame(&mut bytes)?;
-    ensure!(info.color_type == png::ColorType::Rgba && info.bit_depth == png::BitDepth::Eight, "not RGBA in 8 bits");
-    let pixels: Vec<[u8; 3]> = bytes.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    let rounded =
-        (LEAST_BITS..=8).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
-    let palette_of = |pixels: &Vec<[u8; 3]>| {
-        let mut palette: BTreeMap<[u8; 3], u8> = pixels.iter().map(|pixel| (*pixel, 0)).collect();
-        let is_small = palette.len() <= 256;
-        (0..=255).zip(palette.values_mut()).for_each(|(number, entry)| *entry = number);
-        is_small.then_some(palette)
-    };
-    let found = rounded.into_iter().find_map(|pixels: Vec<[u8; 3]>| Some((palette_of(&pixels)?, pixels)));
-
-    let mut file = AtomicFile::create(path)?;
-    let mut encoder = png::Encoder::new(file.writer(), info.width, info.height);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    let bytes = if let Some((palette, pixels)) = found {
-        encoder.set_color(png::ColorType::Indexed);
-        encoder.set_palette(palette.keys().flatten().copied().collect::<Vec<u8>>());
-        pixels.iter().map(|pixel| palette[pixel]).collect()
-    } else {
-        encoder.set_color(png::ColorType::Rgb);
-        pixels.concat()
-    };
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&bytes)?;
-    writer.finish()?;
-    file.commit()?;
-    let bytes = std::fs::metadata(path)?.len();
-    ensure!(bytes <= MOST_BYTES, "has {bytes} bytes");
-    Ok(())
-}
-
-/// To `bits` bits, with black and white as they are.
-fn rounded(value: u8, bits: u32) -> u8 {
-    let most = (1_u32 << bits) - 1;
-    let step = (u32::from(value) * most + 127) / 255;
-    ((step * 255 + most / 2) / most) as u8
 }
 
 fn page(places: &Places) -> anyhow::Result<String> {

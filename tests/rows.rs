@@ -296,7 +296,7 @@ fn bands(world: &mut World, spacing_px: f64, farthest_m: f64) -> Vec<f64> {
     let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     let inks = bytes.chunks_exact(2).map(|half| half::f16::from_le_bytes([half[0], half[1]]).to_f64());
     let places = places_m(&world.gpu, &frame, view.pose.position_m);
-    let mut sums = vec![[0.0; 2]; 4];
+    let mut sums = [[0.0; 2]; 4];
     for (ink, place) in inks.zip(places) {
         let Some(place) = place else { continue };
         let away = place.distance(view.pose.position_m) / farthest_m;

@@ -31,7 +31,8 @@ struct DepthGradient {
 
 // Steps of the scale that is kept with a gradient.
 const SCALE_STEPS: f32 = 256.0;
-// A place of another surface lies off the plane of a pixel by more than this, by its distance, for each pixel between.
+// A place of another surface lies off the plane of a pixel by more than this, by its distance, and more where the plane is
+// seen along itself.
 const STEP: f32 = 0.01;
 
 // Two numbers share a channel: a whole one, and a fraction below one half.
@@ -51,7 +52,7 @@ fn on_plane(view: View, own: vec4<f32>, other: vec4<f32>, offset_px: vec2<f32>) 
     let miss = abs(other.z - expected) / max(own.z, 1e-30);
     // A surface that is seen along itself bends away at once.
     let steep = length(own.xy) / max(own.z * view.focal_px, 1e-30);
-    let allowed = (STEP + steep) * max(abs(offset_px.x), abs(offset_px.y));
+    let allowed = STEP + steep * max(abs(offset_px.x), abs(offset_px.y));
     return 1.0 - smoothstep(allowed, 3.0 * allowed, miss);
 }
 

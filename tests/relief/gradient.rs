@@ -28,7 +28,7 @@ fn gradients(world: &mut World, camera: &str, keys: &str, steps: usize) -> Vec<[
     let pose = world.pose(camera);
     let mut frame = Frame::new(&world.gpu).unwrap();
     draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style(keys), &NOON);
-    let kind = if steps % 2 == 0 { &DEPTH_GRADIENT } else { &BLURRED_GRADIENT };
+    let kind = if steps.is_multiple_of(2) { &DEPTH_GRADIENT } else { &BLURRED_GRADIENT };
     floats(&world.gpu, frame.target(kind).unwrap())
 }
 

@@ -74,7 +74,7 @@ struct SkyLight {
 @group(0) @binding(22) var tree_shadow: texture_2d<f32>;
 #endif
 
-const PI: f32 = 3.14159265;
+const PI: f32 = 3.1415927;
 // What the glossy part reflects face on.
 const FACE_ON: f32 = 0.3;
 

@@ -36,7 +36,7 @@ struct ScalingRules {
 @group(0) @binding(22) var tree_shadow: texture_2d<f32>;
 #endif
 
-const PI: f32 = 3.14159265;
+const PI: f32 = 3.1415927;
 
 fn scaled(lit: f32, kappa: f32) -> f32 {
     let alpha = scaling_rules.invariant;
