@@ -41,6 +41,8 @@ const GROWN_AHEAD: f32 = 2.5;
 const SPAN: i32 = 4;
 // What a mark has of gaps at most, in spacings.
 const MOST_ROOM: f32 = 1.5;
+// Spacings beside the picture.
+const BORDER: f32 = 6.0;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: RowRules;
@@ -275,6 +277,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var j = begin + 1; j < end; j += 2) {
         lifts[j + HALF] = 0.5 * (lifts[j - 1 + HALF] + lifts[j + 1 + HALF]);
     }
+    let border_px = BORDER * rules.spacing_px;
     var rooms: array<f32, 17>;
     var length_px = 0.0;
     var seen_samples = 0u;
@@ -295,8 +298,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let seen = project(flat_m[j + HALF] + vec3<f32>(0.0, 0.0, lifts[j + HALF]));
         let is_inside = all(seen.xy >= vec2<f32>(0.0)) && all(seen.xy < vec2<f32>(view.size_px));
         let land = textureLoad(position, clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
-        // What is hidden takes no place on the picture. What is beside the picture is not known.
-        let is_seen = !is_inside || (land.w > 0.0 && seen.z < land.w + 2.0 * cell_m(block));
+        // What is hidden takes no place on the picture. What is beside the picture is not known, and far beside it matters to
+        // no mark that is seen.
+        let is_near = all(seen.xy >= vec2<f32>(-border_px)) && all(seen.xy < vec2<f32>(view.size_px) + border_px);
+        let is_seen = is_near && (!is_inside || (land.w > 0.0 && seen.z < land.w + 2.0 * cell_m(block)));
         seen_samples |= select(0u, 1u << u32(j + HALF), is_seen);
         if j > begin {
             length_px += distance(seen.xy, px[j - 1 + HALF].xy);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-use super::{PlannedPool, RowPlan};
+use super::{PlannedPool, RowPlan, proposals};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::wgsl::shared::rows::{CELLS, MOST_CANDIDATES, RowBlock, RowRules, WORDS};
@@ -118,13 +118,14 @@ impl RowMemory {
             spacing_px *= WIDER;
             wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
         }
+        let most_marks = (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32;
         let rules = RowRules {
             spacing_px,
             row_cells: rows.length / MEAN_CELL,
             level: rows.level_deg.to_radians().tan(),
             darkest: rows.darkest,
             taper: rows.taper,
-            most_marks: (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32,
+            most_marks: most_marks.min(proposals::most_marks(gpu)),
             cell_px_m: (spacing_m * focal_px) as f32,
             least_level: LEAST_LEVEL as f32,
             greatest_level: greatest_level as f32,

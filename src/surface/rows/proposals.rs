@@ -1,6 +1,7 @@
 //! Which candidates may be drawn. See `shaders/surface/rows/proposals.wgsl`.
 
 use super::{BLOCKS, RowPlan};
+use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Cx;
@@ -11,6 +12,13 @@ use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, PROPOSAL};
 const PROPOSED: BufferKind = BufferKind::storage("row proposed");
 /// The proposals.
 const PROPOSALS: BufferKind = BufferKind::storage("row proposals");
+
+/// How many proposals a binding holds.
+pub fn most_marks(gpu: &Gpu) -> u32 {
+    let limits = gpu.device.limits();
+    let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    u32::try_from(bytes / (16 * PROPOSAL as u64)).unwrap_or(u32::MAX)
+}
 
 /// What the pass reads.
 pub struct Inputs<'a> {
