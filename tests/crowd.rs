@@ -118,7 +118,7 @@ fn every_preset_with_lines_has_a_cap() {
 fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
     let Some(mut world) = world() else { return };
     let pose = world.pose(RANGES);
-    for (name, cap) in [("ink", 0.09), ("strokes", 0.06), ("wash", 0.04)] {
+    for (name, cap) in [("ink", 0.09), ("strokes", 0.06), ("wash", 0.05)] {
         let mut frame = Frame::new(&world.gpu).unwrap();
         let nearest = nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, &capped(name, 1.0)).unwrap();
         for ipd_m in [IPD_M, nearest.unwrap() * HYPERSTEREO] {

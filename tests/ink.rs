@@ -81,7 +81,7 @@ fn no_part_of_a_drawing_is_mush() {
 
         // Planted: neither filter nor cap nor distance.
         let text = preset_text("ink").unwrap();
-        let raw = [("density = 2.0", "density = 0.0"), ("crowd = 0.05\n", ""), ("faintest = 0.12", "faintest = 1.0")]
+        let raw = [("density = 2.0", "density = 0.0"), ("crowd = 0.09\n", ""), ("faintest = 0.12", "faintest = 1.0")]
             .into_iter()
             .fold(text.to_owned(), |text, (from, to)| {
                 assert!(text.contains(from), "{from}");

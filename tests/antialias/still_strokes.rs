@@ -8,7 +8,7 @@ use hachure::scene::view::View;
 use hachure::style::Style;
 
 use crate::SIZE_PX;
-use crate::common::World;
+use crate::common::{self, World};
 use crate::common::draw::{NOON, draw};
 
 fn ink(world: &mut World, style: &Style, jitter_px: DVec2) -> Vec<f64> {
@@ -41,7 +41,8 @@ fn moved_px(from: &[f64], to: &[f64]) -> DVec2 {
 #[test]
 fn strokes_are_not_moved() {
     let Some(mut world) = crate::rough() else { return };
-    let style = Style::load("strokes").unwrap();
+    // What a cap leaves out changes a little with the picture of the depth.
+    let style = common::all_lines("strokes");
     let still = ink(&mut world, &style, DVec2::ZERO);
     for jitter_px in [DVec2::new(0.4, 0.0), DVec2::new(-0.4, 0.3), DVec2::new(0.1, -0.5)] {
         let found_px = moved_px(&still, &ink(&mut world, &style, jitter_px));
