@@ -195,7 +195,7 @@ fn what_says_nothing_is_refused_in_a_line() {
     place.say("newer.png", &text.replacen("version = 1", "version = 4\nnews = 3", 1));
     place.say("other.png", &text.replacen("camera = \"", "camera = \"x", 1));
     place.say("key.png", &format!("glow = 3\n{text}"));
-    place.say("style.png", &text.replacen("wrap = 1.0", "wrap = 9.0", 1));
+    place.say("style.png", &text.replacen("wrap = 0.4", "wrap = 9.0", 1));
     place.say("gone.png", &text.replace("hill.asc", "gone.asc"));
     place.say("net.png", &text.replace("hill.asc", "https://127.0.0.1:1/x.tif"));
     place.write("words.png", "words");

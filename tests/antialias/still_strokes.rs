@@ -8,8 +8,8 @@ use hachure::scene::view::View;
 use hachure::style::Style;
 
 use crate::SIZE_PX;
-use crate::common::{self, World};
 use crate::common::draw::{NOON, draw};
+use crate::common::{self, World};
 
 fn ink(world: &mut World, style: &Style, jitter_px: DVec2) -> Vec<f64> {
     let pose = world.pose(crate::VIEW);

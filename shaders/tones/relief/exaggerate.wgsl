@@ -26,7 +26,7 @@ struct ExaggerateRules {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<uniform> exaggerate_rules: ExaggerateRules;
+@group(0) @binding(2) var<storage, read> exaggerate_rules: ExaggerateRules;
 @group(0) @binding(3) var surface_id: texture_2d<u32>;
 @group(0) @binding(4) var position: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;

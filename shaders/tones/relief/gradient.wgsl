@@ -20,7 +20,7 @@
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<uniform> relief_rules: ReliefRules;
+@group(0) @binding(2) var<storage, read> relief_rules: ReliefRules;
 @group(0) @binding(3) var<storage, read> focus: Focus;
 @group(0) @binding(4) var surface_id: texture_2d<u32>;
 @group(0) @binding(5) var position: texture_2d<f32>;

@@ -58,7 +58,7 @@ struct SkyLight {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<uniform> surroundings: Surroundings;
+@group(0) @binding(2) var<storage, read> surroundings: Surroundings;
 @group(0) @binding(3) var<storage, read> focus: Focus;
 @group(0) @binding(4) var<storage, read> sky_lights: array<SkyLight>;
 @group(0) @binding(5) var position: texture_2d<f32>;
@@ -67,7 +67,7 @@ struct SkyLight {
 // rgb: the light's colour, of luminance 1; a: the tone that is asked for.
 @group(0) @binding(8) var relief_light: texture_storage_2d<rgba16float, write>;
 #ifdef WARPED
-@group(0) @binding(20) var<uniform> relief_rules: ReliefRules;
+@group(0) @binding(20) var<storage, read> relief_rules: ReliefRules;
 @group(0) @binding(21) var depth_gradient: texture_2d<f32>;
 #endif
 #ifdef TREE_SHADOWS

@@ -1,9 +1,13 @@
 //! Relief at several scales at once. See `shaders/tones/relief/exaggerate.wgsl`.
 
 use super::{Inputs, Shared};
+use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::exaggerate::ExaggerateRules;
+
+/// `ExaggerateRules`.
+const RULES: BufferKind = BufferKind::storage("exaggerate rules");
 
 /// Lights what the inputs show.
 pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_light: &Target) {
@@ -17,7 +21,7 @@ pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
-        ("exaggerate_rules", cx.uniform("exaggerate rules", &rules)),
+        ("exaggerate_rules", cx.upload(&RULES, &[rules]).binding()),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),

@@ -17,6 +17,7 @@ pub mod scaling;
 pub mod surroundings;
 
 use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::shared::relief::ReliefRules;
@@ -28,6 +29,9 @@ use crate::tones::light::LightUniform;
 
 /// rgb: the colour of the light, of luminance 1; a: the tone that is asked for.
 pub const RELIEF_LIGHT: TargetKind = TargetKind::storage("relief light", wgpu::TextureFormat::Rgba16Float);
+
+/// `ReliefRules`: no uniform, since passes have three of these already (`docs/decisions/software-drivers.md`).
+const RULES: BufferKind = BufferKind::storage("relief rules");
 
 /// What the passes read.
 pub struct Inputs<'a> {
@@ -97,7 +101,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Targe
     let shared = Shared {
         light: cx.uniform("light", &LightUniform::new(inputs.style, inputs.light)),
         focus: FocusUniform::on_gpu(cx, inputs.light.focus.as_ref()),
-        rules: cx.uniform("relief rules", &inputs.relief.rules()),
+        rules: cx.upload(&RULES, &[inputs.relief.rules()]).binding(),
     };
     let shared = &shared;
     if inputs.relief.kind == ReliefKind::Exaggerated {

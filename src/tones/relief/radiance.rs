@@ -8,6 +8,8 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
 
+/// `Surroundings`.
+const SURROUNDINGS: BufferKind = BufferKind::storage("surroundings");
 /// `SkyLight`s.
 const SKY_LIGHTS: BufferKind = BufferKind::storage("sky lights");
 
@@ -63,7 +65,7 @@ pub(super) fn run(
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
-        ("surroundings", cx.uniform("surroundings", &uniform)),
+        ("surroundings", cx.upload(&SURROUNDINGS, &[uniform]).binding()),
         ("focus", shared.focus.clone()),
         ("sky_lights", cx.upload(&SKY_LIGHTS, &lights).binding()),
         ("position", inputs.position.into()),

@@ -1,10 +1,14 @@
 //! Light that is scaled by curvature. See `shaders/tones/relief/scaling.wgsl`.
 
 use super::{Inputs, Shared, shadow_resources, shadows};
+use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::scaling::ScalingRules;
+
+/// `ScalingRules`.
+const RULES: BufferKind = BufferKind::storage("scaling rules");
 
 /// By [`shadows`].
 const DEFINITIONS: [&[&str]; 4] = [&[], &["TREE_SHADOWS"], &["HORIZON_MAPS"], &["HORIZON_MAPS", "TREE_SHADOWS"]];
@@ -22,7 +26,7 @@ pub(super) fn run(
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
         ("relief_rules", shared.rules.clone()),
-        ("scaling_rules", cx.uniform("scaling rules", &rules)),
+        ("scaling_rules", cx.upload(&RULES, &[rules]).binding()),
         ("focus", shared.focus.clone()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
