@@ -108,6 +108,7 @@ fn item(definition: &Definition, random: &mut Random, all: bool) -> Item {
         ValueKind::Text => value(match definition.key {
             "texture" => random.pick(&texture::names()).to_owned(),
             "marks" => random.pick(&marks::names()).to_owned(),
+            "environment" => "tests/style_parameters/white.hdr".to_owned(),
             _ => random.text(),
         }),
         ValueKind::Color => value(color(random)),

@@ -196,7 +196,7 @@ mod tests {
         };
         let to_sun = DVec3::new(-0.5, 0.5, 0.7).normalize();
         let parts = SkyParts::new(&relief("sun = 0.6"), to_sun);
-        assert!((on_level_land(&parts.parts) - 0.4).abs() < 1e-9 && (luminance(parts.sun) - 0.6).abs() < 1e-9);
+        assert!((on_level_land(&parts.parts) - 0.4).abs() < 1e-6 && (luminance(parts.sun) - 0.6).abs() < 1e-6);
         assert!(parts.is_of(&relief("sun = 0.6"), to_sun) && !parts.is_of(&relief("sun = 0.5"), to_sun));
         // The sky is bright about the sun, and its parts are numbers where the sun is below.
         let toward = |direction: DVec3| {
