@@ -12,9 +12,16 @@
 // Along a line runs u, across the normal as the picture shows it, and across it v, the distance: the thesis has both for
 // contours alone, since a suggestive contour does not lie across the normal. Here its direction is that of the line of
 // zeros, so both have them. By u lines swing to and fro, by v their borders are soft.
+//
+// TEXTURED draws through a stroke texture, which repeats along u and v. Where a line bends, a u along each pixel's own
+// direction grows by the bend times the distance from the picture's corner, and the texture swirls (the thesis sees
+// "some warping"). Here u runs along the nearest of SECTORS directions, and hands over to the next one.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 #import hachure::surface_id::{kind_of, TREE}
+#ifdef TEXTURED
+#import hachure::brush::{Brush, brush_uv, brush_ink}
+#endif
 
 struct CurvatureLines {
     width_px: f32,
@@ -36,6 +43,12 @@ struct CurvatureLines {
 // Of trees, from elsewhere; 0 where there are none.
 @group(0) @binding(6) var tree_line: texture_2d<f32>;
 @group(0) @binding(7) var line: texture_storage_2d<r32float, write>;
+#ifdef TEXTURED
+// Pigment and threshold.
+@group(0) @binding(8) var<uniform> brush: Brush;
+@group(0) @binding(9) var brush_tile: texture_2d<f32>;
+@group(0) @binding(10) var brush_sampler: sampler;
+#endif
 
 // Blocks are of the pixel's surface if they lie so near its plane, in widths of a block on the ground.
 const ON_PLANE: f32 = 2.0;
@@ -43,11 +56,37 @@ const ON_PLANE: f32 = 2.0;
 const LEAST_BEND: f32 = 1e-4;
 const TURN: f32 = 6.2831855;
 
-// Of a line's width, so far from its middle.
-fn ink_of(from_middle_px: f32, half_width_px: f32) -> f32 {
-    let border_px = max(curvature_lines.taper * half_width_px, 0.5);
-    return clamp((half_width_px + 0.5 * border_px - from_middle_px) / border_px, 0.0, 1.0);
+#ifdef TEXTURED
+const SECTORS: f32 = 16.0;
+
+// What the texture takes in a sector.
+fn ink_in_sector(pixel: vec2<i32>, sector: f32, across_px: f32, half_width_px: f32) -> f32 {
+    let angle = sector * TURN / SECTORS;
+    let u_px = dot(vec2<f32>(pixel + view.origin_px), vec2<f32>(cos(angle), sin(angle)));
+    let uv = brush_uv(brush, u_px, across_px, max(half_width_px, 0.25), u32(sector));
+    let texel = textureSampleLevel(brush_tile, brush_sampler, uv, 0.0).xy;
+    return brush_ink(brush, texel, 1.0, abs(across_px), half_width_px);
 }
+
+// Ink of a line along a direction, so far from its middle.
+fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32) -> f32 {
+    let covered = clamp(half_width_px + 0.5 - abs(across_px), 0.0, 1.0);
+    if covered <= 0.0 {
+        return 0.0;
+    }
+    let at = (atan2(along.y, along.x) / TURN + 1.0) * SECTORS;
+    let next = smoothstep(0.3, 0.7, fract(at));
+    let first = floor(at) % SECTORS;
+    return covered * mix(ink_in_sector(pixel, first, across_px, half_width_px),
+        ink_in_sector(pixel, (first + 1.0) % SECTORS, across_px, half_width_px), next);
+}
+#else
+// Ink of a line, so far from its middle.
+fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32) -> f32 {
+    let border_px = max(curvature_lines.taper * half_width_px, 0.5);
+    return clamp((half_width_px + 0.5 * border_px - abs(across_px)) / border_px, 0.0, 1.0);
+}
+#endif
 
 // How far a line swings aside at a place, along its way on the picture.
 fn swing_px(pixel: vec2<i32>, along: vec2<f32>) -> f32 {
@@ -135,7 +174,7 @@ fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 
     let along = normalize(vec2<f32>(aside.y, -aside.x) + vec2<f32>(1e-9, 0.0));
     // All of it lies on the side that is seen.
     let half_px = 0.5 * curvature_lines.width_px;
-    return ink_of(abs(from_contour_px - half_px - 0.5 * (swing_px(pixel, along) + curvature_lines.warp_px)), half_px);
+    return ink_of(pixel, along, from_contour_px - half_px - 0.5 * (swing_px(pixel, along) + curvature_lines.warp_px), half_px);
 }
 
 fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
@@ -145,10 +184,10 @@ fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
         return 0.0;
     }
     let along = vec2<f32>(seen.slope.y, -seen.slope.x) / steepness;
-    let from_line_px = abs(seen.own.x / steepness - swing_px(pixel, along));
+    let across_px = seen.own.x / steepness - swing_px(pixel, along);
     // Lines come and go with the rise.
     let strength = clamp(seen.own.y / max(curvature_lines.least_rise, 1e-4) - 1.0, 0.0, 1.0);
-    return ink_of(from_line_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
+    return ink_of(pixel, along, across_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
 }
 
 @compute @workgroup_size(8, 8)

@@ -11,12 +11,11 @@
 //
 // Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
 #import hachure::view::View
-#import hachure::cells::{Corner, Curves, corner_at, curves_of, on_surface, key_of_cell}
-#import hachure::mark_normal::pixel_of_block
+#import hachure::cells::{Corner, Curves, corner_at, curves_of}
+#import hachure::cell_edges::{Cell, put_curves}
 #import hachure::curvature::{frame_of, form3, principal_of}
-#import hachure::edges::{Edge, KIND_RIDGE, KIND_VALLEY}
-#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
-#import hachure::ordered::{clear_marks, mark}
+#import hachure::edges::{KIND_RIDGE, KIND_VALLEY}
+#import hachure::edge_list::has_told
 
 struct RidgeRules {
     // In turns of the normal over a feature.
@@ -100,22 +99,7 @@ fn main(
     if has_told(thread) {
         return;
     }
-    clear_marks(thread);
-    workgroupBarrier();
-    var found = look(vec2<i32>(id.xy));
-    for (var i = 0u; i < found.count; i++) {
-        mark(2u * thread + i);
-    }
-    workgroupBarrier();
-    let own_group = group.x + group.y * groups.x;
-    if has_counted(own_group, thread) {
-        return;
-    }
+    let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
     let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.side > 0.0);
-    let first = place_in_list(own_group, 2u * thread);
-    for (var i = 0u; i < found.count; i++) {
-        let line = found.lines[i];
-        put_edge(first + i, Edge(on_surface(view, position, normal, line.xy), key_of_cell(view, vec2<i32>(id.xy)) + i + 2u,
-            on_surface(view, position, normal, line.zw), kind));
-    }
+    put_curves(view, position, normal, cell, look(cell.block), kind, 2u);
 }

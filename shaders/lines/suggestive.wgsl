@@ -7,17 +7,30 @@
 // Curves by marching squares over the blocks of `lines/radial` (cells.wgsl). A curve ends where the rise falls below
 // `least_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
 //
+// Each eye of a pair leaves out what is no suggestive contour for the other eye (He, Wang and Bao 2019, section 4.4:
+// those that depend on the view cannot be fused). The paper looks for a partner in the other eye's picture. Here the
+// shape of the surface is at hand, so the other eye's curvature is known at each corner: the curvature of both eyes
+// differs there by as much as their zeros lie apart, times its slope. What nearer land hides from the other eye stays.
+//
 // Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
-#import hachure::view::View
-#import hachure::cells::{Corner, Curves, corner_at, curves_of, on_surface, key_of_cell}
-#import hachure::edges::{Edge, KIND_SUGGESTIVE}
-#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
-#import hachure::ordered::{clear_marks, mark}
+#import hachure::view::{View, place_of_pixel}
+#import hachure::cells::{Corner, Curves, corner_at, curves_of}
+#import hachure::cell_edges::{Cell, put_curves}
+#import hachure::curvature::{Shape, radial_of}
+#import hachure::edges::KIND_SUGGESTIVE
+#import hachure::edge_list::has_told
+#import hachure::mark_normal::{BLOCK_PX, pixel_of_block}
 
 struct SuggestiveRules {
     least_rise: f32,
     // A cosine: what faces the eye more has none.
     most_facing: f32,
+    // How far apart the lines of two eyes may lie on the surface, as this eye sees them; 0 asks no other eye.
+    agree_px: f32,
+    padding: f32,
+    // Where the other eye of a pair is in the rig.
+    other_eye_m: vec3<f32>,
+    padding_eye: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -25,7 +38,9 @@ struct SuggestiveRules {
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
-@group(0) @binding(5) var radial: texture_2d<f32>;
+@group(0) @binding(5) var shape_bend: texture_2d<f32>;
+@group(0) @binding(6) var shape_change: texture_2d<f32>;
+@group(0) @binding(7) var radial: texture_2d<f32>;
 
 fn corner_of(block: vec2<i32>) -> Corner {
     let own = textureLoad(radial, block, 0);
@@ -34,12 +49,30 @@ fn corner_of(block: vec2<i32>) -> Corner {
     return corner_at(view, block, textureLoad(shape_normal, block, 0), own.x, room);
 }
 
+// By how much the other eye's curvature at a block differs from this eye's, in turns over a pixel of this eye.
+fn other_eye_differs(block: vec2<i32>) -> f32 {
+    let own = textureLoad(radial, block, 0);
+    let at_m = place_of_pixel(view, pixel_of_block(view, block), own.w);
+    let shape = Shape(textureLoad(shape_normal, block, 0).xyz, textureLoad(shape_bend, block, 0).xyz, textureLoad(shape_change, block, 0));
+    let found = radial_of(shape, normalize(suggestive_rules.other_eye_m - at_m));
+    return abs(found.curvature * distance(view.eye_m, at_m) / view.focal_px - own.x);
+}
+
 fn look(block: vec2<i32>) -> Curves {
     if any(block + 1 >= vec2<i32>(textureDimensions(radial))) {
         return Curves();
     }
-    return curves_of(view, corner_of(block), corner_of(block + vec2<i32>(1, 0)), corner_of(block + vec2<i32>(1, 1)),
+    var corners = array<Corner, 4>(corner_of(block), corner_of(block + vec2<i32>(1, 0)), corner_of(block + vec2<i32>(1, 1)),
         corner_of(block + vec2<i32>(0, 1)));
+    if suggestive_rules.agree_px > 0.0 {
+        let slope = 0.5 * length(vec2<f32>(corners[1].value - corners[0].value + corners[2].value - corners[3].value,
+            corners[3].value - corners[0].value + corners[2].value - corners[1].value)) / f32(BLOCK_PX);
+        for (var i = 0; i < 4; i++) {
+            let apart_px = other_eye_differs(block + vec2<i32>((i & 1) ^ (i >> 1u), i >> 1u)) / max(slope, 1e-12);
+            corners[i].room = min(corners[i].room, 1.0 - apart_px / suggestive_rules.agree_px);
+        }
+    }
+    return curves_of(view, corners[0], corners[1], corners[2], corners[3]);
 }
 
 @compute @workgroup_size(8, 8)
@@ -52,20 +85,6 @@ fn main(
     if has_told(thread) {
         return;
     }
-    clear_marks(thread);
-    workgroupBarrier();
-    var found = look(vec2<i32>(id.xy));
-    for (var i = 0u; i < found.count; i++) {
-        mark(2u * thread + i);
-    }
-    workgroupBarrier();
-    let own_group = group.x + group.y * groups.x;
-    if has_counted(own_group, thread) {
-        return;
-    }
-    let first = place_in_list(own_group, 2u * thread);
-    for (var i = 0u; i < found.count; i++) {
-        put_edge(first + i, Edge(on_surface(view, position, normal, found.lines[i].xy), key_of_cell(view, vec2<i32>(id.xy)) + i,
-            on_surface(view, position, normal, found.lines[i].zw), KIND_SUGGESTIVE));
-    }
+    let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
+    put_curves(view, position, normal, cell, look(cell.block), KIND_SUGGESTIVE, 0u);
 }

@@ -5,7 +5,9 @@ use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
-use crate::lines::{self, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold};
+use crate::lines::{
+    self, apparent, apparent_ridges, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold,
+};
 use crate::style::{Detector, Lines, Strokes};
 use crate::surface::curvature::{self as bending, Shapes};
 use crate::surface::edges::EdgeList;
@@ -30,6 +32,8 @@ pub(super) struct OnSurface<'a> {
     pub(super) normal: &'a Target,
     /// Rims of holes, where the land in view has any.
     pub(super) rim: Option<&'a Target>,
+    /// Where the other eye of a pair is in the rig.
+    pub(super) other_eye_m: Option<[f32; 3]>,
 }
 
 /// The lines of the style's detector, without those along rims.
@@ -138,18 +142,27 @@ pub(super) fn add_edges(
     on: &OnSurface<'_>,
     targets: &mut Targets,
 ) {
-    let &OnSurface { view, position, normal, .. } = on;
+    let &OnSurface { view, position, normal, other_eye_m, .. } = on;
     if let Some(feature_px) = strokes.suggestive_px {
         let (shapes, radial) = bend(cx, feature_px, on, targets);
-        let (shape_normal, radial) = (&shapes.normal, &radial);
-        let inputs = suggestive::Inputs { view, style: strokes, position, normal, shape_normal, radial };
+        let (shapes, radial) = (&shapes, &radial);
+        let inputs = suggestive::Inputs { view, style: strokes, position, normal, shapes, radial, other_eye_m };
         suggestive::run(cx, edges, &inputs);
     }
     if let Some(feature_px) = strokes.ridge_px {
         let (shapes, _) = bend(cx, feature_px, on, targets);
         let (shapes, least_bend) = (&shapes, strokes.ridge_bend);
-        for (valleys, width) in [(false, strokes.ridge_width), (true, strokes.valley_width)] {
-            if width > 0.0 {
+        let apparent = strokes.ridge_apparent.then(|| {
+            let apparent = targets.sized(cx.gpu(), &apparent::APPARENT, shapes.normal.size_px());
+            apparent::run(cx, &apparent::Inputs { view, shapes, apparent: &apparent });
+            apparent
+        });
+        let sides = [(false, strokes.ridge_width), (true, strokes.valley_width)];
+        for (valleys, _) in sides.into_iter().filter(|(_, width)| *width > 0.0) {
+            if let Some(apparent) = &apparent {
+                let inputs = apparent_ridges::Inputs { view, least_bend, valleys, position, normal, shapes, apparent };
+                apparent_ridges::run(cx, edges, &inputs);
+            } else {
                 ridges::run(cx, edges, &ridges::Inputs { view, least_bend, valleys, position, normal, shapes });
             }
         }

@@ -190,6 +190,7 @@ fn see(
         position: &position,
         normal: &normal,
         rim: rim.as_ref(),
+        other_eye_m: rig.is_pair().then(|| (rig.eyes[1 - eye].pose.position_m - rig.origin_m).as_vec3().to_array()),
     };
     let line = inputs.lines.map(|lines| frame_lines::find(cx, inputs, lines, &on_surface, targets));
     if let Some((edges, strokes)) = edges.zip(style.strokes.as_ref()) {

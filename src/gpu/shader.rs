@@ -25,6 +25,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/lsa", &["EIGHT"]),
     ("lines/lsa", &["ANTIALIASED", "EIGHT"]),
     ("lines/threshold", &["EIGHT"]),
+    ("lines/curvature", &["TEXTURED"]),
     ("lines/tone/search", &["SPECULAR"]),
     ("tones/toon", &["HORIZON_MAPS"]),
     ("tones/toon", &["MARKED_TREES"]),

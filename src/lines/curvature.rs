@@ -3,9 +3,11 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::lines::curvature::CurvatureLines;
+use crate::lines::strokes::texture::StrokeTexture;
 use crate::style::Curvature;
 
 /// Lines: 0 none, 1 full.
@@ -43,7 +45,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         warp_px: style.warp_px,
         warp_length_px: style.warp_length_px,
     };
-    let resources = [
+    let texture = style.texture.as_ref().and_then(|recipe| StrokeTexture::of(cx, recipe));
+    let mut resources = vec![
         ("view", inputs.view.clone()),
         ("curvature_lines", cx.uniform("curvature lines", &lines)),
         ("surface_id", inputs.surface_id.into()),
@@ -53,5 +56,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("tree_line", inputs.tree_line.into()),
         ("line", inputs.line.into()),
     ];
-    cx.pixels("lines/curvature", inputs.line.size_px(), &resources);
+    let definitions: &[&str] = if texture.is_some() { &["TEXTURED"] } else { &[] };
+    resources.extend(texture.iter().flat_map(|texture| texture.resources()));
+    cx.pixels(Compute { name: "lines/curvature", definitions }, inputs.line.size_px(), &resources);
 }

@@ -2,6 +2,8 @@
 //! stairs away. [`crowd`] thins crowded ones out. [`stereo`] lets lines of two eyes agree. [`tone`] has
 //! lines of its own, from light. [`strokes`] has lines as geometry.
 
+pub mod apparent;
+pub mod apparent_ridges;
 pub mod crowd;
 pub mod curvature;
 pub mod detector;

@@ -1,6 +1,9 @@
 //! Lines by curvature of a style.
 
+use std::path::{Path, PathBuf};
+
 use super::parameters::{Range, parameters};
+use super::{StyleError, texture};
 
 parameters! {
     /// Lines by the land's curvature (Pietrok 2021, section 4.1), for `detector = "curvature"` of the lines.
@@ -21,5 +24,24 @@ parameters! {
         warp_px: f32 = 0.0 => Range::Within(0.0, 16.0);
         /// Length of a swing.
         warp_length_px: f32 = 40.0 => Range::Within(4.0, 1000.0);
+        /// What lines are drawn with: a texture of the program, or a recipe beside the style (`.toml`), which repeats along
+        /// and across them; without it they are solid, with the soft border of `taper`.
+        texture_name as "texture": Option<String>;
+    } beside {
+        /// What `texture_name` means.
+        texture: Option<texture::Recipe>;
+    }
+}
+
+impl Curvature {
+    /// Loads the texture; a file lies in `folder`.
+    pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
+        self.texture = texture::named(self.texture_name.as_deref(), folder)?;
+        Ok(())
+    }
+
+    /// The file that the texture is read from, if the style's lies in `folder`.
+    pub(super) fn file(&self, folder: &Path) -> Option<PathBuf> {
+        self.texture_name.as_ref().and_then(|name| texture::file(name, folder))
     }
 }

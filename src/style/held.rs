@@ -21,14 +21,17 @@ impl Style {
         let layers = self.hatching.iter().flat_map(|hatching| &hatching.layers);
         let layers = layers.filter(|layer| marks::file(&layer.marks, here).is_some());
         let marks = layers.filter_map(|layer| Some((layer.marks.clone(), parameters::text(layer.recipe.as_ref()?))));
-        let textures = self.strokes.iter().filter_map(|strokes| {
-            let name = strokes.texture_name.as_ref().filter(|name| texture::file(name, here).is_some())?;
-            Some((name.clone(), parameters::text(strokes.texture.as_ref()?)))
+        let of_strokes = self.strokes.iter().map(|strokes| (&strokes.texture_name, &strokes.texture));
+        let textures = of_strokes.chain([(&self.curvature.texture_name, &self.curvature.texture)]);
+        let textures = textures.filter_map(|(name, recipe)| {
+            let name = name.as_ref().filter(|name| texture::file(name, here).is_some())?;
+            Some((name.clone(), parameters::text(recipe.as_ref()?)))
         });
         StyleFiles { marks: marks.collect(), textures: textures.collect() }
     }
 
-    /// As [`Style::parse`], with recipes that are `held` and not files; only pictures of marks are read.
+    /// As [`Style::parse`], with recipes that are `held` and not files; only pictures are read, of marks and of
+    /// surroundings.
     ///
     /// # Errors
     /// As [`Style::parse`]; a recipe that is neither held nor inside the program is unknown.
@@ -48,15 +51,19 @@ impl Style {
         if let Some(hatching) = &mut style.hatching {
             hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
         }
-        if let Some(strokes) = &mut style.strokes {
-            strokes.texture = match &strokes.texture_name {
-                None => None,
-                Some(name) => Some(match held.textures.get(name) {
-                    Some(text) => texture::Recipe::parse(name, text)?,
-                    None if texture::file(name, here).is_none() => texture::Recipe::load(name, here)?,
-                    None => return Err(StyleError::UnknownTexture { name: name.clone() }),
-                }),
-            };
+        if let Some(relief) = &mut style.relief {
+            relief.complete(here)?;
+            style.files.extend(relief.environment.clone());
+        }
+        let of_strokes = style.strokes.iter_mut().map(|strokes| (&strokes.texture_name, &mut strokes.texture));
+        let curvature = &mut style.curvature;
+        for (name, recipe) in of_strokes.chain([(&curvature.texture_name, &mut curvature.texture)]) {
+            let Some(name) = name else { continue };
+            *recipe = Some(match held.textures.get(name) {
+                Some(text) => texture::Recipe::parse(name, text)?,
+                None if texture::file(name, here).is_none() => texture::Recipe::load(name, here)?,
+                None => return Err(StyleError::UnknownTexture { name: name.clone() }),
+            });
         }
         Ok(style)
     }
@@ -81,6 +88,7 @@ mod tests {
         let text = text.replacen("marks = \"", "marks = \"own.toml\" #", 1);
         let mut text: toml_edit::DocumentMut = text.parse().unwrap();
         text["strokes"]["texture"] = toml_edit::value("tool.toml");
+        text["curvature"]["texture"] = toml_edit::value("tool.toml");
         write("style.toml", &text.to_string());
         let style = Style::read(&folder.path().join("style.toml")).unwrap();
         let held = style.recipe_files();
@@ -88,11 +96,26 @@ mod tests {
         drop(folder);
         let again = Style::parse_with("x.png", &style.text(), &held).unwrap();
         assert_eq!((&again.hatching, &again.strokes), (&style.hatching, &style.strokes));
+        assert!(again.curvature.texture.is_some() && again.curvature == style.curvature);
         // Another number in a held recipe is another style, and without it there is none.
         let mut other = held.clone();
         other.marks.values_mut().for_each(|text| *text = text.replace("21", "22"));
         assert_ne!(Style::parse_with("x.png", &style.text(), &other).unwrap().hatching, style.hatching);
         assert!(Style::parse_with("x.png", &style.text(), &StyleFiles::default()).is_err());
+    }
+
+    #[test]
+    fn surroundings_are_read_from_where_they_were() {
+        let folder = tempfile::tempdir().unwrap();
+        let sky = include_bytes!("../../tests/style_parameters/white.hdr");
+        atomic::write(&folder.path().join("sky.hdr"), sky).unwrap();
+        let text = preset_text("relief").unwrap().replacen("[relief]", "[relief]\nenvironment = \"sky.hdr\"", 1);
+        atomic::write(&folder.path().join("style.toml"), text.as_bytes()).unwrap();
+        let style = Style::read(&folder.path().join("style.toml")).unwrap();
+        let again = || Style::parse_with("x.png", &style.text(), &style.recipe_files());
+        assert!(again().unwrap().relief.unwrap().sky.is_some() && again().unwrap() == style);
+        drop(folder);
+        assert!(again().is_err());
     }
 
     #[test]

@@ -335,11 +335,13 @@ impl Style {
         }
         if let Some(relief) = &mut style.relief {
             relief.complete(folder).map_err(|error| named("relief.environment", error))?;
-            style.files.extend(relief.file(folder));
+            style.files.extend(relief.environment.clone());
         }
         if let Some(cuts) = &mut style.cuts {
             cuts.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
         }
+        style.curvature.complete(folder).map_err(|error| named("curvature.texture", error))?;
+        style.files.extend(style.curvature.file(folder));
         if let Some(strokes) = &mut style.strokes {
             strokes.complete(folder).map_err(|error| named("strokes.texture", error))?;
             style.files.extend(strokes.files(folder));

@@ -43,7 +43,7 @@ parameters! {
         /// Number of parts into which the surroundings are taken apart.
         lights: u32 = 54 => Range::Within(1.0, 256.0);
         /// The surroundings, as a Radiance picture (`.hdr`) of the whole sphere; without it a clear sky over bright ground.
-        environment: Option<String>;
+        environment: Option<PathBuf>;
         /// How far such a picture is turned, clockwise; its middle is north.
         turn_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
         /// The sun's part of the light on land that faces it; surroundings of a picture have their own sun.
@@ -73,15 +73,11 @@ parameters! {
 }
 
 impl Relief {
-    /// Loads the surroundings; a file lies in `folder`.
+    /// Loads the surroundings; a file lies in `folder`, and is named by the path from which it was read afterwards.
     pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
-        self.sky = self.file(folder).map(|path| SkyPicture::load(&path).map(Arc::new)).transpose()?;
+        self.environment = self.environment.take().map(|name| folder.join(name));
+        self.sky = self.environment.as_ref().map(|path| SkyPicture::load(path).map(Arc::new)).transpose()?;
         Ok(())
-    }
-
-    /// The file of the surroundings, if the style's lies in `folder`.
-    pub(super) fn file(&self, folder: &Path) -> Option<PathBuf> {
-        self.environment.as_ref().map(|name| folder.join(name))
     }
 
     /// Whether light is warped or scaled by curvature.

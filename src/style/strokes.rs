@@ -53,6 +53,9 @@ parameters! {
         suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
         /// Ridges and valleys of features larger than this; without it none are drawn.
         ridge_px: Option<f32> => Range::Within(1.0, 256.0);
+        /// Whether ridges and valleys are those that the picture shows: of curvature as it is foreshortened (Judd, Durand and
+        /// Adelson 2007). They slide as the eye moves.
+        ridge_apparent: bool = false;
         /// How much the land bends across a ridge or a valley, at least: in turns of the normal over a feature.
         ridge_bend: f32 = 0.2 => Range::Within(0.0, 10.0);
         /// Width of ridges, as a part of that of contours; 0 draws none.
@@ -85,8 +88,7 @@ parameters! {
 impl Strokes {
     /// Loads the texture; a file lies in `folder`.
     pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
-        let load = |name: &String| texture::Recipe::load(name, folder);
-        self.texture = self.texture_name.as_ref().map(load).transpose()?;
+        self.texture = texture::named(self.texture_name.as_deref(), folder)?;
         Ok(())
     }
 

@@ -112,6 +112,11 @@ pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
     RECIPES.file(name, folder)
 }
 
+/// What a style's parameter names, from `folder` on.
+pub(super) fn named(name: Option<&str>, folder: &Path) -> Result<Option<Recipe>, StyleError> {
+    name.map(|name| Recipe::load(name, folder)).transpose()
+}
+
 impl Recipe {
     /// One of [`names`], or a file (`.toml`), whose path is taken from `folder`.
     ///

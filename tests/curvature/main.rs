@@ -3,6 +3,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod apparent;
 mod ridges;
 mod suggestive;
 

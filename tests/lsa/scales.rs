@@ -107,11 +107,13 @@ fn lines(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u32; 2], st
     texels.into_iter().map(f64::from).collect()
 }
 
-/// The detectors, as the paper compares them: all but its full method thin crowded lines out at half strength.
+/// The detectors, as the paper compares them: all but its full method thin crowded lines out at half strength. None has a
+/// cap of crowded lines, which would leave out what detectors find.
 fn detectors() -> Vec<(&'static str, Style)> {
     let of = |mut style: Style, full: bool| {
         let lines = style.lines.as_mut().unwrap();
         (lines.geometric_antialias, lines.halved, lines.density) = (full, !full, if full { 2.0 } else { 1.0 });
+        lines.crowd = 1.0;
         style
     };
     let preset = |name| Style::load(name).unwrap();

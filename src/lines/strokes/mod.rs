@@ -266,11 +266,7 @@ impl FrameStrokes {
         let focus = FocusUniform::on_gpu(cx, light.focus.as_ref());
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
         let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));
-        let texture = strokes.texture.as_ref().and_then(|recipe| {
-            let made_of = recipe.clone();
-            let find = |texture: &StrokeTexture| texture.is_of(recipe);
-            cx.kept_beside(find, move |gpu| StrokeTexture::new(gpu, &made_of))
-        });
+        let texture = strokes.texture.as_ref().and_then(|recipe| StrokeTexture::of(cx, recipe));
         memory.texture.clone_from(&texture);
         let lists = Lists::new(cx, &memory.uniform);
         if plan.is_update {

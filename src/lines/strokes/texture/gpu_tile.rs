@@ -1,9 +1,12 @@
 //! A stroke texture on the GPU: its tile with levels, how it repeats, and its rule's numbers.
 
+use std::sync::Arc;
+
 use super::{Brush, grow};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::recorder::Cx;
 use crate::style::texture::Recipe;
 
 /// Pigment and threshold.
@@ -19,6 +22,12 @@ pub struct StrokeTexture {
 }
 
 impl StrokeTexture {
+    /// That of a recipe. None while it grows beside the frame.
+    pub fn of(cx: &mut Cx<'_>, recipe: &Recipe) -> Option<Arc<Self>> {
+        let made_of = recipe.clone();
+        cx.kept_beside(|texture: &Self| texture.is_of(recipe), move |gpu| Self::new(gpu, &made_of))
+    }
+
     /// Grows the tile and sends it.
     pub fn new(gpu: &Gpu, recipe: &Recipe) -> Self {
         let levels = grow(recipe);
