@@ -198,3 +198,33 @@ fn lines_without_an_interval_are_for_maps() {
     let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0);
     assert_eq!(own.height_lines.unwrap().interval_m, 15.0);
 }
+
+/// A lake lies a little below a line.
+const LAKE_M: f64 = 719.5;
+
+#[test]
+fn lakes_have_no_lines() {
+    let land = grid_of(513, 513, 25.0, |x_m, y_m| height_m(x_m, y_m).max(LAKE_M));
+    let Some(mut world) = World::new(land, 0.2) else { return };
+    let pose = world.pose(VIEWS[0]);
+    let mut ink_on_water = |style: &Style| {
+        let mut frame = Frame::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &NOON);
+        let ink = floats::<1>(&world.gpu, frame.target(&HEIGHT_INK).unwrap());
+        let places = places_m(&world.gpu, &frame, pose.position_m);
+        let on_water = ink.iter().zip(places).filter(|(_, place)| {
+            // Beyond the strip in which the surface still bends.
+            place.is_some_and(|place_m| height_m(place_m.x, place_m.y) < LAKE_M - 4.0)
+        });
+        let (count, sum) = on_water.fold((0, 0.0), |(count, sum), ([ink], _)| (count + 1, sum + f64::from(*ink)));
+        assert!(count > 5000);
+        sum
+    };
+    let with_water = style(|lines| lines.interval_m = INTERVAL_M);
+    let without = Style { water: None, ..with_water.clone() };
+    let [found, planted] = [&with_water, &without].map(&mut ink_on_water);
+    println!("ink of lines on a lake just below one: {found:.2} px, where nobody knows of water {planted:.1} px");
+    assert!(found < 1.0);
+    // Planted: water that nobody knows of.
+    assert!(planted > 20.0);
+}

@@ -42,20 +42,28 @@ struct SuggestiveRules {
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
 @group(0) @binding(7) var radial: texture_2d<f32>;
 
-fn corner_of(block: vec2<i32>) -> Corner {
-    let own = textureLoad(radial, block, 0);
-    let rise = (own.y - suggestive_rules.least_rise) / max(suggestive_rules.least_rise, 0.01);
-    let room = min(rise, min(suggestive_rules.most_facing - own.z, own.z));
-    return corner_at(view, block, textureLoad(shape_normal, block, 0), own.x, room);
+// Above 0 where a line may be: by its rise, over a feature and by a feature, and by how much the surface faces the eye.
+fn room_of(rise: f32, facing: f32) -> f32 {
+    let rises = (rise - suggestive_rules.least_rise) / max(suggestive_rules.least_rise, 0.01);
+    return min(rises, suggestive_rules.most_facing - facing);
 }
 
-// By how much the other eye's curvature at a block differs from this eye's, in turns over a pixel of this eye.
-fn other_eye_differs(block: vec2<i32>) -> f32 {
+fn corner_of(block: vec2<i32>) -> Corner {
+    let own = textureLoad(radial, block, 0);
+    return corner_at(view, block, textureLoad(shape_normal, block, 0), own.x, min(room_of(own.y, own.z), own.z));
+}
+
+// Above 0 where the other eye may have this eye's line. `slope` is that of the curvature, by a pixel of this eye. What is
+// turned away from the other eye is near one of its contours, which is as good a partner.
+fn room_for_other(block: vec2<i32>, slope: f32) -> f32 {
     let own = textureLoad(radial, block, 0);
     let at_m = place_of_pixel(view, pixel_of_block(view, block), own.w);
-    let shape = Shape(textureLoad(shape_normal, block, 0).xyz, textureLoad(shape_bend, block, 0).xyz, textureLoad(shape_change, block, 0));
+    let bend = textureLoad(shape_bend, block, 0);
+    let shape = Shape(textureLoad(shape_normal, block, 0).xyz, bend.xyz, textureLoad(shape_change, block, 0));
     let found = radial_of(shape, normalize(suggestive_rules.other_eye_m - at_m));
-    return abs(found.curvature * distance(view.eye_m, at_m) / view.focal_px - own.x);
+    let differs = abs(found.curvature * distance(view.eye_m, at_m) / view.focal_px - own.x);
+    let apart_px = differs / max(slope, 1e-12);
+    return min(room_of(found.change * bend.w * bend.w, found.facing), 1.0 - apart_px / suggestive_rules.agree_px);
 }
 
 fn look(block: vec2<i32>) -> Curves {
@@ -68,8 +76,8 @@ fn look(block: vec2<i32>) -> Curves {
         let slope = 0.5 * length(vec2<f32>(corners[1].value - corners[0].value + corners[2].value - corners[3].value,
             corners[3].value - corners[0].value + corners[2].value - corners[1].value)) / f32(BLOCK_PX);
         for (var i = 0; i < 4; i++) {
-            let apart_px = other_eye_differs(block + vec2<i32>((i & 1) ^ (i >> 1u), i >> 1u)) / max(slope, 1e-12);
-            corners[i].room = min(corners[i].room, 1.0 - apart_px / suggestive_rules.agree_px);
+            let at = block + vec2<i32>((i & 1) ^ (i >> 1u), i >> 1u);
+            corners[i].room = min(corners[i].room, room_for_other(at, slope));
         }
     }
     return curves_of(view, corners[0], corners[1], corners[2], corners[3]);

@@ -29,8 +29,10 @@ struct HeightLineRules {
 @group(0) @binding(1) var<uniform> height_line_rules: HeightLineRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
+// Above 0 on water, which is level, so that a line of its height would wander along its shores. One pixel without water.
+@group(0) @binding(4) var water: texture_2d<f32>;
 // Ink, 0 to 1.
-@group(0) @binding(4) var height_ink: texture_storage_2d<r32float, write>;
+@group(0) @binding(5) var height_ink: texture_storage_2d<r32float, write>;
 
 // Lines are gone where they lie so close, and whole from twice that on.
 const LEAST_GAP_PX: f32 = 2.0;
@@ -53,7 +55,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
-    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+    let on_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
+    if at.w <= 0.0 || on_water || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
         textureStore(height_ink, pixel, vec4<f32>(0.0));
         return;
     }

@@ -120,7 +120,8 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
     // Water has no tones of its own, and so no marks.
     let of_water = frame_water::AtEye { view, surface_id, position, tone: &tone };
     let watered = frame_water::draw(cx, inputs, &of_water, targets);
-    let (tone, water_ink) = watered.map_or((tone, None), |[watered, ink]| (watered, Some(ink)));
+    let (tone, water_ink, water) =
+        watered.map_or((tone, None, None), |watered| (watered.tone, Some(watered.ink), Some(watered.water)));
     let height_ink = style.drawn_height_lines().map(|lines| {
         let height_ink = targets.whole(gpu, &height_lines::HEIGHT_INK);
         let (terrain, origin_z_m) = (&terrain.resources(), origin_m.z);
@@ -131,6 +132,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
             origin_z_m,
             surface_id,
             position,
+            water: water.as_ref().unwrap_or(nothing),
             height_ink: &height_ink,
         };
         height_lines::run(cx, &drawn);

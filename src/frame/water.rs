@@ -17,13 +17,23 @@ pub(super) struct AtEye<'a> {
     pub(super) tone: &'a Target,
 }
 
-/// Tones with water, and the ink of its shores and lines; none in a style without water.
+/// The water that an eye sees.
+pub(super) struct Watered {
+    /// Tones with water.
+    pub(super) tone: Target,
+    /// Ink of its shores and lines.
+    pub(super) ink: Target,
+    /// [`WATER`].
+    pub(super) water: Target,
+}
+
+/// None in a style without water.
 pub(super) fn draw(
     cx: &mut Cx<'_>,
     inputs: &FrameInputs<'_>,
     eye: &AtEye<'_>,
     targets: &mut Targets,
-) -> Option<[Target; 2]> {
+) -> Option<Watered> {
     let style = inputs.style.water.as_ref()?;
     let &AtEye { view, surface_id, position, tone } = eye;
     let (gpu, world) = (cx.gpu(), inputs.world);
@@ -43,5 +53,5 @@ pub(super) fn draw(
         water_ink: &ink,
     };
     look::run(cx, &drawn);
-    Some([watered, ink])
+    Some(Watered { tone: watered, ink, water: water.clone() })
 }

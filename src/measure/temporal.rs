@@ -61,7 +61,7 @@ pub struct DrawnFrame {
     pub strokes: Option<StrokePictures>,
     /// The middles of strokes, of an eye of a pair.
     pub centres: Option<StrokePictures>,
-    /// Ink of marks, 0 to 1; none where a style has no hatching.
+    /// Ink of marks, of hatching and of rows, 0 to 1; none where a style has neither.
     pub marks: Option<Vec<f32>>,
     /// sRGB-encoded luminance of the final picture: 0 black to 1 white.
     pub luma: Vec<f32>,

@@ -28,6 +28,8 @@ pub struct Inputs<'a> {
     pub surface_id: &'a Target,
     /// Of the surface.
     pub position: &'a Target,
+    /// [`WATER`](super::water::WATER), or a picture of one pixel that holds zero.
+    pub water: &'a Target,
     /// Out: [`HEIGHT_INK`].
     pub height_ink: &'a Target,
 }
@@ -50,6 +52,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("height_line_rules", cx.uniform("height line rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
+        ("water", inputs.water.into()),
         ("height_ink", inputs.height_ink.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());

@@ -5,7 +5,9 @@
 mod common;
 mod apparent;
 mod ridges;
+mod stereo;
 mod suggestive;
+mod textured;
 
 use std::sync::Arc;
 

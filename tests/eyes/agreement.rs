@@ -154,17 +154,19 @@ fn strokes_of_two_eyes_are_the_same_strokes() {
 #[test]
 fn marks_of_two_eyes_are_as_dark() {
     for (place, mut world, pose) in places(1) {
-        for name in ["crosshatch", "pencil", "charcoal", "stipple"] {
+        for name in ["crosshatch", "pencil", "charcoal", "stipple", "hachures", "rock"] {
             let style = Style::load(name).unwrap();
             let wide_m = wide_m(&mut world, pose, &style);
             let mut eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
             let correlation = of(&agreement(&eyes), "mark_correlation");
             println!("{place}, {name}: the ink of marks correlates by {correlation:.3}");
-            assert!(correlation >= 0.93, "{place}, {name}");
+            // Each eye chooses among rows by its own picture, so some marks are in one eye only.
+            let is_of_rows = style.rows.is_some();
+            assert!(correlation >= if is_of_rows { 0.9 } else { 0.93 }, "{place}, {name}");
             // Planted: marks that lie three pixels off.
             eyes[1].marks.as_mut().unwrap().rotate_right(3);
             let apart = of(&agreement(&eyes), "mark_correlation");
-            assert!(apart < 0.9, "{place}, {name}: {apart:.3}");
+            assert!(apart < if is_of_rows { 0.8 } else { 0.9 }, "{place}, {name}: {apart:.3}");
         }
     }
 }

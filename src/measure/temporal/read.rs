@@ -17,6 +17,7 @@ use crate::scene::view::{Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
 use crate::surface::POSITION;
+use crate::surface::rows::ribbons::ROW_INK;
 use crate::tones::balance::MARKS;
 
 /// Reads what an eye of `frame` drew last: with `rig` and `style`. Waits for the GPU.
@@ -39,6 +40,9 @@ pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style
         (drawn, _) => drawn.map(|drawn| channel::<1>(gpu, drawn, size_px, 0)).transpose()?,
     };
     let marks = frame.eye_target(eye, &MARKS).filter(|_| style.hatching.is_some());
+    let marks: Option<Vec<f32>> = marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?;
+    let rows = frame.eye_target(eye, &ROW_INK).filter(|_| style.rows.is_some());
+    let rows = rows.map(|rows| channel::<1>(gpu, rows, size_px, 0)).transpose()?;
     let luma = halves::<4>(gpu, picture, size_px)?
         .into_iter()
         .map(|[red, green, blue, _]| srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
@@ -57,7 +61,11 @@ pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style
         },
         strokes: read_stroke_pictures(gpu, frame, eye, style, &STROKE_IDS)?,
         centres: read_stroke_pictures(gpu, frame, eye, style, &CENTRES)?,
-        marks: marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?,
+        // The land's marks are rows where a style has them, and then the others are of what stands on it.
+        marks: match (marks, rows) {
+            (Some(marks), Some(rows)) => Some(marks.into_iter().zip(rows).map(|(mark, row)| mark.max(row)).collect()),
+            (marks, rows) => marks.or(rows),
+        },
         luma: luma.collect(),
     })
 }

@@ -2,7 +2,9 @@
 //! belong to the land.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+#[path = "../common/mod.rs"]
 mod common;
+mod real;
 
 use common::draw::{draw, places_m, still};
 use common::{World, grid_of, quantile, rough_height_m};
@@ -85,13 +87,19 @@ impl Mark {
 /// The marks of a map, and the ink of its pixels.
 fn map(world: &mut World, style: &Style, camera: &str) -> (Vec<Mark>, Vec<f64>) {
     let view = still(world.pose(camera), SIZE_PX);
+    marks_of(world, style, &view)
+}
+
+/// The marks of a view, and the ink of its pixels.
+fn marks_of(world: &mut World, style: &Style, view: &View) -> (Vec<Mark>, Vec<f64>) {
+    let size_px = view.part.size_px;
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
     let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &light);
+    draw(&world.gpu, &mut world.surfaces, &mut frame, view, style, &light);
     let lines = frame.drawn_rows(&world.gpu).unwrap().unwrap();
-    let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], size_px).unwrap();
     let ink = bytes.chunks_exact(2).map(|half| half::f16::from_le_bytes([half[0], half[1]]).to_f64()).collect();
-    (lines.iter().filter(|line| line.len() > 1).map(|line| Mark::of(line, &view)).collect(), ink)
+    (lines.iter().filter(|line| line.len() > 1).map(|line| Mark::of(line, view)).collect(), ink)
 }
 
 fn world(height_m: fn(f64, f64) -> f64) -> Option<World> {
@@ -285,8 +293,10 @@ fn marks_belong_to_the_land() {
     assert!(found(60.0) < 0.5);
 }
 
-/// Ink of marks in bands of distance, from near to far, in parts of the paper there.
-fn bands(world: &mut World, spacing_px: f64, farthest_m: f64) -> Vec<f64> {
+const FARTHEST_M: f64 = 16_000.0;
+
+/// Ink of marks in bands of distance, from near to far, in parts of the paper there; ink from `rubbed_m` on is not counted.
+fn bands(world: &mut World, spacing_px: f64, rubbed_m: f64) -> Vec<f64> {
     let mut style = style(DARKNESS);
     style.rows.as_mut().unwrap().spacing_px = spacing_px as f32;
     let view = still(world.pose("0,-9000,+700,0,-8,60"), SIZE_PX);
@@ -299,12 +309,18 @@ fn bands(world: &mut World, spacing_px: f64, farthest_m: f64) -> Vec<f64> {
     let mut sums = [[0.0; 2]; 4];
     for (ink, place) in inks.zip(places) {
         let Some(place) = place else { continue };
-        let away = place.distance(view.pose.position_m) / farthest_m;
+        let away_m = place.distance(view.pose.position_m);
+        let away = away_m / FARTHEST_M;
         let band = ((away * 4.0) as usize).min(3);
-        sums[band][0] += if away > 1.0 { 0.0 } else { ink };
+        sums[band][0] += if away > 1.0 || away_m > rubbed_m { 0.0 } else { ink };
         sums[band][1] += if away > 1.0 { 0.0 } else { 1.0 };
     }
     sums.iter().map(|[ink, count]| ink / count.max(1.0)).collect()
+}
+
+/// Whether no band of distance is bare.
+fn reach(inks: &[f64]) -> bool {
+    inks.iter().all(|ink| *ink > 0.15)
 }
 
 #[test]
@@ -312,9 +328,11 @@ fn rows_reach_as_far_as_the_land() {
     // Marks that stand as close on a small picture need as many blocks as usual ones on a picture of 1440 px.
     let Some(mut world) = World::new(grid_of(513, 513, 60.0, rough_height_m), 0.0) else { return };
     for spacing_px in [6.0, 2.0] {
-        let inks = bands(&mut world, spacing_px, 16_000.0);
+        let inks = bands(&mut world, spacing_px, FARTHEST_M);
         println!("marks {spacing_px} px apart: ink from near to far {inks:.3?}");
         // With the blocks of one pool alone far land has none at 2 px.
-        assert!(inks.iter().all(|ink| *ink > 0.15), "{inks:?}");
+        assert!(reach(&inks), "{inks:?}");
+        // Planted: rows that end at three quarters of the way.
+        assert!(!reach(&bands(&mut world, spacing_px, 0.75 * FARTHEST_M)), "{spacing_px} px");
     }
 }
