@@ -148,6 +148,11 @@ fn traces() -> Option<Traces> {
         let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
         traces.add(&format!("styles with relief of kind `{}`", kind.name()), &trace);
     }
+    let mut style = Style::load("suggestive").unwrap();
+    style.strokes.as_mut().unwrap().ridge_apparent = true;
+    let mut frame = Frame::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    traces.add("styles with apparent ridges", &trace);
     let style = Style::load("pen").unwrap();
     let mut frame = Frame::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut frame, &style.clone().for_map(10.0), [pose; 2]);

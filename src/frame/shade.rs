@@ -100,7 +100,8 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
     };
     tones::run(cx, &asked);
     let tone_ink = style.tone_lines.as_ref().map(|lines| {
-        let tone_image = &targets.whole(gpu, &tone_image::TONE_IMAGE);
+        let cells = tone::cells(lines, targets.size_px());
+        let tone_image = &targets.sized(gpu, &tone_image::TONE_IMAGE, cells);
         let uniform = LightUniform::new(style, light);
         let shading = tone_image::Inputs {
             view,
@@ -115,7 +116,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
             tone_image,
         };
         tone_image::run(cx, &shading);
-        tone::trace(cx, &tone::Inputs { view, style: lines, tone_image }, targets)
+        tone::trace(cx, &tone::Inputs { view, style: lines, position, tone_image }, targets)
     });
     // Water has no tones of its own, and so no marks.
     let of_water = frame_water::AtEye { view, surface_id, position, tone: &tone };

@@ -14,7 +14,7 @@ use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
-use crate::lines::tone;
+use crate::lines::tone::ink::TONE_INK;
 use crate::scene::Light;
 use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
@@ -122,9 +122,7 @@ pub(super) fn read(
         let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
         groups.push(group("rims", "Rims of holes".to_owned(), style.rim_ink(), traced));
     }
-    if let Some((style, ink)) =
-        style.tone_lines.as_ref().and_then(|lines| Some((lines, frame.target(tone::ink_of(lines))?)))
-    {
+    if let Some((style, ink)) = style.tone_lines.as_ref().and_then(|lines| Some((lines, frame.target(&TONE_INK)?))) {
         let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
         let left = Left { faintest: style.faintest, is_of_tone: false };
         let kinds = [

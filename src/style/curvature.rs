@@ -24,8 +24,8 @@ parameters! {
         warp_px: f32 = 0.0 => Range::Within(0.0, 16.0);
         /// Length of a swing.
         warp_length_px: f32 = 40.0 => Range::Within(4.0, 1000.0);
-        /// What lines are drawn with: a texture of the program, or a recipe beside the style (`.toml`), which repeats along
-        /// and across them; without it they are solid, with the soft border of `taper`.
+        /// What lines are drawn with: a texture of the program, or a recipe beside the style (`.toml`); without it they are
+        /// solid.
         texture_name as "texture": Option<String>;
     } beside {
         /// What `texture_name` means.

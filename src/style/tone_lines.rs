@@ -3,7 +3,7 @@
 use super::Color;
 use super::parameters::{Range, choices, parameters};
 use crate::gpu::wgsl::lines::tone::blur::REACH;
-use crate::gpu::wgsl::lines::tone::tone_image::MOST_WIDTH;
+use crate::gpu::wgsl::lines::tone::tone_image::{LEAST_WIDTH, MOST_WIDTH};
 
 parameters! {
     /// Lines from tone (Lee, Markosian, Lee and Hughes 2007): dark lines along dark valleys of the shaded picture,
@@ -21,6 +21,8 @@ parameters! {
         specular: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Exponent of specular highlights; the greater, the smaller they are.
         shininess: f32 = 20.0 => Range::Within(1.0, 512.0);
+        /// Whether each pixel looks for lines; else blocks of 2 × 2 do where lines are wide, at a third of the cost.
+        exact: bool = false;
         /// Width of lines, which is also the size of the shapes that are lines.
         width_px: f32 = 3.0 => Range::Within(1.0, 16.0);
         /// How much wider near lines are than far ones.
@@ -78,12 +80,17 @@ impl ToneLines {
         (self.width_px * (1.0 + (MOST_WIDTH - 1.0) * self.depth_width)).max(1.0)
     }
 
+    /// The narrowest lines that there are.
+    pub fn narrowest_px(&self) -> f32 {
+        (self.width_px * (1.0 - (1.0 - LEAST_WIDTH) * self.depth_width)).max(1.0)
+    }
+
     /// How far around a line its pixels look: the blur, the search, the samples of a fit, and the walk along the line.
     pub fn reach_px(&self) -> u32 {
         // From the search's last place to the corners of its samples.
         const FIT: f32 = std::f32::consts::FRAC_1_SQRT_2;
         let of_widths = self.widest_px() * (REACH * self.blur + 0.5 + FIT);
-        (of_widths + self.shortest_px).ceil() as u32 + 4
+        (of_widths + self.shortest_px).ceil() as u32 + 8
     }
 
     /// The part of the way that a step of the search goes.

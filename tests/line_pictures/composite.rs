@@ -5,7 +5,7 @@ use hachure::composite::{self, PICTURE};
 use hachure::frame::Light;
 use hachure::lines::strokes::stroke::INK;
 use hachure::lines::threshold::LINE;
-use hachure::lines::tone::search::TONE_INK;
+use hachure::lines::tone::ink::TONE_INK;
 use hachure::style::color::linear_from_srgb;
 use hachure::style::{Color, Style};
 use hachure::surface::POSITION;

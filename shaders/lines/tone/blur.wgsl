@@ -13,7 +13,9 @@
 //   into it as the fit of the search does.
 // - Beside the border the kernel is as wide as there is room on both sides: a slope of tone stays one, and has no line along
 //   the border.
+// - Wide lines have a grid of cells of 2 x 2 pixels. A cell is the mean of its pixels, and the kernel is that much narrower.
 #import hachure::view::View
+#import hachure::tone_grid::{grid_of}
 
 struct Blur {
     // (1, 0) or (0, 1).
@@ -25,8 +27,9 @@ struct Blur {
     // Standard deviation in line widths.
     deviation: f32,
     widest_px: f32,
-    pad_a: f32,
-    pad_b: f32,
+    // Side of a cell of the grid.
+    cell_px: i32,
+    pad: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -40,28 +43,37 @@ struct Blur {
 // Standard deviations that count.
 const REACH: f32 = 2.3;
 const LEAST: f32 = 1e-3;
+// Variance that cells of 2 x 2 pixels and reading between them have already, along one axis, in square pixels: 0.25 for a
+// cell, and the rest makes curvatures those of pixels.
+const OF_CELL: f32 = 0.6;
+// What is left for the kernel at least: with less, far lines had stairs of cells.
+const LEAST_LEFT: f32 = 0.84;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= view.size_px) {
+    let grid = grid_of(view, blur.cell_px);
+    let cell = vec2<i32>(id.xy);
+    if any(cell >= grid.size) {
         return;
     }
-    let pixel = vec2<i32>(id.xy);
-    let last = vec2<i32>(view.size_px) - 1;
-    let here = textureLoad(tone_image, pixel, 0);
+    let last = grid.size - 1;
+    let here = textureLoad(tone_image, cell, 0);
     let width_px = select(blur.widest_px, here.b / here.a, here.a > LEAST);
-    let deviation_px = max(blur.deviation * width_px, 1e-3);
-    let reach = i32(ceil(REACH * deviation_px));
+    let asked_px = blur.deviation * width_px;
+    let has_cells = blur.cell_px > 1;
+    let left_px = sqrt(select(asked_px * asked_px, max(asked_px * asked_px - OF_CELL, LEAST_LEFT), has_cells));
+    let deviation = max(left_px / f32(blur.cell_px), 1e-3);
+    let reach = i32(ceil(REACH * deviation));
     // exp(-i^2 / 2 deviation^2), from one to the next by a factor that falls by a factor.
-    let falloff = -0.5 / (deviation_px * deviation_px);
+    let falloff = -0.5 / (deviation * deviation);
     var weight = exp(falloff);
     var factor = weight * weight * weight;
     let less = weight * weight;
     var sum = here;
     var weights = 1.0;
     for (var i = 1; i <= reach; i++) {
-        let before = pixel - i * blur.step;
-        let after = pixel + i * blur.step;
+        let before = cell - i * blur.step;
+        let after = cell + i * blur.step;
         let counts = select(0.0, weight, all(before >= vec2<i32>(0)) && all(after <= last));
         sum += counts * (textureLoad(tone_image, before, 0) + textureLoad(tone_image, after, 0));
         weights += 2.0 * counts;
@@ -81,5 +93,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             mean.b = blur.widest_px;
         }
     }
-    textureStore(blurred, pixel, mean);
+    textureStore(blurred, cell, mean);
 }

@@ -18,22 +18,21 @@
 // - The distance to the line is that from the pixel to where the first fit sees the line, or the last one, whichever is
 //   less. On a flank the first fit is too far off by up to a half (a parabola knows no inflection), and what the search finds
 //   on its way is right. On an edge the line runs away from the search, and only the first fit says where it is drawn.
-// - Lines are anti-aliased: half of their ink lies at half their width, and they end within a pixel. `softness` fades them
-//   from within as the paper does.
 // - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is a choice, for it takes spots away and
 //   opens crossings: see `roundest`.
 // - A fit that reaches where no surface is near has its own tone there.
+// - The search is that of the cells of a grid, which are 2 x 2 pixels where lines are wide. What it finds is no ink but a
+//   line: where it lies and how strong it is. `ink` draws it in the pixels.
 //
 // SPECULAR: the specular channel has highlight lines, too.
 #import hachure::view::View
+#import hachure::tone_grid::{Grid, Line, grid_of, left_of, texel_of_line}
 
 struct Search {
     // Curvatures from which lines begin, and at which they are full; for highlight lines, too.
     dark_ramp: vec2<f32>,
     highlight_ramp: vec2<f32>,
     beta: f32,
-    // Part of half a line's width over which its ink fades.
-    softness: f32,
     counterchange: f32,
     // The lesser curvature may be this part of the greater one; 1 and more is no bound.
     roundest: f32,
@@ -42,23 +41,28 @@ struct Search {
     has_highlights: u32,
     // 1: a style without a sky that is white.
     is_sky_toneless: u32,
+    // Side of a cell of the grid.
+    cell_px: i32,
     pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> search: Search;
-// For its last channel: 1 is surface.
-@group(0) @binding(2) var tone_image: texture_2d<f32>;
 // r: diffuse tone; g: specular; b: width of lines in pixels; a: which part of what is around is surface.
-@group(0) @binding(3) var blurred: texture_2d<f32>;
-@group(0) @binding(4) var tone_sampler: sampler;
-// r: ink of dark lines; g: ink of highlight lines; b, a: cosine and sine of twice the angle of the line, so that both ways
-// along it are one and a mean of neighbours has a meaning.
-@group(0) @binding(5) var tone_ink: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(2) var blurred: texture_2d<f32>;
+@group(0) @binding(3) var tone_sampler: sampler;
+// As `line_of_texel` reads it.
+@group(0) @binding(4) var tone_lines: texture_storage_2d<rgba16float, write>;
 
 const STEPS: i32 = 5;
 // Surface that is less of what is around has no tone to speak of.
 const LEAST_SURFACE: f32 = 0.01;
+// Lines are not told to be farther away, in cells.
+const FARTHEST: f32 = 64.0;
+// Curvatures in parts of the least that a line has: cells with so little are searched, too, since the border of a line lies
+// between them and their neighbours; and what more than so much is not told.
+const BESIDE: f32 = 0.2;
+const MOST: f32 = 1000.0;
 
 struct Fit {
     // The greater curvature, its direction, and the slope along it.
@@ -68,25 +72,25 @@ struct Fit {
     slope: f32,
 }
 
-fn tone_at(place_px: vec2<f32>, channel: u32, own: f32) -> f32 {
-    let texel = textureSampleLevel(blurred, tone_sampler, place_px / vec2<f32>(view.size_px), 0.0);
+fn tone_at(place: vec2<f32>, channel: u32, own: f32) -> f32 {
+    let texel = textureSampleLevel(blurred, tone_sampler, place / vec2<f32>(textureDimensions(blurred)), 0.0);
     let is_there = search.is_sky_toneless == 0u || texel.a > LEAST_SURFACE;
     return select(own, select(texel.r, texel.g, channel == 1u), is_there);
 }
 
 // The fit around a place, in units of the samples' spacing. Beside the border it is that of the nearest place whose samples
 // lie in the picture: its slope goes on to the place as its curvature says.
-fn fit(asked_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
-    let size_px = vec2<f32>(view.size_px);
-    let first_px = min(vec2<f32>(spacing_px + 0.5), 0.5 * size_px);
-    let place_px = clamp(asked_px, first_px, size_px - first_px);
-    let beyond = (asked_px - place_px) / spacing_px;
-    let x = vec2<f32>(spacing_px, 0.0);
-    let y = vec2<f32>(0.0, spacing_px);
+fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fit {
+    let size = vec2<f32>(grid.size);
+    let first = min(vec2<f32>(spacing + 0.5), 0.5 * size);
+    let place = clamp(asked, first, size - first);
+    let beyond = (asked - place) / spacing;
+    let x = vec2<f32>(spacing, 0.0);
+    let y = vec2<f32>(0.0, spacing);
     // Columns from left to right.
-    let left = vec3<f32>(tone_at(place_px - x - y, channel, own), tone_at(place_px - x, channel, own), tone_at(place_px - x + y, channel, own));
-    let middle = vec3<f32>(tone_at(place_px - y, channel, own), tone_at(place_px, channel, own), tone_at(place_px + y, channel, own));
-    let right = vec3<f32>(tone_at(place_px + x - y, channel, own), tone_at(place_px + x, channel, own), tone_at(place_px + x + y, channel, own));
+    let left = vec3<f32>(tone_at(place - x - y, channel, own), tone_at(place - x, channel, own), tone_at(place - x + y, channel, own));
+    let middle = vec3<f32>(tone_at(place - y, channel, own), tone_at(place, channel, own), tone_at(place + y, channel, own));
+    let right = vec3<f32>(tone_at(place + x - y, channel, own), tone_at(place + x, channel, own), tone_at(place + x + y, channel, own));
     let all_three = vec3<f32>(1.0);
     let down = vec3<f32>(-1.0, 0.0, 1.0);
     let bent = vec3<f32>(1.0, -2.0, 1.0);
@@ -108,73 +112,76 @@ fn fit(asked_px: vec2<f32>, spacing_px: f32, channel: u32, own: f32) -> Fit {
     return Fit(curvature, mean - side * radius, across, dot(gradient, across) + 2.0 * curvature * dot(beyond, across));
 }
 
-struct Line {
-    // Of a dark line, and of a highlight line.
-    ink: vec2<f32>,
-    // Cosine and sine of twice its angle.
-    direction: vec2<f32>,
-}
-
-// The line at a pixel, by one channel. There is one fit in one loop, and the loop ends when no pixel of a group goes on:
-// drivers that run both sides of a branch have little to do where there are no lines.
-fn line_of(place_px: vec2<f32>, width_px: f32, channel: u32, tone: f32) -> Line {
-    let spacing_px = 0.5 * width_px;
-    var at_px = place_px;
-    var travelled_px = 0.0;
-    var first_px = 0.0;
+// The line that a cell sees by one channel. There is one fit in one loop, and the loop ends when no cell
+// of a group goes on: drivers that run both sides of a branch have little to do where there are no lines. Lengths are in cells.
+fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) -> Line {
+    let spacing = 0.5 * width;
+    var at = place;
+    var travelled = 0.0;
+    var first = vec2<f32>(0.0);
     var is_dark = false;
     var is_line = true;
+    var is_wanted = true;
     var ramp = vec2<f32>(0.0);
+    var curvature = 0.0;
     var seen = Fit(0.0, 0.0, vec2<f32>(1.0, 0.0), 0.0);
     for (var i = 0; i <= STEPS && is_line; i++) {
-        seen = fit(at_px, spacing_px, channel, tone);
-        let way_px = -spacing_px * seen.slope / (2.0 * select(seen.curvature, 1e-12, abs(seen.curvature) < 1e-12));
+        seen = fit(grid, at, spacing, channel, tone);
+        let way = -spacing * seen.slope / (2.0 * select(seen.curvature, 1e-12, abs(seen.curvature) < 1e-12));
         if i == 0 {
             is_dark = seen.curvature > 0.0;
             ramp = max(select(search.highlight_ramp, search.dark_ramp, is_dark), vec2<f32>(1e-4, 2e-4));
-            first_px = abs(way_px);
-            is_line = select(search.has_highlights, search.has_dark, is_dark) == 1u && !(is_dark && channel == 1u);
+            first = way * seen.across;
+            is_wanted = select(search.has_highlights, search.has_dark, is_dark) == 1u && !(is_dark && channel == 1u);
+            is_line = is_wanted;
+            curvature = clamp(seen.curvature / ramp.x, -MOST, MOST);
         }
-        is_line = is_line && select(-1.0, 1.0, is_dark) * seen.curvature >= ramp.x;
+        let least = select(1.0, BESIDE, i == 0) * ramp.x;
+        is_line = is_line && select(-1.0, 1.0, is_dark) * seen.curvature >= least;
         if i < STEPS {
-            at_px += search.beta * way_px * seen.across;
-            travelled_px += search.beta * abs(way_px);
-            is_line = is_line && travelled_px <= 0.5 * width_px;
+            at += search.beta * way * seen.across;
+            travelled += search.beta * abs(way);
+            is_line = is_line && travelled <= 0.5 * width;
         }
     }
     let by_curvature = saturate((abs(seen.curvature) - ramp.x) / max(ramp.y - ramp.x, 1e-6));
-    let rest_px = -spacing_px * seen.slope / (2.0 * select(seen.curvature, 1e-12, abs(seen.curvature) < 1e-12));
-    let away_px = min(first_px, length(at_px + rest_px * seen.across - place_px));
-    let covered = saturate(0.5 * width_px - away_px + 0.5);
-    let faded = 1.0 - search.softness * smoothstep(1.0 - search.softness, 1.0, 2.0 * away_px / width_px);
+    let rest = -spacing * seen.slope / (2.0 * select(seen.curvature, 1e-12, abs(seen.curvature) < 1e-12));
+    let last = at + rest * seen.across - place;
     let round = smoothstep(0.5 * search.roundest, search.roundest, seen.other / select(seen.curvature, 1.0, seen.curvature == 0.0));
     let is_long = select(1.0 - round, 1.0, search.roundest >= 1.0);
     let against = mix(1.0, select(tone, 1.0 - tone, is_dark), search.counterchange);
-    let ink = select(0.0, saturate(by_curvature * covered * faded * is_long * saturate(against)), is_line);
-    let u = seen.across;
-    let direction = select(vec2<f32>(0.0), vec2<f32>(u.y * u.y - u.x * u.x, -2.0 * u.x * u.y), ink > 0.0);
-    return Line(select(vec2<f32>(0.0, ink), vec2<f32>(ink, 0.0), is_dark), direction);
+    let opacity = select(0.0, saturate(by_curvature * is_long * saturate(against)), is_line);
+    let to_line = select(last, first, dot(first, first) < dot(last, last));
+    // To the right, as it is when it is read again.
+    let left = select(-seen.across, seen.across, seen.across.y >= 0.0);
+    let side = select(-1.0, 1.0, dot(to_line, left) >= 0.0);
+    let offset_px = side * min(length(to_line), FARTHEST) * f32(grid.side_px);
+    // Where a search gives up that began well, the border lies halfway to its neighbours.
+    let told = select(curvature, 0.0, is_wanted && !is_line && abs(curvature) >= BESIDE);
+    return Line(told, opacity, offset_px, vec2<f32>(left.y, -left.x));
 }
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= view.size_px) {
+    let grid = grid_of(view, search.cell_px);
+    let cell = vec2<i32>(id.xy);
+    if any(cell >= grid.size) {
         return;
     }
-    let pixel = vec2<i32>(id.xy);
-    if textureLoad(tone_image, pixel, 0).a <= 0.0 {
-        textureStore(tone_ink, pixel, vec4<f32>(0.0));
+    let own = textureLoad(blurred, cell, 0);
+    if own.a <= 0.0 {
+        textureStore(tone_lines, cell, vec4<f32>(0.0));
         return;
     }
-    let own = textureLoad(blurred, pixel, 0);
-    let place_px = vec2<f32>(pixel) + 0.5;
-    var line = line_of(place_px, own.b, 0u, own.r);
+    let place = vec2<f32>(cell) + 0.5;
+    let width = own.b / f32(grid.side_px);
+    var line = line_of(grid, place, width, 0u, own.r);
 #ifdef SPECULAR
-    // Highlights stand out from what is around them, whatever its diffuse tone.
-    let highlight = line_of(place_px, own.b, 1u, own.g);
-    if highlight.ink.y > line.ink.y {
-        line = Line(vec2<f32>(line.ink.x, highlight.ink.y), highlight.direction);
+    // Highlights stand out from what is around them, whatever its diffuse tone; of two lines the stronger one is kept.
+    let highlight = line_of(grid, place, width, 1u, own.g);
+    if highlight.opacity > line.opacity {
+        line = highlight;
     }
 #endif
-    textureStore(tone_ink, pixel, vec4<f32>(line.ink, line.direction));
+    textureStore(tone_lines, cell, texel_of_line(line));
 }

@@ -6,8 +6,8 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEP_PX, STEPS};
 use crate::style::ToneLines;
 
-/// As [`TONE_INK`](super::search::TONE_INK), without short lines.
-pub const LONG_INK: TargetKind = TargetKind::storage("long tone ink", wgpu::TextureFormat::Rgba16Float);
+/// As [`TONE_LINES`](super::search::TONE_LINES), without short lines.
+pub const LONG_LINES: TargetKind = TargetKind::storage("long tone lines", wgpu::TextureFormat::Rgba16Float);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
@@ -15,23 +15,32 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// How long lines are at least.
     pub style: &'a ToneLines,
-    /// [`TONE_INK`](super::search::TONE_INK).
-    pub tone_ink: &'a Target,
+    /// Side of a cell of the grid.
+    pub cell_px: u32,
+    /// [`TONE_LINES`](super::search::TONE_LINES).
+    pub tone_lines: &'a Target,
     /// Out.
-    pub long_ink: &'a Target,
+    pub long_lines: &'a Target,
 }
 
 /// Leaves out what is short.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let shortest_px = inputs.style.shortest_px;
     let step_px = (shortest_px / STEPS as f32).max(STEP_PX);
-    let along = Along { shortest_px, step_px, steps: (shortest_px / step_px).ceil() as i32, ..Along::default() };
+    let along = Along {
+        shortest_px,
+        step_px,
+        steps: (shortest_px / step_px).ceil() as i32,
+        cell_px: inputs.cell_px as i32,
+        // Pixels ask the cells about them.
+        farthest_px: 0.5 * inputs.style.widest_px() + 0.5 + std::f32::consts::SQRT_2 * inputs.cell_px as f32,
+        ..Along::default()
+    };
     let resources = [
         ("view", inputs.view.clone()),
         ("along", cx.uniform("tone along", &along)),
-        ("tone_sampler", super::bilinear(cx)),
-        ("tone_ink", inputs.tone_ink.into()),
-        ("long_ink", inputs.long_ink.into()),
+        ("tone_lines", inputs.tone_lines.into()),
+        ("long_lines", inputs.long_lines.into()),
     ];
-    cx.pixels("lines/tone/along", inputs.long_ink.size_px(), &resources);
+    cx.pixels("lines/tone/along", inputs.long_lines.size_px(), &resources);
 }

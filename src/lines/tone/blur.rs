@@ -17,6 +17,8 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Whose lines.
     pub style: &'a ToneLines,
+    /// Side of a cell of the grid.
+    pub cell_px: u32,
     /// [`TONE_IMAGE`](super::tone_image::TONE_IMAGE).
     pub tone_image: &'a Target,
     /// In between: [`ACROSS`].
@@ -36,6 +38,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
             is_sky_white: style.skyline.into(),
             deviation: style.blur,
             widest_px: style.widest_px(),
+            cell_px: inputs.cell_px as i32,
             ..Blur::default()
         };
         let resources = [

@@ -5,6 +5,7 @@
 
 pub mod along;
 pub mod blur;
+pub mod ink;
 pub mod search;
 pub mod tone_image;
 
@@ -13,7 +14,7 @@ use std::convert::Infallible;
 use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Cx;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Target, Targets};
 use crate::style::ToneLines;
 
 /// What lines are found in.
@@ -22,28 +23,47 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Which lines.
     pub style: &'a ToneLines,
-    /// [`TONE_IMAGE`](tone_image::TONE_IMAGE).
+    /// For what is surface: of each pixel, in the last channel.
+    pub position: &'a Target,
+    /// [`TONE_IMAGE`](tone_image::TONE_IMAGE), of [`cells`].
     pub tone_image: &'a Target,
 }
 
-/// Where the lines of a style lie in the end.
-pub fn ink_of(style: &ToneLines) -> &'static TargetKind {
-    if style.shortest_px > 0.0 { &along::LONG_INK } else { &search::TONE_INK }
+/// Lines and blurs that are at least so wide, in pixels, have cells of 2 x 2 pixels.
+const WIDE_PX: f32 = 3.0;
+const WIDE_BLUR_PX: f32 = 1.0;
+
+/// Side of a cell of the grid on which lines of a style are found: what is smaller than their blur is not looked for.
+pub fn cell_px(style: &ToneLines) -> u32 {
+    let narrowest_px = style.narrowest_px();
+    if !style.exact && narrowest_px >= WIDE_PX && style.blur * narrowest_px >= WIDE_BLUR_PX { 2 } else { 1 }
+}
+
+/// How many cells the grid of a picture has.
+pub fn cells(style: &ToneLines, size_px: [u32; 2]) -> [u32; 2] {
+    size_px.map(|side_px| (side_px / cell_px(style)).max(1))
 }
 
 /// Finds the lines of a tone image: ink of dark lines and of highlight lines.
 pub fn trace(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
-    let &Inputs { view, style, tone_image } = inputs;
-    let [across, blurred, tone_ink] =
-        [&blur::ACROSS, &blur::BLURRED, &search::TONE_INK].map(|kind| targets.whole(cx.gpu(), kind));
-    blur::run(cx, &blur::Inputs { view, style, tone_image, across: &across, blurred: &blurred });
-    search::run(cx, &search::Inputs { view, style, tone_image, blurred: &blurred, tone_ink: &tone_ink });
-    if style.shortest_px <= 0.0 {
-        return tone_ink;
-    }
-    let long_ink = targets.whole(cx.gpu(), &along::LONG_INK);
-    along::run(cx, &along::Inputs { view, style, tone_ink: &tone_ink, long_ink: &long_ink });
-    long_ink
+    let &Inputs { view, style, position, tone_image } = inputs;
+    let cell_px = cell_px(style);
+    let mut of_cells = |kind| targets.sized(cx.gpu(), kind, tone_image.size_px());
+    let [across, blurred, found] = [&blur::ACROSS, &blur::BLURRED, &search::TONE_LINES].map(&mut of_cells);
+    blur::run(cx, &blur::Inputs { view, style, cell_px, tone_image, across: &across, blurred: &blurred });
+    search::run(cx, &search::Inputs { view, style, cell_px, blurred: &blurred, tone_lines: &found });
+    let tone_lines = if style.shortest_px > 0.0 {
+        let long_lines = targets.sized(cx.gpu(), &along::LONG_LINES, tone_image.size_px());
+        along::run(cx, &along::Inputs { view, style, cell_px, tone_lines: &found, long_lines: &long_lines });
+        long_lines
+    } else {
+        found
+    };
+    let tone_ink = targets.whole(cx.gpu(), &ink::TONE_INK);
+    let drawn =
+        ink::Inputs { view, style, cell_px, position, blurred: &blurred, tone_lines: &tone_lines, tone_ink: &tone_ink };
+    ink::run(cx, &drawn);
+    tone_ink
 }
 
 /// Reads pictures between pixels.

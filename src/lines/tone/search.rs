@@ -7,8 +7,9 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
 use crate::style::ToneLines;
 
-/// Ink of dark lines and of highlight lines, 0 to 1; and the direction of the line, a unit vector on the picture.
-pub const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
+/// The line that each cell of the grid sees: opacity, below 0 of a highlight line; how far away it is; cosine and sine of
+/// twice its angle.
+pub const TONE_LINES: TargetKind = TargetKind::storage("tone lines", wgpu::TextureFormat::Rgba16Float);
 
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
@@ -16,12 +17,12 @@ pub struct Inputs<'a> {
     pub view: &'a Resource,
     /// Which lines.
     pub style: &'a ToneLines,
-    /// For what is surface.
-    pub tone_image: &'a Target,
+    /// Side of a cell of the grid.
+    pub cell_px: u32,
     /// [`BLURRED`](super::blur::BLURRED).
     pub blurred: &'a Target,
     /// Out.
-    pub tone_ink: &'a Target,
+    pub tone_lines: &'a Target,
 }
 
 /// Finds the lines.
@@ -31,22 +32,21 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         dark_ramp: style.dark_ramp,
         highlight_ramp: style.highlight_ramp,
         beta: style.step_part(),
-        softness: style.softness,
         counterchange: style.counterchange,
         roundest: style.roundest,
         has_dark: style.dark.into(),
         has_highlights: style.highlights.into(),
         is_sky_toneless: u32::from(!style.skyline),
+        cell_px: inputs.cell_px as i32,
         ..Search::default()
     };
     let resources = [
         ("view", inputs.view.clone()),
         ("search", cx.uniform("tone search", &search)),
-        ("tone_image", inputs.tone_image.into()),
         ("blurred", inputs.blurred.into()),
         ("tone_sampler", super::bilinear(cx)),
-        ("tone_ink", inputs.tone_ink.into()),
+        ("tone_lines", inputs.tone_lines.into()),
     ];
     let definitions: &[&str] = if style.specular > 0.0 { &["SPECULAR"] } else { &[] };
-    cx.pixels(Compute { name: "lines/tone/search", definitions }, inputs.tone_ink.size_px(), &resources);
+    cx.pixels(Compute { name: "lines/tone/search", definitions }, inputs.tone_lines.size_px(), &resources);
 }

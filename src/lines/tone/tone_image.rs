@@ -9,7 +9,8 @@ pub(crate) use crate::gpu::wgsl::lines::tone::tone_image::ToneRules;
 use crate::scene::view::Pose;
 use crate::style::{ToneLight, ToneLines};
 
-/// Diffuse tone, specular highlights, width of lines in pixels, and 1 for surface; all 0 is the sky.
+/// Of each cell of the grid: diffuse tone, specular highlights and width of lines in pixels, all times which part of it is
+/// surface, which is the last; all 0 is the sky.
 pub const TONE_IMAGE: TargetKind = TargetKind::storage("tone image", wgpu::TextureFormat::Rgba16Float);
 
 /// What the pass reads and writes.
@@ -59,6 +60,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         width_px: style.width_px,
         depth_width: style.depth_width,
         abstracted: if inputs.form_normal.is_some() { style.abstracted } else { 0.0 },
+        cell_px: super::cell_px(style) as i32,
+        ..ToneRules::default()
     };
     let resources = [
         ("view", inputs.view.clone()),

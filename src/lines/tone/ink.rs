@@ -1,0 +1,42 @@
+//! Lines from tone as ink. See `shaders/lines/tone/ink.wgsl`.
+
+use crate::gpu::bind::Resource;
+use crate::gpu::recorder::Cx;
+use crate::gpu::target::{Target, TargetKind};
+pub(crate) use crate::gpu::wgsl::lines::tone::ink::Ink;
+use crate::style::ToneLines;
+
+/// Ink of dark lines and of highlight lines, 0 to 1.
+pub const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
+
+/// What the pass reads and writes.
+pub struct Inputs<'a> {
+    /// `View`.
+    pub view: &'a Resource,
+    /// Whose lines.
+    pub style: &'a ToneLines,
+    /// Side of a cell of the grid.
+    pub cell_px: u32,
+    /// For what is surface.
+    pub position: &'a Target,
+    /// For the width of lines: [`BLURRED`](super::blur::BLURRED).
+    pub blurred: &'a Target,
+    /// [`TONE_LINES`](super::search::TONE_LINES), or [`LONG_LINES`](super::along::LONG_LINES).
+    pub tone_lines: &'a Target,
+    /// Out.
+    pub tone_ink: &'a Target,
+}
+
+/// Draws the lines.
+pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+    let ink = Ink { softness: inputs.style.softness, cell_px: inputs.cell_px as i32, ..Ink::default() };
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("ink", cx.uniform("tone lines ink", &ink)),
+        ("position", inputs.position.into()),
+        ("blurred", inputs.blurred.into()),
+        ("tone_lines", inputs.tone_lines.into()),
+        ("tone_ink", inputs.tone_ink.into()),
+    ];
+    cx.pixels("lines/tone/ink", inputs.tone_ink.size_px(), &resources);
+}
