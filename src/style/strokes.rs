@@ -53,8 +53,7 @@ parameters! {
         suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
         /// Ridges and valleys of features larger than this; without it none are drawn.
         ridge_px: Option<f32> => Range::Within(1.0, 256.0);
-        /// Whether ridges and valleys are those that the picture shows: of curvature as it is foreshortened (Judd, Durand and
-        /// Adelson 2007). They slide as the eye moves.
+        /// Whether ridges and valleys are of curvature as the picture foreshortens it (Judd, Durand and Adelson 2007).
         ridge_apparent: bool = false;
         /// How much the land bends across a ridge or a valley, at least: in turns of the normal over a feature.
         ridge_bend: f32 = 0.2 => Range::Within(0.0, 10.0);

@@ -10,6 +10,9 @@ use crate::common::{World, grid_of};
 use crate::suggestive::{SIZE_PX, drawn};
 use crate::{bend, jet};
 
+/// Height of a land at a place of the map, in metres.
+type Height = fn(DVec2) -> f64;
+
 const SPACING_M: f64 = 20.0;
 /// In turns over a feature.
 const LEAST_BEND: f64 = 0.008;
@@ -38,7 +41,7 @@ struct Apparent {
 }
 
 /// Judd, Durand and Adelson 2007, section 3; `foreshortens` false takes steps on the surface for those on the picture.
-fn apparent(height_m: fn(DVec2) -> f64, map: DVec2, eye_m: DVec3, foreshortens: bool) -> Apparent {
+fn apparent(height_m: Height, map: DVec2, eye_m: DVec3, foreshortens: bool) -> Apparent {
     let jet = jet(height_m, map);
     let normal = DVec3::new(-jet.1.x, -jet.1.y, 1.0).normalize();
     let to_eye = (eye_m - map.extend(jet.0)).normalize();
@@ -77,7 +80,7 @@ struct Bounds {
 
 /// Places of the picture on crests of that curvature: `side` −1 finds valleys.
 fn crests(
-    height_m: fn(DVec2) -> f64,
+    height_m: Height,
     places_m: &[Option<DVec3>],
     eye_m: DVec3,
     side: f64,
@@ -129,8 +132,7 @@ fn crests(
 
 #[test]
 fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
-    let lands: [(&str, fn(DVec2) -> f64); 2] = [("dunes", dunes_m), ("crater", crater_m)];
-    for (name, height_m) in lands {
+    for (name, height_m) in [("dunes", dunes_m as Height), ("crater", crater_m)] {
         let land = |x_m: f64, y_m: f64| height_m(DVec2::new(x_m, y_m));
         let Some(mut world) = World::new(grid_of(160, 160, SPACING_M, land), 0.2) else { return };
         let mut style = crate::common::all_lines("strokes");

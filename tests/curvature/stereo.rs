@@ -70,7 +70,8 @@ fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
         assert!(pair.aside_m(1) > pair.aside_m(0), "the right eye is drawn last");
         let kept = look(&mut world, &style, &pair);
         let first = pair.eyes[0].pose;
-        let [other, own] = [first, last].map(|pose| look(&mut world, &style, &Rig::mono(View::whole(pose, pose, SIZE_PX))));
+        let [other, own] =
+            [first, last].map(|pose| look(&mut world, &style, &Rig::mono(View::whole(pose, pose, SIZE_PX))));
         // On the picture of the last eye, where both see the place.
         let shared = |middles_m: &[DVec3], margin_px: f64| -> Vec<DVec2> {
             let seen = middles_m.iter().filter_map(|at_m| {
@@ -106,5 +107,6 @@ fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
         // The list of one eye alone is what would be without the test.
         lone_parts = [lone_parts[0] + lone(&own), lone_parts[1] + lone(&kept)];
         assert!((lost as f64) < 0.05 * near as f64, "{file}");
-    }    assert!(lone_parts[1] < 0.7 * lone_parts[0], "{lone_parts:?}");
+    }
+    assert!(lone_parts[1] < 0.7 * lone_parts[0], "{lone_parts:?}");
 }

@@ -87,11 +87,19 @@ impl Mark {
 /// The marks of a map, and the ink of its pixels.
 fn map(world: &mut World, style: &Style, camera: &str) -> (Vec<Mark>, Vec<f64>) {
     let view = still(world.pose(camera), SIZE_PX);
-    marks_of(world, style, &view)
+    let drawn = marks_of(world, style, &view);
+    (drawn.marks, drawn.ink)
 }
 
-/// The marks of a view, and the ink of its pixels.
-fn marks_of(world: &mut World, style: &Style, view: &View) -> (Vec<Mark>, Vec<f64>) {
+struct Drawn {
+    marks: Vec<Mark>,
+    /// Of each pixel.
+    ink: Vec<f64>,
+    /// Of each pixel.
+    places_m: Vec<Option<DVec3>>,
+}
+
+fn marks_of(world: &mut World, style: &Style, view: &View) -> Drawn {
     let size_px = view.part.size_px;
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
     let mut frame = Frame::new(&world.gpu).unwrap();
@@ -99,7 +107,8 @@ fn marks_of(world: &mut World, style: &Style, view: &View) -> (Vec<Mark>, Vec<f6
     let lines = frame.drawn_rows(&world.gpu).unwrap().unwrap();
     let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], size_px).unwrap();
     let ink = bytes.chunks_exact(2).map(|half| half::f16::from_le_bytes([half[0], half[1]]).to_f64()).collect();
-    (lines.iter().filter(|line| line.len() > 1).map(|line| Mark::of(line, view)).collect(), ink)
+    let marks = lines.iter().filter(|line| line.len() > 1).map(|line| Mark::of(line, view)).collect();
+    Drawn { marks, ink, places_m: places_m(&world.gpu, &frame, view.pose.position_m) }
 }
 
 fn world(height_m: fn(f64, f64) -> f64) -> Option<World> {

@@ -5,7 +5,7 @@ use hachure::style::Style;
 
 use crate::common::draw::still;
 use crate::common::{World, quantile};
-use crate::marks_of;
+use crate::{Drawn, marks_of};
 
 const SIZE_PX: [u32; 2] = [1440, 1080];
 const WINDOW_PX: usize = 64;
@@ -38,7 +38,7 @@ fn rows_of_real_land_follow_its_slopes() {
     for file in ["mt_rainier_90m.tif", "N46E008_alps.tif", "mt_everest_90m.tif", "N49W123.tif"] {
         let Some(mut world) = World::filled(&format!("dem/geotiff/{file}"), 0.5) else { return };
         let view = still(world.pose("0,0,60000,0,-90,36"), SIZE_PX);
-        let (marks, ink) = marks_of(&mut world, &style, &view);
+        let Drawn { marks, ink, places_m } = marks_of(&mut world, &style, &view);
         let (grid, mapping) = (world.grid.clone(), world.mapping.clone());
         let height_m = |at_m: DVec2| {
             let at = mapping.grid_from_world(at_m);
@@ -68,20 +68,15 @@ fn rows_of_real_land_follow_its_slopes() {
             }
         }
         // Ink against the slope, by windows.
-        let focal_px = view.focal_px();
         let (mut inks, mut slopes) = (Vec::new(), Vec::new());
         for top in (0..SIZE_PX[1] as usize - WINDOW_PX).step_by(WINDOW_PX) {
             for left in (0..SIZE_PX[0] as usize - WINDOW_PX).step_by(WINDOW_PX) {
                 let (mut dark, mut steep) = (0.0, 0.0);
                 for (x, y) in (0..WINDOW_PX * WINDOW_PX).map(|i| (left + i % WINDOW_PX, top + i / WINDOW_PX)) {
-                    dark += ink[y * SIZE_PX[0] as usize + x];
-                    if x % 4 == 0 && y % 4 == 0 {
-                        let middle = DVec2::new(720.0, 540.0);
-                        let px = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - middle;
-                        // Where a level through the middle of the heights is seen.
-                        let away_m = 60_000.0 - height_m(DVec2::ZERO);
-                        let at_m = DVec2::new(px.x, -px.y) * (away_m / focal_px);
-                        steep += (gradient(at_m).length().atan().to_degrees() / 45.0).min(1.0);
+                    let pixel = y * SIZE_PX[0] as usize + x;
+                    dark += ink[pixel];
+                    if let Some(place_m) = places_m[pixel].filter(|_| x % 4 == 0 && y % 4 == 0) {
+                        steep += (gradient(place_m.truncate()).length().atan().to_degrees() / 45.0).min(1.0);
                     }
                 }
                 inks.push(dark / (WINDOW_PX * WINDOW_PX) as f64);

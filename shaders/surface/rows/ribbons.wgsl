@@ -1,8 +1,8 @@
 // Marks as ink: a strip along the samples of each.
 //
 // One instance for each mark: a strip with two corners at each sample, mitred there, and wider by a fringe for the border's
-// coverage. What is narrower than a pixel is paler instead. Where marks lie on each other, those
-// of two levels, the darker one stays. A pixel is inked where it shows the land that the mark lies on.
+// coverage. What is narrower than a pixel is paler instead. Ink is laid over ink: where two marks
+// share a pixel, the one covers a part of what the other leaves bare. A pixel is inked where it shows the land that the mark lies on.
 #import hachure::view::View
 #import hachure::rows::{RowRules, SAMPLES}
 #import hachure::surface_id::{kind_of, LAND}
@@ -61,7 +61,8 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let land = textureLoad(position, pixel, 0);
     let allowed_m = land.w * (1.0 + BEHIND_PART) + BEHIND * rules.spacing_px * land.w / view.focal_px;
     let is_hidden = land.w <= 0.0 || in.depth_m > allowed_m || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND;
-    if is_hidden || covered < 1.0 / 512.0 {
+    // Not so either where a strip without area tells no number.
+    if is_hidden || !(covered >= 1.0 / 512.0) {
         discard;
     }
     return vec4<f32>(covered);

@@ -21,13 +21,15 @@ pub fn rasterised_at(paths: &[Read], size_px: [u32; 2]) -> Vec<f32> {
     let mut ink = vec![0.0_f32; width * height];
     for read in paths {
         let mut stamp = |at: Point| {
-            let reach = 0.5 * read.width + 0.5;
+            // What is narrower than a pixel covers as much of it as it is wide.
+            let reach = 0.5 * read.width.max(1.0) + 0.5;
+            let opacity = read.opacity * read.width.min(1.0);
             let range = |middle: f64, most: usize| {
                 (middle - reach - 1.0).max(0.0) as usize..((middle + reach + 1.0).max(0.0) as usize).min(most)
             };
             for (x, y) in range(at.y, height).flat_map(|y| range(at.x, width).map(move |x| (x, y))) {
                 let distance = at.distance(Point::new(x as f64 + 0.5, y as f64 + 0.5));
-                let covered = (reach - distance).clamp(0.0, 1.0) * read.opacity;
+                let covered = (reach - distance).clamp(0.0, 1.0) * opacity;
                 ink[y * width + x] = ink[y * width + x].max(covered as f32);
             }
         };
