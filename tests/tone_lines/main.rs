@@ -231,15 +231,19 @@ fn lines_follow_curves_and_cross() {
     let Some(mut bench) = Bench::new() else { return };
     // At least 4.6 times the width: closer ones lie farther inside by what the blur takes.
     let circles = [(3.0, 14.0), (3.0, 30.0), (3.0, 55.0), (5.0, 23.0), (5.0, 30.0), (5.0, 55.0)];
-    for (width_px, radius_px) in circles {
-        let style = bare(width_px);
+    let in_each_pixel = circles.into_iter().filter(|(width_px, _)| *width_px > 3.0);
+    let circles = circles.into_iter().map(|circle| (circle, false)).chain(in_each_pixel.map(|circle| (circle, true)));
+    for ((width_px, radius_px), exact) in circles {
+        let style = ToneLines { exact, ..bare(width_px) };
         for times in [0.5, 1.0, 2.0] {
             let wide_px = times * f64::from(width_px);
             let curve = |at: DVec2| (at - middle()).length() - radius_px;
             let along = |at: DVec2| (at - middle()).to_angle() * radius_px;
             let ink = bench.lines(&style, |at| Some([0.7 - 0.5 * bell(curve(at), wide_px), 0.0]));
             let found = judge(&ink.of(DARK), &curve, &along, wide_px + 2.0, |_| true);
-            println!("a circle of {radius_px} px, {wide_px} px wide, by lines of {width_px} px: {found:?}");
+            println!(
+                "a circle of {radius_px} px, {wide_px} px wide, by lines of {width_px} px, exact {exact}: {found:?}"
+            );
             // Shapes twice as wide as lines that are found in cells of 2 x 2 pixels are the one case with less: within a pixel.
             let is_broad = tone::cell_px(&style) > 1 && times > 1.0;
             let is_near = is_broad && found.off_px < 1.0 && found.bare == 0.0 && found.elsewhere < 0.02;
