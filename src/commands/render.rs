@@ -82,7 +82,7 @@ pub struct RenderArgs {
     /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
-    /// A map seen from straight above, north up, with its place on the earth: east, north and width in metres, or all.
+    /// A map seen from straight above, north up, with its place on the earth: east, north and width in metres; alone, all of the land.
     #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
     pub map: Option<MapArea>,
     /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
