@@ -176,6 +176,8 @@ fn what_nobody_sees_is_not_drawn() {
     // A cap counts lines in windows, some of which reach into what is hidden.
     let mut ink = Style::load("ink").unwrap();
     ink.lines.as_mut().unwrap().crowd = 1.0;
+    // Level land is paper, as what is not drawn.
+    ink.light.level_deg = 0.0;
     let ink_file = room.path("ink.toml");
     std::fs::write(&ink_file, ink.text()).unwrap();
     for style in ["plain", ink_file.to_str().unwrap()] {
