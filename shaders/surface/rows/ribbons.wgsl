@@ -1,8 +1,8 @@
 // Marks as ink: a strip along the samples of each.
 //
 // One instance for each mark: a strip with two corners at each sample, mitred there, and wider by a fringe for the border's
-// coverage. What is narrower than a pixel is paler instead. Ink is laid over ink: where two marks
-// share a pixel, the one covers a part of what the other leaves bare. A pixel is inked where it shows the land that the mark lies on.
+// coverage. What is narrower than a pixel is paler instead. Where marks lie on each other, those
+// of two levels, the darker one stays. A pixel is inked where it shows the land that the mark lies on.
 #import hachure::view::View
 #import hachure::rows::{RowRules, SAMPLES}
 #import hachure::surface_id::{kind_of, LAND}

@@ -13,11 +13,11 @@ const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 /// Ink of rows: 0 none, 1 full.
 pub const ROW_INK: TargetKind = TargetKind::attachment("row ink", INK_FORMAT);
 
-/// Ink over ink, as whoever draws the paths of an SVG has it: marks that share a pixel cover more of it than each does.
-const OVER: wgpu::BlendComponent = wgpu::BlendComponent {
+/// Ink over ink would depend on the order of marks, which is chance.
+const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
     src_factor: wgpu::BlendFactor::One,
-    dst_factor: wgpu::BlendFactor::OneMinusSrc,
-    operation: wgpu::BlendOperation::Add,
+    dst_factor: wgpu::BlendFactor::One,
+    operation: wgpu::BlendOperation::Max,
 };
 const KIND: Draw = Draw {
     name: "surface/rows/ribbons",
@@ -26,7 +26,7 @@ const KIND: Draw = Draw {
     colors: [
         Some(wgpu::ColorTargetState {
             format: INK_FORMAT,
-            blend: Some(wgpu::BlendState { color: OVER, alpha: OVER }),
+            blend: Some(wgpu::BlendState { color: DARKER, alpha: DARKER }),
             write_mask: wgpu::ColorWrites::ALL,
         }),
         None,
