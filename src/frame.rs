@@ -6,6 +6,7 @@
 //! what is not called any more goes.
 
 mod antialias;
+mod bend;
 mod eye;
 mod land_maps;
 mod left;

@@ -18,9 +18,7 @@ const SAMPLES: u32 = 1025;
 fn darkness(world: &mut World, style: &Style, light: &Light) -> [f64; 2] {
     let pose = world.pose("0,-22000,+1200,4,-7,50");
     let mut frame = Frame::new(&world.gpu).unwrap();
-    for _ in 0..3 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, light);
-    }
+    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, light);
     let paper = f64::from(style.paper.color.linear()[1]);
     let picture = halves(&world.gpu, frame.target(&PICTURE).unwrap());
     let land: Vec<(f64, f64)> = places_m(&world.gpu, &frame, pose.position_m)

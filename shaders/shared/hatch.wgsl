@@ -24,6 +24,7 @@ const FIXED: u32 = 0u;
 const SLOPE: u32 = 1u;
 const CONTOUR: u32 = 2u;
 const SIGHT: u32 = 3u;
+const CURVATURE: u32 = 4u;
 // Of a layer: marks that have no ends, and such that darken by growing wider.
 const ENDLESS: u32 = 1u;
 const SWELLS: u32 = 2u;
@@ -31,7 +32,7 @@ const SWELLS: u32 = 2u;
 const DOTS: u32 = 4u;
 
 struct HatchLayer {
-    // FIXED, SLOPE, CONTOUR or SIGHT.
+    // FIXED, SLOPE, CONTOUR, SIGHT or CURVATURE.
     direction: u32,
     // Which map.
     map: u32,
@@ -72,7 +73,8 @@ struct Hatch {
     side: u32,
     // A bit for each layer that is drawn: all, or one whose marks are asked for alone.
     drawn: u32,
-    pad_b: u32,
+    // Not 0: some layer follows the curvature.
+    by_curvature: u32,
     pad_c: u32,
 }
 
@@ -127,8 +129,35 @@ fn azimuth_axis(first: i32, step: i32) -> i32 {
     return first + (step & (AZIMUTHS - 1));
 }
 
-// The charts of a layer at a place with mark normal n, seen along a ray.
-fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>) -> Charts {
+// How much of its fixed direction a layer has where no direction bends more than others.
+const UNDECIDED: f32 = 0.03;
+
+// The charts along the greatest bend (surface/bend_axis.wgsl), as a line on the map. A line has no sense, so half of the
+// compass is enough, and the charts of both ends are one. Level axes count along it: they run along lines of any slope.
+fn charts_of_line(layer: HatchLayer, n: vec3<f32>, bend_axis: vec2<f32>) -> Charts {
+    let fixed = layer.fixed_direction;
+    let doubled = bend_axis + UNDECIDED * vec2<f32>(fixed.x * fixed.x - fixed.y * fixed.y, 2.0 * fixed.x * fixed.y);
+    let angle = 0.5 * atan2(doubled.y, doubled.x);
+    var ahead = vec2<f32>(cos(angle), sin(angle));
+    if layer.turn != 0.0 {
+        // On the surface, clockwise from above.
+        let along = normalize(vec3<f32>(ahead, -dot(n.xy, ahead) / max(n.z, 0.05)));
+        let turn = layer.turn * STEP_RAD;
+        ahead = (cos(turn) * along - sin(turn) * cross(n, along)).xy;
+    }
+    let half = AZIMUTHS / 2;
+    let step = atan2(ahead.x, ahead.y) / STEP_RAD + f32(AZIMUTHS);
+    let whole = floor(step);
+    let a = i32(whole) & (half - 1);
+    let b = (i32(whole) + 1) & (half - 1);
+    return Charts(vec2<i32>(a + 8, b + 8), vec2<i32>(a, b), clamp((step - whole - 0.5) / AZIMUTH_ZONE + 0.5, 0.0, 1.0));
+}
+
+// The charts of a layer at a place with mark normal n, seen along a ray. `bend_axis` is for layers by curvature alone.
+fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_axis: vec2<f32>) -> Charts {
+    if layer.direction == CURVATURE {
+        return charts_of_line(layer, n, bend_axis);
+    }
     let own_across = FIRST_FIXED + 2 * index;
     let own_along = own_across + 1;
     let fixed_across = vec3<f32>(layer.fixed_direction.y, -layer.fixed_direction.x, 0.0);

@@ -10,7 +10,7 @@
 // -T(a, b, c) / W + (H(a, b) H(p, c) + H(b, c) H(p, a) + H(c, a) H(p, b)) / W^3 (Rusinkiewicz 2004 estimates both from
 // triangles). The curvature of the earth is left out, as it is a hundred times less than that of any hill.
 #import hachure::view::View
-#import hachure::terrain::{terrain, grid_from_world, GridPoint}
+#import hachure::terrain::{terrain, grid_from_world, GridPoint, first_sample, last_sample}
 #import hachure::earth::{Unbent, unbend, unbend_direction, bend_normal}
 #import hachure::form::{form_of_level, level_seen, MOST_BEYOND}
 #import hachure::mark_normal::pixel_of_block
@@ -26,6 +26,8 @@ struct CurvatureRules {
 @group(0) @binding(1) var<uniform> curvature_rules: CurvatureRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
+// Above 0 on water, which is flat whatever the land's form is there; one texel where nobody knows of water.
+@group(0) @binding(7) var water: texture_2d<f32>;
 // xyz: the form's unit normal; w: distance along the view axis. All 0 is what is no land.
 @group(0) @binding(4) var shape_normal: texture_storage_2d<rgba32float, write>;
 // xyz: `Shape.bend`; w: size of a sample of the form, in metres.
@@ -33,16 +35,25 @@ struct CurvatureRules {
 // `Shape.change`.
 @group(0) @binding(6) var shape_change: texture_storage_2d<rgba32float, write>;
 
+// Where the land ends its form would bend to go on level: so far inside, in samples, it knows nothing of that.
+const INSIDE: f32 = 2.5;
+
+fn inside(g: vec2<f32>, level: f32) -> vec2<f32> {
+    let away = min(vec2<f32>(INSIDE * exp2(max(level, 0.0))), 0.5 * (last_sample() - first_sample()));
+    return clamp(g, first_sample() + away, last_sample() - away);
+}
+
 // Second derivatives by the grid, at a place and level.
 fn bends_at(g: vec2<f32>, level: f32) -> vec3<f32> {
     return form_of_level(g, level).curvature;
 }
 
 fn shape_at(flat_place: Unbent, point: GridPoint, level: f32) -> Shape {
-    let form = form_of_level(point.g, level);
+    let g = inside(point.g, level);
+    let form = form_of_level(g, level);
     let half = 0.5 * exp2(clamp(level, 0.0, f32(terrain.level_count - 1)));
-    let by_x = (bends_at(point.g + vec2<f32>(half, 0.0), level) - bends_at(point.g - vec2<f32>(half, 0.0), level)) / (2.0 * half);
-    let by_y = (bends_at(point.g + vec2<f32>(0.0, half), level) - bends_at(point.g - vec2<f32>(0.0, half), level)) / (2.0 * half);
+    let by_x = (bends_at(g + vec2<f32>(half, 0.0), level) - bends_at(g - vec2<f32>(half, 0.0), level)) / (2.0 * half);
+    let by_y = (bends_at(g + vec2<f32>(0.0, half), level) - bends_at(g - vec2<f32>(0.0, half), level)) / (2.0 * half);
     let third = vec4<f32>(by_x.x, 0.5 * (by_x.y + by_y.x), 0.5 * (by_x.z + by_y.y), by_y.z);
 
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
@@ -75,7 +86,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = pixel_of_block(view, block);
     let at = textureLoad(position, pixel, 0);
-    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+    let is_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
+    if at.w <= 0.0 || is_water || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
         textureStore(shape_normal, block, vec4<f32>(0.0));
         textureStore(shape_bend, block, vec4<f32>(0.0));
         textureStore(shape_change, block, vec4<f32>(0.0));

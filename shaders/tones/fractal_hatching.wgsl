@@ -20,7 +20,7 @@
 // neighbours do not touch, the inked part is width times density, exactly. When the gaps are filled in, the width of
 // all grows such that the inked part remains the darkness that was asked for, up to black.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::mark_normal::mark_normal_at
+#import hachure::mark_normal::{mark_normal_at, values_between_blocks}
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
 #ifdef DOTS
 #import hachure::dots::{DotAxis, distance_px, dot_at, ink_of_dot}
@@ -58,6 +58,8 @@ struct Cell {
 @group(0) @binding(7) var tone: texture_2d<f32>;
 // See `texel_of`.
 @group(0) @binding(8) var cover: texture_storage_2d<rgba16float, write>;
+// See surface/bend_axis.wgsl; one empty texel where no layer asks.
+@group(0) @binding(9) var bend_axis: texture_2d<f32>;
 
 fn mixed_bits(value: u32) -> u32 {
     var v = value * 747796405u + 2891336453u;
@@ -233,9 +235,9 @@ fn dot_axis(axis: i32, at: vec3<f32>, foot: Footprint, own: Footprint, apart_px:
 
 // Dots of the kind `dots`. Their marks' chart has the scale that the form has, and their roundness is the land's own.
 // A dot is of the chart that is the nearer one at its middle: no two charts show dots at one place.
-fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint, own: Footprint) -> Cover {
+fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, line: vec2<f32>, foot: Footprint, own: Footprint) -> Cover {
     let layer = hatch.layers[index];
-    let charts = charts_at(layer, index, n, at);
+    let charts = charts_at(layer, index, n, at, line);
     let width_px = layer.marks_px.y * layer.size;
     let apart_px = distance_px(darkness, width_px);
     var ink = 0.0;
@@ -248,7 +250,7 @@ fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foot
             let one = dot_at(u, v, vec2<i32>(i % 3 - 1, i / 3 - 1), darkness, width_px, u32(index * 7919 + charts.along[k] * 131));
             var drawn = ink_of_dot(one, darkness);
             if drawn > 0.0 && last != i32(charts.second >= 0.6) {
-                let there = charts_at(layer, index, n, at + own.dx * one.away_px.x + own.dy * one.away_px.y);
+                let there = charts_at(layer, index, n, at + own.dx * one.away_px.x + own.dy * one.away_px.y, line);
                 drawn = select(0.0, drawn, (there.second >= 0.5) == (k == 1));
             }
             ink = max(ink, drawn);
@@ -262,14 +264,14 @@ fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Foot
 }
 #endif
 
-fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint, own: Footprint) -> Cover {
+fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, line: vec2<f32>, foot: Footprint, own: Footprint) -> Cover {
     let layer = hatch.layers[index];
 #ifdef DOTS
     if (layer.flags & DOTS) != 0u {
-        return dots_cover(index, darkness, at, n, foot, own);
+        return dots_cover(index, darkness, at, n, line, foot, own);
     }
 #endif
-    let charts = charts_at(layer, index, n, at);
+    let charts = charts_at(layer, index, n, at, line);
     var cover = Cover(0.0, -1e3, 0.0);
     let is_endless = layer.marks_px.x <= 0.0;
     var k = i32(charts.second >= 1.0);
@@ -301,6 +303,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let land = textureLoad(normal, pixel, 0);
     let n = mark_normal_at(view, mark_normal, pixel, at, land);
+    var line = vec2<f32>(0.0);
+    if hatch.by_curvature != 0u {
+        line = values_between_blocks(view, mark_normal, bend_axis, pixel, at).xy;
+    }
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
 #ifdef DOTS
     // Trees are flat to marks.
@@ -312,7 +318,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares[i] > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
-            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, foot, own);
+            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, line, foot, own);
             all = united(all, Cover(one.ink, one.reach, one.rise * growth_of_share(shares[i], darkness)));
         }
     }

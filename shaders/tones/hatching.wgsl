@@ -15,7 +15,7 @@
 // - With SWELLING there may be marks that swell; what they need is not worked out for all others.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
-#import hachure::mark_normal::mark_normal_at
+#import hachure::mark_normal::{mark_normal_at, values_between_blocks}
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
 #import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
@@ -47,6 +47,8 @@ struct Axis {
 @group(0) @binding(10) var tone: texture_2d<f32>;
 // See `texel_of`.
 @group(0) @binding(11) var cover: texture_storage_2d<rgba16float, write>;
+// See surface/bend_axis.wgsl; one empty texel where no layer asks.
+@group(0) @binding(12) var bend_axis: texture_2d<f32>;
 
 // A threshold, and how wide a pixel's border is in thresholds.
 struct Threshold {
@@ -115,9 +117,9 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
 }
 
 // What a layer inks.
-fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>, foot: Footprint) -> Cover {
+fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>, line: vec2<f32>, foot: Footprint) -> Cover {
     let layer = hatch.layers[index];
-    let charts = charts_at(layer, index, n, at);
+    let charts = charts_at(layer, index, n, at, line);
     let side = f32(hatch.side);
     let offset = f32(index) * GOLDEN * side;
     let is_dark = asked > 0.5;
@@ -221,13 +223,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0));
+    var line = vec2<f32>(0.0);
+    if hatch.by_curvature != 0u {
+        line = values_between_blocks(view, mark_normal, bend_axis, pixel, at).xy;
+    }
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
     var shares = divide(hatch, darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares.x > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
             let growth = growth_of_share(shares.x, darkness);
-            all = united(all, layer_cover(i32(i), shares.x, growth, at.xyz, n, foot));
+            all = united(all, layer_cover(i32(i), shares.x, growth, at.xyz, n, line, foot));
         }
         shares = shares.yzwx;
     }

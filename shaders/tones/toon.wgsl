@@ -44,7 +44,8 @@ struct Toon {
     // 1: light comes from `relief_light`. And how much of its colour tones have.
     relief: f32,
     light_color: f32,
-    pad_a: f32,
+    // 1: crests are lighter by `crest_light`.
+    crests: f32,
     pad_b: f32,
 }
 
@@ -62,6 +63,8 @@ struct Toon {
 @group(0) @binding(19) var<storage, read> focus: Focus;
 // See tones/relief/radiance.wgsl; one empty texel where light is not from there.
 @group(0) @binding(20) var relief_light: texture_2d<f32>;
+// See tones/crests.wgsl; the same.
+@group(0) @binding(21) var crest_light: texture_2d<f32>;
 #ifdef MARKED_TREES
 @group(0) @binding(7) var mark_surface: texture_2d<f32>;
 #endif
@@ -132,6 +135,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var lit = light_tone(light, n, seen);
     if toon.relief > 0.0 {
         lit = relief.a;
+    }
+    if toon.crests > 0.0 {
+        lit = clamp(lit + textureLoad(crest_light, pixel, 0).r, 0.0, 1.0);
     }
     let value = mix(toon.darkest, toon.lightest, stepped(lit));
     var marked = value;

@@ -1,6 +1,6 @@
 //! Lines of pixels that an eye sees, and edges that only the picture of the surface shows.
 
-use super::FrameInputs;
+use super::{FrameInputs, bend};
 use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
@@ -9,9 +9,9 @@ use crate::lines::{
     self, apparent, apparent_ridges, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold,
 };
 use crate::style::{Detector, Lines, Strokes};
-use crate::surface::curvature::{self as bending, Shapes};
+use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
-use crate::surface::meshes::{DrawnMeshes, curvature as mesh_bending};
+use crate::surface::meshes::DrawnMeshes;
 use crate::surface::trees;
 
 /// The surface that an eye sees.
@@ -30,6 +30,8 @@ pub(super) struct OnSurface<'a> {
     pub(super) position: &'a Target,
     /// Of it.
     pub(super) normal: &'a Target,
+    /// Of a style with water.
+    pub(super) water: Option<&'a Target>,
     /// Rims of holes, where the land in view has any.
     pub(super) rim: Option<&'a Target>,
     /// Where the other eye of a pair is in the rig.
@@ -110,7 +112,7 @@ fn by_curvature(
     } else {
         targets.sized(gpu, &NOTHING, [1, 1])
     };
-    let (_, radial) = bend(cx, style.feature_px, on, targets);
+    let (_, radial) = bent(cx, style.feature_px, on, targets);
     let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
     let (radial, tree_line) = (&radial, &tree_line);
     let drawn = curvature::Inputs { view, style, surface_id, position, normal, radial, tree_line, line: &line };
@@ -119,17 +121,11 @@ fn by_curvature(
 }
 
 /// How the surface bends, and how toward the eye.
-fn bend(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
-    let gpu = cx.gpu();
-    let &OnSurface { view, heights: terrain, surface_id, position, .. } = on;
-    let shapes = Shapes::of(gpu, targets);
-    bending::run(cx, &bending::Inputs { view, terrain, feature_px, surface_id, position, shapes: &shapes });
-    if let Some(meshes) = on.meshes {
-        let (normal, shapes) = (on.normal, &shapes);
-        let inputs = mesh_bending::Inputs { view, meshes, feature_px, surface_id, position, normal, shapes };
-        mesh_bending::run(cx, &inputs);
-    }
-    let toward_eye = targets.sized(gpu, &radial::RADIAL, shapes.normal.size_px());
+fn bent(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
+    let &OnSurface { view, meshes, heights, surface_id, position, normal, water, .. } = on;
+    let eye = bend::AtEye { view, meshes, heights, surface_id, position, normal, water };
+    let shapes = bend::shapes(cx, feature_px, &eye, targets);
+    let toward_eye = targets.sized(cx.gpu(), &radial::RADIAL, shapes.normal.size_px());
     radial::run(cx, &radial::Inputs { view, shapes: &shapes, radial: &toward_eye });
     (shapes, toward_eye)
 }
@@ -144,13 +140,13 @@ pub(super) fn add_edges(
 ) {
     let &OnSurface { view, position, normal, other_eye_m, .. } = on;
     if let Some(feature_px) = strokes.suggestive_px {
-        let (shapes, radial) = bend(cx, feature_px, on, targets);
+        let (shapes, radial) = bent(cx, feature_px, on, targets);
         let (shapes, radial) = (&shapes, &radial);
         let inputs = suggestive::Inputs { view, style: strokes, position, normal, shapes, radial, other_eye_m };
         suggestive::run(cx, edges, &inputs);
     }
     if let Some(feature_px) = strokes.ridge_px {
-        let (shapes, _) = bend(cx, feature_px, on, targets);
+        let (shapes, _) = bent(cx, feature_px, on, targets);
         let (shapes, least_bend) = (&shapes, strokes.ridge_bend);
         let apparent = strokes.ridge_apparent.then(|| {
             let apparent = targets.sized(cx.gpu(), &apparent::APPARENT, shapes.normal.size_px());

@@ -7,7 +7,7 @@
 use super::lines as frame_lines;
 use super::shade::{Shaded, shade};
 use super::trees::{self as frame_trees, SeenTrees};
-use super::{EyeMemory, FrameInputs, land_maps};
+use super::{EyeMemory, FrameInputs, land_maps, water as frame_water};
 use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
@@ -40,6 +40,10 @@ pub(super) struct Seen {
     pub(super) tree_shadow: Option<Target>,
     /// Of a world with a forest.
     pub(super) tree_form: Option<Target>,
+    /// What stands on the land.
+    pub(super) meshes: Option<DrawnMeshes>,
+    /// Of a style with water.
+    pub(super) water: Option<Target>,
     /// Rims of holes, where the land in view has any.
     rim: Option<Target>,
     /// Of a style with lines.
@@ -171,6 +175,7 @@ fn see(
         land_maps::make(cx, inputs);
     }
 
+    let water = frame_water::find(cx, inputs, &view, [surface_id, &position], targets);
     // Rims of holes, which lines are not to follow. Most land has none.
     let rim = (mesh.has_holes() || cx.rehearses()).then(|| {
         let rim = targets.whole(gpu, &surface::rims::RIM);
@@ -189,6 +194,7 @@ fn see(
         depth,
         position: &position,
         normal: &normal,
+        water: water.as_ref(),
         rim: rim.as_ref(),
         other_eye_m: rig.is_pair().then(|| (rig.eyes[1 - eye].pose.position_m - rig.origin_m).as_vec3().to_array()),
     };
@@ -229,6 +235,8 @@ fn see(
         local_color,
         tree_shadow,
         tree_form,
+        meshes,
+        water,
         rim,
         line,
         strokes,

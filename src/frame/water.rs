@@ -11,20 +11,32 @@ use crate::tones::water::{self as look, WATER_INK, WATERED};
 pub(super) struct AtEye<'a> {
     /// `View`.
     pub(super) view: &'a Resource,
-    pub(super) surface_id: &'a Target,
     pub(super) position: &'a Target,
+    /// Of a style with water.
+    pub(super) water: Option<&'a Target>,
     /// Of the land.
     pub(super) tone: &'a Target,
 }
 
-/// The water that an eye sees.
+/// Tones with water, and ink of its shores and lines.
 pub(super) struct Watered {
-    /// Tones with water.
     pub(super) tone: Target,
-    /// Ink of its shores and lines.
     pub(super) ink: Target,
-    /// [`WATER`].
-    pub(super) water: Target,
+}
+
+/// Where an eye sees water; none in a style without.
+pub(super) fn find(
+    cx: &mut Cx<'_>,
+    inputs: &FrameInputs<'_>,
+    view: &Resource,
+    [surface_id, position]: [&Target; 2],
+    targets: &mut Targets,
+) -> Option<Target> {
+    let style = inputs.style.water.as_ref()?;
+    let terrain = &inputs.world.terrain.water_map_resources()?;
+    let water = targets.whole(cx.gpu(), &WATER);
+    water::run(cx, &water::Inputs { view, terrain, style, surface_id, position, water: &water });
+    Some(water)
 }
 
 /// None in a style without water.
@@ -35,17 +47,14 @@ pub(super) fn draw(
     targets: &mut Targets,
 ) -> Option<Watered> {
     let style = inputs.style.water.as_ref()?;
-    let &AtEye { view, surface_id, position, tone } = eye;
-    let (gpu, world) = (cx.gpu(), inputs.world);
-    let water = &targets.whole(gpu, &WATER);
-    let terrain = &world.terrain.water_map_resources()?;
-    water::run(cx, &water::Inputs { view, terrain, style, surface_id, position, water });
-    let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(gpu, kind));
+    let &AtEye { view, position, water, tone } = eye;
+    let water = water?;
+    let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(cx.gpu(), kind));
     let drawn = look::Inputs {
         view,
         style,
         sky: &inputs.style.sky,
-        terrain: &world.terrain.uniform(),
+        terrain: &inputs.world.terrain.uniform(),
         position,
         water,
         tone,
@@ -53,5 +62,5 @@ pub(super) fn draw(
         water_ink: &ink,
     };
     look::run(cx, &drawn);
-    Some(Watered { tone: watered, ink, water: water.clone() })
+    Some(Watered { tone: watered, ink })
 }

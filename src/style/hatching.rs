@@ -75,6 +75,15 @@ choices! {
         Contour,
         /// Away from the eye: dots stay round on land that is seen at a flat angle.
         Sight,
+        /// Around the greatest bend of the form; with an angle of 90, along the least.
+        Curvature,
+    }
+}
+
+impl Hatching {
+    /// Whether marks of some layer follow the land's curvature.
+    pub fn follows_curvature(&self) -> bool {
+        self.layers.iter().any(|layer| layer.direction == Direction::Curvature)
     }
 }
 

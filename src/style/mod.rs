@@ -281,6 +281,11 @@ impl Style {
         self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
+    /// Whether crests are lighter than hollows.
+    pub fn asks_for_crests(&self) -> bool {
+        matches!(self.tone, Tone::Toon(_)) && self.light.crests > 0.0
+    }
+
     /// Whether tones ask what the land sees of the sun and of the sky.
     pub fn asks_for_horizons(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)

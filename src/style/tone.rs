@@ -122,6 +122,10 @@ parameters! {
         detail: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How far light turns where a ridge of that form runs along it.
         turn_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
+        /// How much lighter crests are and how much darker hollows, by how the land bends.
+        crests: f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// Size of what is a crest or a hollow.
+        crests_px: f32 = 12.0 => Range::Within(1.0, 256.0);
         /// Land that slopes less is paper; from four times that on it has all of its tone.
         level_deg: f32 = 0.0 => Range::Within(0.0, 20.0);
         /// What light is multiplied by; above 1 more of the land is white.

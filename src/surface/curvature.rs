@@ -9,7 +9,7 @@ use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::gpu::wgsl::surface::curvature::CurvatureRules;
 
-/// xyz: the form's unit normal in the world; w: distance along the view axis. All 0 is what is no land. Its size is
+/// xyz: the form's unit normal in the world; w: distance along the view axis. All 0 is what is no land, or is water. Its size is
 /// [`mark_normal_size`], and so is that of the others.
 pub const SHAPE_NORMAL: TargetKind = TargetKind::storage("shape normal", wgpu::TextureFormat::Rgba32Float);
 /// xyz: the second fundamental form in the frame of that normal, uu, uv, vv, in 1/m; w: size of a sample of the form, in
@@ -59,6 +59,8 @@ pub struct Inputs<'a> {
     pub surface_id: &'a Target,
     /// Of the surface.
     pub position: &'a Target,
+    /// [`WATER`](super::water::WATER), or nothing.
+    pub water: &'a Target,
     /// Out.
     pub shapes: &'a Shapes,
 }
@@ -71,6 +73,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("curvature_rules", cx.uniform("curvature rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
+        ("water", inputs.water.into()),
     ];
     resources.extend(inputs.shapes.resources());
     resources.extend(inputs.terrain.iter().cloned());

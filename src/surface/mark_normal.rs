@@ -12,7 +12,7 @@ use crate::style::hatching::Hatching;
 pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
 
 /// Side of the block of pixels that shares a texel.
-const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;
+pub(super) const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;
 
 /// The size of the picture for targets of `size_px`: blocks are counted in the whole picture, so a part may see one
 /// more at either end.

@@ -15,6 +15,7 @@ pub mod form;
 pub mod lakes;
 pub mod water;
 pub mod curvature;
+pub mod bend_axis;
 pub mod cuts;
 pub mod height_lines;
 pub mod rims;

@@ -36,6 +36,8 @@ pub struct Inputs<'a> {
     pub normal: &'a Target,
     /// The normal at the scale of marks.
     pub mark_normal: &'a Target,
+    /// [`BEND_AXIS`](crate::surface::bend_axis::BEND_AXIS) of marks that follow curvature, or nothing.
+    pub bend_axis: &'a Target,
     /// Its alpha is the tone that is asked for.
     pub tone: &'a Target,
     /// The one layer whose marks are drawn; none is all.
@@ -51,12 +53,13 @@ impl Inputs<'_> {
     }
 
     /// By the names in the shaders.
-    pub(super) fn resources(&self) -> [Named; 6] {
+    pub(super) fn resources(&self) -> [Named; 7] {
         [
             ("view", self.view.clone()),
             ("position", self.position.into()),
             ("normal", self.normal.into()),
             ("mark_normal", self.mark_normal.into()),
+            ("bend_axis", self.bend_axis.into()),
             ("tone", self.tone.into()),
             ("cover", self.cover.into()),
         ]

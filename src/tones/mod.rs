@@ -2,6 +2,7 @@
 //! that tones are hatched with.
 
 pub mod balance;
+pub mod crests;
 pub mod fractal_hatching;
 pub mod hatching;
 pub mod light;
@@ -66,6 +67,8 @@ pub struct Inputs<'a> {
     pub form_normal: &'a Target,
     /// [`RELIEF_LIGHT`](relief::RELIEF_LIGHT) of a style that brings out relief.
     pub relief_light: Option<&'a Target>,
+    /// [`CREST_LIGHT`](crests::CREST_LIGHT) of a style whose crests are lighter.
+    pub crest_light: Option<&'a Target>,
     /// What stands for pictures that are not there.
     pub nothing: &'a Target,
     /// What marks shade, which says how dark they are on trees; none where there are no marks or trees.

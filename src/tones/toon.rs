@@ -57,6 +57,7 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         high_m: high_m.max(low_m + 1.0),
         local: inputs.local.map_or(0.0, |local| local.amount),
         relief: if inputs.relief_light.is_some() { 1.0 } else { 0.0 },
+        crests: if inputs.crest_light.is_some() { 1.0 } else { 0.0 },
         light_color: inputs.style.drawn_relief().map_or(0.0, |relief| relief.color),
         ..ToonUniform::default()
     };
@@ -70,6 +71,7 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.into()),
+        ("crest_light", inputs.crest_light.unwrap_or(inputs.nothing).into()),
         ("relief_light", inputs.relief_light.unwrap_or(inputs.nothing).into()),
         ("tone", inputs.tone.into()),
     ];

@@ -4,10 +4,12 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod apparent;
+mod crests;
 mod ridges;
 mod stereo;
 mod suggestive;
 mod textured;
+mod water;
 
 use std::sync::Arc;
 

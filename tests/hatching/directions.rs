@@ -108,3 +108,53 @@ fn lines_along_contours_are_straight_on_gentle_slopes() {
         }
     }
 }
+
+/// Rulings of the folds, to an azimuth near which directions of lines begin anew.
+const RULING: DVec2 = DVec2::new(0.087, 0.996);
+const FOLD_M: f64 = 700.0;
+
+/// On land that is folded along [`RULING`] and falls elsewhere, the least bend is along the rulings, which are straight.
+#[test]
+fn marks_follow_how_folds_bend() {
+    let rise = DVec2::new(0.15, 0.2);
+    let height_m = move |x: f64, y: f64| {
+        let at_m = DVec2::new(x, y);
+        rise.dot(at_m) + 0.08 * FOLD_M * (std::f64::consts::TAU / FOLD_M * RULING.perp_dot(at_m)).sin()
+    };
+    let Some(mut land) = Land::new(641, 10.0, height_m) else { return };
+    let least: Wanted = |_| RULING;
+    // Across the rulings on the land, not on the map.
+    let greatest: Wanted = |rise| rise.extend(-1.0).cross(RULING.extend(RULING.dot(rise))).truncate();
+    // Between a crest and a hollow nothing bends.
+    let is_bent = |window: &Window| {
+        let phase = std::f64::consts::TAU / FOLD_M * RULING.perp_dot(window.place_m.truncate());
+        phase.sin().abs() > 0.3
+    };
+    for scale in ["blend", "add"] {
+        for (angle_deg, to, other) in [(0.0, greatest, least), (90.0, least, greatest)] {
+            for marks in ["line", "hachure"] {
+                let style = style(scale, 0.35, &layer(marks, "curvature", angle_deg));
+                // The last camera is so near that land is even to it.
+                let windows: Vec<Window> =
+                    CAMERAS[..3].iter().flat_map(|camera| land.shoot(camera, &style).windows()).collect();
+                let off = |to, turn_deg| {
+                    Off::of(&windows, |window| wanted(&land, window, to, turn_deg).filter(|_| is_bent(window)))
+                };
+                let right = off(to, 0.0);
+                println!("{scale} {marks} by curvature, turned by {angle_deg}: {right:.2?}");
+                // Charts lie farther apart where land is steep.
+                let allowed_deg = allowed_deg(marks, true).map(|deg| 1.3 * deg);
+                assert!(right.holds(allowed_deg), "{scale} {marks} {angle_deg}: {right:?}");
+                for turn_deg in [20.0, -20.0, 10.0] {
+                    let planted = off(to, turn_deg);
+                    assert!(!planted.holds(allowed_deg), "a turn of {turn_deg} must be seen: {planted:?}");
+                }
+                let swapped = off(other, 0.0);
+                assert!(!swapped.holds(allowed_deg), "{scale} {marks} {angle_deg}: {swapped:?}");
+                // Marks down the slope are no marks around folds.
+                let slope = off(|rise| rise, 0.0);
+                assert!(!slope.holds(allowed_deg), "{scale} {marks} {angle_deg}: {slope:?}");
+            }
+        }
+    }
+}

@@ -38,6 +38,7 @@ impl HatchLayerUniform {
             Direction::Slope => 1,
             Direction::Contour => 2,
             Direction::Sight => 3,
+            Direction::Curvature => crate::gpu::wgsl::shared::hatch::CURVATURE,
         };
         let turn = if layer.direction == Direction::Fixed { 0.0 } else { layer.angle_deg * 32.0 / 360.0 };
         let fixed_direction = axes::to_azimuth(axes::fixed_rad(layer)).as_vec2().to_array();
@@ -68,6 +69,7 @@ impl HatchUniform {
             softness: hatching.softness,
             side,
             drawn: u32::MAX,
+            by_curvature: hatching.follows_curvature().into(),
             begins: [f32::MAX; MOST_LAYERS],
             // A layer that is not there likes no slope.
             comes_from: [2.0; MOST_LAYERS],

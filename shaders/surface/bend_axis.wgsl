@@ -1,0 +1,75 @@
+// Along which line the land bends most, at one pixel of sixteen: the direction of marks that tell a form by its curvature
+// (Hertzmann and Zorin 2000, "Illustrating Smooth Surfaces", section 4: hatches follow principal directions where these
+// are well defined, and what lies between is made smooth).
+//
+// They smooth a field of crosses by optimisation. Here the squared second fundamental form (the third one, which has no
+// sense and no sign, so that a rib and the gully beside it agree) is averaged over the blocks around, as far as they see
+// the same land, and its larger eigenvector is the line. Where the average hardly bends, in turns of the normal over a
+// sample of the form, a line of equal height takes its place: rows around a hill go on over its even faces.
+#import hachure::curvature::{frame_of, form2, principal_of}
+
+struct BendAxisRules {
+    // Blocks between one that is asked and the next.
+    step: i32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
+}
+
+// Blocks that are asked to each side.
+const REACH: i32 = 2;
+// Others see the same land within this, by the distance.
+const NEAR: f32 = 0.15;
+// Turns of the normal over a sample, squared, that a line of equal height counts as.
+const EVEN: f32 = 0.0001;
+
+@group(0) @binding(0) var<uniform> bend_axis_rules: BendAxisRules;
+@group(0) @binding(1) var shape_normal: texture_2d<f32>;
+@group(0) @binding(2) var shape_bend: texture_2d<f32>;
+// xy: cosine and sine of twice the line's angle on the map, counter-clockwise from east, times how decided it is, 0 to 1.
+@group(0) @binding(3) var bend_axis: texture_storage_2d<rgba16float, write>;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let block = vec2<i32>(id.xy);
+    let size = textureDimensions(shape_normal);
+    if any(id.xy >= size) {
+        return;
+    }
+    let own = textureLoad(shape_normal, block, 0);
+    if own.w <= 0.0 {
+        textureStore(bend_axis, block, vec4<f32>(0.0));
+        return;
+    }
+    let frame = frame_of(own.xyz);
+    var sum = vec3<f32>(0.0);
+    var weights = 0.0;
+    for (var j = -REACH; j <= REACH; j++) {
+        for (var i = -REACH; i <= REACH; i++) {
+            let at = clamp(block + bend_axis_rules.step * vec2<i32>(i, j), vec2<i32>(0), vec2<i32>(size) - 1);
+            let there = textureLoad(shape_normal, at, 0);
+            if there.w <= 0.0 || abs(there.w - own.w) > NEAR * own.w {
+                continue;
+            }
+            let shape = textureLoad(shape_bend, at, 0);
+            let bend = shape.xyz * shape.w;
+            let squared = vec3<f32>(bend.x * bend.x + bend.y * bend.y, bend.y * (bend.x + bend.z), bend.y * bend.y + bend.z * bend.z);
+            // By this block's tangents.
+            let other = frame_of(there.xyz);
+            let u = frame[0] * other;
+            let v = frame[1] * other;
+            let weight = exp(-0.5 * f32(i * i + j * j));
+            sum += weight * vec3<f32>(form2(squared, u, u), form2(squared, u, v), form2(squared, v, v));
+            weights += weight;
+        }
+    }
+    sum /= weights;
+    // Along a line of equal height; level land has none.
+    let level = vec3<f32>(-own.y, own.x, 0.0) * frame;
+    sum += EVEN * vec3<f32>(level.x * level.x, level.x * level.y, level.y * level.y);
+    let found = principal_of(sum);
+    let line = (frame * found.along).xy;
+    let decided = (found.most - found.least) / max(found.most + found.least, 1e-12);
+    let doubled = vec2<f32>(line.x * line.x - line.y * line.y, 2.0 * line.x * line.y) / max(dot(line, line), 1e-12);
+    textureStore(bend_axis, block, vec4<f32>(decided * doubled, 0.0, 0.0));
+}
