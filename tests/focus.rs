@@ -50,9 +50,7 @@ struct Drawn {
 fn drawn(world: &mut World, style: &Style, focus: Option<Focus>) -> Drawn {
     let pose = world.pose(CAMERA);
     let mut frame = Frame::new(&world.gpu).unwrap();
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &light(focus));
-    }
+    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &light(focus));
     let paper = style.paper.color.linear();
     let ink = halves(&world.gpu, frame.target(&PICTURE).unwrap());
     let ink = ink.iter().map(|texel| (0..3).map(|i| 1.0 - texel[i] / f64::from(paper[i])).sum::<f64>() / 3.0).collect();
