@@ -90,10 +90,11 @@ fn parts_join_without_a_seam() {
 fn marks_join_without_a_seam() {
     let Some(mut world) = world() else { return };
     // Marks are balanced with those around them; large ones look farther.
-    for (scale, size) in [("blend", 1.0), ("blend", 3.0), ("add", 1.0)] {
+    let cases = [("blend", 1.0, "slope"), ("blend", 3.0, "slope"), ("add", 1.0, "slope"), ("blend", 1.0, "curvature")];
+    for (scale, size, direction) in cases {
         let text = format!(
             "name = \"marks\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0.1\n\
-             lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"slope\"\nsize = {size:?}\n"
+             lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\nsize = {size:?}\n"
         );
         let hatched = Style::parse("marks", &text).unwrap();
         let mut style = Style { hatching: hatched.hatching, tone: hatched.tone, ..ink("footprint") };
@@ -102,7 +103,7 @@ fn marks_join_without_a_seam() {
         let parts = render_style(&mut world, [317, 211], &style, &rule);
         assert!(parts.report.parts > 1);
         let found = difference(&whole, &parts);
-        println!("{scale}, marks of size {size}: {found:?}");
+        println!("{scale}, marks of size {size} by {direction}: {found:?}");
         assert!(found.holds(), "{scale}, marks of size {size}: {found:?}");
         style.hatching.as_mut().unwrap().balance = false;
         let bare = difference(&whole, &render_style(&mut world, [317, 211], &style, &rule));

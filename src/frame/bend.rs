@@ -1,11 +1,22 @@
 //! How the surface bends that an eye sees, for lines, marks and light.
 
+use super::{FrameInputs, rows};
 use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, Targets};
+use crate::surface::bend_axis::{self, BEND_AXIS};
 use crate::surface::curvature::{self, Shapes};
 use crate::surface::meshes::{DrawnMeshes, curvature as mesh_curvature};
+use crate::tones::crests::{self, CREST_LIGHT};
+
+/// What marks and light ask of it: of each eye, while the triangles of its meshes are at hand.
+pub(super) struct Bends {
+    /// Of marks that follow it.
+    pub(super) axis: Option<Target>,
+    /// Of light by which crests are lighter.
+    pub(super) crest_light: Option<Target>,
+}
 
 /// What an eye sees.
 pub(super) struct AtEye<'a> {
@@ -37,4 +48,24 @@ pub(super) fn shapes(cx: &mut Cx<'_>, feature_px: f32, eye: &AtEye<'_>, targets:
         mesh_curvature::run(cx, &inputs);
     }
     shapes
+}
+
+/// What the style's marks and light ask.
+pub(super) fn find(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: &AtEye<'_>, targets: &mut Targets) -> Bends {
+    let (gpu, style) = (cx.gpu(), inputs.style);
+    let follows = rows::drawn_hatching(inputs).filter(|hatching| hatching.follows_curvature());
+    let axis = follows.map(|hatching| {
+        let shapes = &shapes(cx, hatching.form_px, eye, targets);
+        let axis = targets.sized(gpu, &BEND_AXIS, shapes.normal.size_px());
+        bend_axis::run(cx, &bend_axis::Inputs { hatching, shapes, bend_axis: &axis });
+        axis
+    });
+    let crest_light = style.asks_for_crests().then(|| {
+        let shapes = &shapes(cx, style.light.crests_px, eye, targets);
+        let crest_light = targets.whole(gpu, &CREST_LIGHT);
+        let (view, position, light) = (eye.view, eye.position, inputs.light);
+        crests::run(cx, &crests::Inputs { view, style, light, position, shapes, crest_light: &crest_light });
+        crest_light
+    });
+    Bends { axis, crest_light }
 }

@@ -38,6 +38,14 @@ pub(super) struct OnSurface<'a> {
     pub(super) other_eye_m: Option<[f32; 3]>,
 }
 
+impl<'a> OnSurface<'a> {
+    /// For what asks how it bends.
+    pub(super) fn bending(&self) -> bend::AtEye<'a> {
+        let &Self { view, meshes, heights, surface_id, position, normal, water, .. } = self;
+        bend::AtEye { view, meshes, heights, surface_id, position, normal, water }
+    }
+}
+
 /// The lines of the style's detector, without those along rims.
 pub(super) fn find(
     cx: &mut Cx<'_>,
@@ -122,11 +130,9 @@ fn by_curvature(
 
 /// How the surface bends, and how toward the eye.
 fn bent(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
-    let &OnSurface { view, meshes, heights, surface_id, position, normal, water, .. } = on;
-    let eye = bend::AtEye { view, meshes, heights, surface_id, position, normal, water };
-    let shapes = bend::shapes(cx, feature_px, &eye, targets);
+    let shapes = bend::shapes(cx, feature_px, &on.bending(), targets);
     let toward_eye = targets.sized(cx.gpu(), &radial::RADIAL, shapes.normal.size_px());
-    radial::run(cx, &radial::Inputs { view, shapes: &shapes, radial: &toward_eye });
+    radial::run(cx, &radial::Inputs { view: on.view, shapes: &shapes, radial: &toward_eye });
     (shapes, toward_eye)
 }
 

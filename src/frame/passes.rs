@@ -4,6 +4,7 @@
 //! other ([`finish_lines`]). Then for each eye: tones and marks ([`shade`]), and its picture ([`finish`]). All eyes share
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
+use super::bend::{self, Bends};
 use super::lines as frame_lines;
 use super::shade::{Shaded, shade};
 use super::trees::{self as frame_trees, SeenTrees};
@@ -40,10 +41,10 @@ pub(super) struct Seen {
     pub(super) tree_shadow: Option<Target>,
     /// Of a world with a forest.
     pub(super) tree_form: Option<Target>,
-    /// What stands on the land.
-    pub(super) meshes: Option<DrawnMeshes>,
     /// Of a style with water.
     pub(super) water: Option<Target>,
+    /// Of a style whose marks or light follow the surface's curvature.
+    pub(super) bends: Bends,
     /// Rims of holes, where the land in view has any.
     rim: Option<Target>,
     /// Of a style with lines.
@@ -202,6 +203,7 @@ fn see(
     if let Some((edges, strokes)) = edges.zip(style.strokes.as_ref()) {
         frame_lines::add_edges(cx, edges, strokes, &on_surface, targets);
     }
+    let bends = bend::find(cx, inputs, &on_surface.bending(), targets);
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, mut frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
@@ -235,8 +237,8 @@ fn see(
         local_color,
         tree_shadow,
         tree_form,
-        meshes,
         water,
+        bends,
         rim,
         line,
         strokes,

@@ -2,14 +2,14 @@
 
 use super::passes::Seen;
 use super::trees as frame_trees;
-use super::{EyeMemory, FrameInputs, bend, mark_layers, rows, water as frame_water};
+use super::{EyeMemory, FrameInputs, mark_layers, rows, water as frame_water};
 use crate::composite;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::Target;
 use crate::lines::tone::{self, tone_image};
-use crate::surface::{bend_axis, cuts, form, height_lines, mark_normal};
+use crate::surface::{cuts, form, height_lines, mark_normal};
 use crate::tones::light::LightUniform;
-use crate::tones::{self, Local, TONE, balance, crests, hatching, relief, watercolor};
+use crate::tones::{self, Local, TONE, balance, hatching, relief, watercolor};
 
 /// The tones of an eye.
 pub(super) struct Shaded {
@@ -32,7 +32,7 @@ pub(super) struct Shaded {
 pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
     let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
-    let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, water, .. } = seen;
+    let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, water, bends, .. } = seen;
     let water = water.as_ref();
     let targets = &mut memory.targets;
 
@@ -62,21 +62,6 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         form_normal
     });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
-    let heights = &terrain.resources();
-    let bends = bend::AtEye { view, meshes: seen.meshes.as_ref(), heights, surface_id, position, normal, water };
-    let bend_axis = hatching.filter(|hatching| hatching.follows_curvature()).map(|hatching| {
-        let shapes = &bend::shapes(cx, hatching.form_px, &bends, targets);
-        let bend_axis = targets.sized(gpu, &bend_axis::BEND_AXIS, shapes.normal.size_px());
-        let smooth_px = 2.0 * hatching.form_px;
-        bend_axis::run(cx, &bend_axis::Inputs { shapes, smooth_px, bend_axis: &bend_axis });
-        bend_axis
-    });
-    let crest_light = style.asks_for_crests().then(|| {
-        let shapes = &bend::shapes(cx, style.light.crests_px, &bends, targets);
-        let crest_light = targets.whole(gpu, &crests::CREST_LIGHT);
-        crests::run(cx, &crests::Inputs { view, style, light, position, shapes, crest_light: &crest_light });
-        crest_light
-    });
     let tone = targets.whole(gpu, &TONE);
     let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
     let relief_light = style.drawn_relief().map(|relief| {
@@ -108,7 +93,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         normal,
         form_normal: form_normal.as_ref().unwrap_or(nothing),
         relief_light: relief_light.as_ref(),
-        crest_light: crest_light.as_ref(),
+        crest_light: bends.crest_light.as_ref(),
         nothing,
         mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
@@ -165,7 +150,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         let balance = balance::Inputs::new(cx, targets, view, hatching);
         let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
         let layer = None;
-        let bend_axis = bend_axis.as_ref().unwrap_or(nothing);
+        let bend_axis = bends.axis.as_ref().unwrap_or(nothing);
         let marks =
             hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, layer, cover };
         mark_layers::hatch(cx, &marks);

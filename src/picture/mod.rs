@@ -39,6 +39,7 @@ use crate::scene::stereo::Pair;
 use crate::scene::view::{Clock, Part, Pose, Rig, View};
 use crate::style::color::srgb_from_linear;
 use crate::style::{Style, ToneLines};
+use crate::surface::bend_axis;
 use crate::tiles::terrain::Loading;
 use crate::tones::{balance, relief};
 use crate::world::Surfaces;
@@ -209,6 +210,7 @@ fn render_eyes<E>(
     let stroke_px = request.style.strokes.as_ref();
     let stroke_px = stroke_px.map_or(0, |strokes| STROKE_MARGIN_PX.max((2.0 * strokes.taper_px).ceil() as u32));
     let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
+    let axis_px = request.style.hatching.as_ref().map_or(0, bend_axis::reach_px);
     let parallax_px = pair.map_or(0.0, |pair| {
         let camera = View::whole(request.pose, request.pose, request.size_px);
         camera.focal_px() * pair.ipd_m / world.nearest_m(request.pose.position_m)
@@ -224,7 +226,7 @@ fn render_eyes<E>(
     let mirror_px = if mirrors { MIRROR_REACH_PX as u32 + parts.margin_px } else { 0 };
     let margin_px = (parts.margin_px + parallax_px + crowd_px)
         .max(stroke_px)
-        .max(balance_px)
+        .max(balance_px + axis_px)
         .max(mirror_px)
         .max(tone_px)
         .max(relief_px);

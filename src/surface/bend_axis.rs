@@ -7,25 +7,36 @@ use super::mark_normal::BLOCK_PX;
 use crate::gpu::recorder::Cx;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::bend_axis::{BendAxisRules, REACH};
+use crate::style::hatching::Hatching;
 
 /// xy: cosine and sine of twice the line's angle on the map, counter-clockwise from east, times how decided it is, 0 to 1.
 /// Its size is [`mark_normal_size`](super::mark_normal::mark_normal_size).
 pub const BEND_AXIS: TargetKind = TargetKind::storage("bend axis", wgpu::TextureFormat::Rgba16Float);
 
+/// Blocks between one that is asked and the next: lines are averaged over about two samples of the form to each side.
+fn step(hatching: &Hatching) -> i32 {
+    (2.0 * hatching.form_px / (BLOCK_PX * REACH as u32) as f32).round().max(1.0) as i32
+}
+
+/// How far a line looks to each side, in pixels; 0 for marks that follow none.
+pub fn reach_px(hatching: &Hatching) -> u32 {
+    // And a block beside, between which and its own a pixel lies.
+    if hatching.follows_curvature() { (step(hatching) * REACH + 1) as u32 * BLOCK_PX } else { 0 }
+}
+
 /// What the pass reads and writes.
 pub struct Inputs<'a> {
+    /// Whose marks follow the lines.
+    pub hatching: &'a Hatching,
     /// How the surface bends.
     pub shapes: &'a Shapes,
-    /// Lines are the same over about so many pixels.
-    pub smooth_px: f32,
     /// Out.
     pub bend_axis: &'a Target,
 }
 
 /// Finds the lines.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let step = (inputs.smooth_px / (BLOCK_PX * REACH as u32) as f32).round().max(1.0) as i32;
-    let rules = BendAxisRules { step, ..BendAxisRules::default() };
+    let rules = BendAxisRules { step: step(inputs.hatching), ..BendAxisRules::default() };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
         ("bend_axis_rules", cx.uniform("bend axis rules", &rules)),
