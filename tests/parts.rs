@@ -89,12 +89,17 @@ fn parts_join_without_a_seam() {
 #[test]
 fn marks_join_without_a_seam() {
     let Some(mut world) = world() else { return };
-    // Marks are balanced with those around them; large ones look farther.
-    let cases = [("blend", 1.0, "slope"), ("blend", 3.0, "slope"), ("add", 1.0, "slope"), ("blend", 1.0, "curvature")];
-    for (scale, size, direction) in cases {
+    // Marks are balanced with those around them; large ones look farther, and so does the curvature of a coarse form.
+    let cases = [
+        ("blend", 1.0, "slope", 12.0),
+        ("blend", 3.0, "slope", 12.0),
+        ("add", 1.0, "slope", 12.0),
+        ("blend", 1.0, "curvature", 48.0),
+    ];
+    for (scale, size, direction, form_px) in cases {
         let text = format!(
             "name = \"marks\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0.1\n\
-             lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\nsize = {size:?}\n"
+             lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\nform_px = {form_px:?}\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\nsize = {size:?}\n"
         );
         let hatched = Style::parse("marks", &text).unwrap();
         let mut style = Style { hatching: hatched.hatching, tone: hatched.tone, ..ink("footprint") };

@@ -11,9 +11,6 @@
 struct BendAxisRules {
     // Blocks between one that is asked and the next.
     step: i32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
 }
 
 // Blocks that are asked to each side.

@@ -12,9 +12,6 @@
 struct CrestRules {
     // What crests gain, and hollows lose, at most.
     most: f32,
-    pad_a: f32,
-    pad_b: f32,
-    pad_c: f32,
 }
 
 // Turns of the normal over a sample at which half of that is gained.

@@ -36,7 +36,7 @@ pub struct Inputs<'a> {
 
 /// Finds the lines.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let rules = BendAxisRules { step: step(inputs.hatching), ..BendAxisRules::default() };
+    let rules = BendAxisRules { step: step(inputs.hatching) };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
         ("bend_axis_rules", cx.uniform("bend axis rules", &rules)),

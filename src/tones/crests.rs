@@ -32,7 +32,7 @@ pub struct Inputs<'a> {
 
 /// Finds what crests gain and hollows lose.
 pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
-    let rules = CrestRules { most: inputs.style.light.crests, ..CrestRules::default() };
+    let rules = CrestRules { most: inputs.style.light.crests };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
         ("view", inputs.view.clone()),

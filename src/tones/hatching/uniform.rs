@@ -3,6 +3,7 @@
 use bytemuck::Zeroable;
 
 use super::axes;
+use crate::gpu::wgsl::shared::hatch;
 pub(crate) use crate::gpu::wgsl::shared::hatch::Hatch as HatchUniform;
 pub(crate) use crate::gpu::wgsl::shared::hatch::HatchLayer as HatchLayerUniform;
 use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
@@ -34,11 +35,11 @@ pub fn swells(recipe: &Recipe) -> bool {
 impl HatchLayerUniform {
     fn new(layer: &Layer, map: usize) -> Self {
         let direction = match layer.direction {
-            Direction::Fixed => 0,
-            Direction::Slope => 1,
-            Direction::Contour => 2,
-            Direction::Sight => 3,
-            Direction::Curvature => crate::gpu::wgsl::shared::hatch::CURVATURE,
+            Direction::Fixed => hatch::FIXED,
+            Direction::Slope => hatch::SLOPE,
+            Direction::Contour => hatch::CONTOUR,
+            Direction::Sight => hatch::SIGHT,
+            Direction::Curvature => hatch::CURVATURE,
         };
         let turn = if layer.direction == Direction::Fixed { 0.0 } else { layer.angle_deg * 32.0 / 360.0 };
         let fixed_direction = axes::to_azimuth(axes::fixed_rad(layer)).as_vec2().to_array();
