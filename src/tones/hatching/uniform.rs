@@ -10,12 +10,12 @@ use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
 use crate::style::marks::{Kind, Recipe};
 
 /// Marks have no ends; as in the shader.
-const ENDLESS: u32 = crate::gpu::wgsl::shared::hatch::ENDLESS;
+const ENDLESS: u32 = hatch::ENDLESS;
 /// Marks darken by growing wider.
-const SWELLS: u32 = crate::gpu::wgsl::shared::hatch::SWELLS;
+const SWELLS: u32 = hatch::SWELLS;
 
 /// Marks are round dots that know of each other.
-const DOTS: u32 = crate::gpu::wgsl::shared::hatch::DOTS;
+const DOTS: u32 = hatch::DOTS;
 
 /// Length and width of a mark by the fractal rule: a line has no end, a dot is as long as wide.
 fn marks_px(recipe: &Recipe) -> [f32; 2] {
