@@ -1,7 +1,7 @@
 //! A frame, from top to bottom: surface → lines and tones → composite, for each eye of a rig.
 //!
 //! `src/frame_passes.md` lists the passes with what each reads and writes. Window, files and measurements all come
-//! through [`Frame::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the pools
+//! through [`Renderer::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the pools
 //! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and
 //! what is not called any more goes.
 
@@ -28,7 +28,7 @@ pub use self::left::DrawnMeshCounts;
 use crate::composite::temporal_aa;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
-use crate::gpu::recorder::{Cx, Submits};
+use crate::gpu::recorder::{Recorder, Submits};
 use crate::gpu::timer::Timer;
 use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError};
@@ -88,7 +88,7 @@ pub(crate) fn seen_light(world: &Surfaces, rig: &Rig, style: &Style, light: &Lig
 const STEP_S: f64 = 1.0 / 30.0;
 
 /// What frames share and what their eyes remember, and the clock.
-pub struct Frame {
+pub struct Renderer {
     pools: Pools,
     eyes: Vec<EyeMemory>,
     timer: Timer,
@@ -131,7 +131,7 @@ struct FrameInputs<'a> {
     temporal_aa: Option<temporal_aa::Plan>,
 }
 
-impl Frame {
+impl Renderer {
     /// Of nothing yet.
     ///
     /// # Errors
@@ -159,7 +159,7 @@ impl Frame {
     /// The frame that is there, or a new one.
     ///
     /// # Errors
-    /// As [`Frame::new`].
+    /// As [`Renderer::new`].
     pub fn or_new<'a>(frame: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
         if frame.is_none() {
             *frame = Some(Self::new(gpu)?);
@@ -193,7 +193,7 @@ impl Frame {
         self.wants_motion = wants_motion;
     }
 
-    /// Whether each layer of hatching is drawn by itself as well ([`Frame::mark_layer`]).
+    /// Whether each layer of hatching is drawn by itself as well ([`Renderer::mark_layer`]).
     pub fn set_wants_mark_layers(&mut self, wants_mark_layers: bool) {
         self.wants_mark_layers = wants_mark_layers;
     }
@@ -214,8 +214,8 @@ impl Frame {
         self.samples.antialias
     }
 
-    /// The eyes of `rig` as the next frame samples them: what [`Frame::render_rig`] and [`prepare`] are to be called
-    /// with where [`Frame::render_eyes`] is not.
+    /// The eyes of `rig` as the next frame samples them: what [`Renderer::render_rig`] and [`prepare`] are to be called
+    /// with where [`Renderer::render_eyes`] is not.
     pub fn jittered(&self, rig: &Rig, style: &Style) -> Rig {
         let jitter_px = self.samples.jitter_px(rig, style, self.has_settling_strokes());
         let eyes = rig.eyes.iter().map(|eye| View { jitter_px: eye.jitter_px + jitter_px, ..*eye });
@@ -233,7 +233,7 @@ impl Frame {
     }
 
     /// Prepares the world and renders the view of one eye. The pictures are there when the GPU is done. Where pipelines
-    /// are built beside ([`Frame::set_builds`]), they may be those of the style before.
+    /// are built beside ([`Renderer::set_builds`]), they may be those of the style before.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when a picture or a list is larger than the device can hold, [`GpuError::Shader`] when a
@@ -249,10 +249,10 @@ impl Frame {
         self.render_eyes(gpu, world, &Rig::mono(*view), style, light)
     }
 
-    /// As [`Frame::render`], of all eyes of a rig.
+    /// As [`Renderer::render`], of all eyes of a rig.
     ///
     /// # Errors
-    /// As [`Frame::render`].
+    /// As [`Renderer::render`].
     pub fn render_eyes(
         &mut self,
         gpu: &Gpu,
@@ -262,7 +262,7 @@ impl Frame {
         light: &Light,
     ) -> Result<Prepared, GpuError> {
         let rig = &self.jittered(rig, style);
-        if self.pools.pipelines.builds() == Builds::Beside {
+        if self.pools.pipelines.builds() == Builds::InBackground {
             return self.render_what_is_there(gpu, world, rig, style, light);
         }
         let prepared = prepare(gpu, world, rig, style, light);
@@ -273,7 +273,7 @@ impl Frame {
     /// Renders all eyes of a rig, for which `world` was prepared, in one frame.
     ///
     /// # Errors
-    /// As [`Frame::render`].
+    /// As [`Renderer::render`].
     pub fn render_rig(
         &mut self,
         gpu: &Gpu,
@@ -314,8 +314,8 @@ impl Frame {
         let begun = Instant::now();
         let strokes_settle = self.has_settling_strokes();
         let light = &seen_light(world, rig, style, light);
-        let mut cx = Cx::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
-        let mesh = &PatchMesh::upload(&mut cx, &prepared.selection);
+        let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
+        let mesh = &PatchMesh::upload(&mut recorder, &prepared.selection);
         let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
         // Of another view than the last one's it need not be known: that is none at rest.
@@ -348,9 +348,9 @@ impl Frame {
             rows: rows.as_ref(),
             temporal_aa,
         };
-        self.may_sway = passes::render_eyes(&mut cx, &inputs, &mut self.eyes);
-        let is_complete = cx.is_complete();
-        self.trace = cx.submit();
+        self.may_sway = passes::render_eyes(&mut recorder, &inputs, &mut self.eyes);
+        let is_complete = recorder.is_complete();
+        self.trace = recorder.submit();
         self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.drew = is_complete;
         if !is_complete {

@@ -8,7 +8,7 @@ use common::draw::{draw, halves, north_west, still};
 use common::shot::{ink, shoot_style};
 use common::{World, shapes};
 use hachure::composite::PICTURE;
-use hachure::frame::{Antialias, Frame};
+use hachure::frame::{Antialias, Renderer};
 use hachure::picture::strokes::render_strokes;
 use hachure::picture::{PartRule, PictureRequest};
 use hachure::style::{Color, Paper, Style};
@@ -36,10 +36,10 @@ fn from_edge(pixel: usize) -> usize {
 
 fn picture(world: &mut World, style: &Style, antialias: Antialias) -> Vec<[f64; 4]> {
     let view = still(world.pose(CAMERA), SIZE_PX);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_antialias(antialias);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &north_west());
-    halves(&world.gpu, frame.target(&PICTURE).unwrap())
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(antialias);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &north_west());
+    halves(&world.gpu, renderer.target(&PICTURE).unwrap())
 }
 
 /// The pixels that are not what the border asks for.

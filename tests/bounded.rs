@@ -107,20 +107,20 @@ fn an_error_that_takes_too_much_is_told_and_kept() {
     let most = budget(&grid, 1e-9);
     let Some(mut world) = World::new(grid, 1e-9) else { return };
     let pose = world.pose("1,-40,+2,3,0,60");
-    let mut frame = None;
-    let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+    let mut renderer = None;
+    let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
     let report = &shot.report;
     assert_eq!(report.over_budget, 1);
     assert!(report.patches <= most && report.patches > most / 2, "{} of {most} patches", report.patches);
     assert!(report.error_px > 1e-6 && report.error_px < 0.1, "{} px", report.error_px);
     // Position follows the surface itself, so the measured error is smaller than the mesh's.
-    let drawn = frame.as_ref().unwrap();
+    let drawn = renderer.as_ref().unwrap();
     let measured = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap().unwrap();
     assert!(measured < report.error_px.max(0.01), "{measured} px, told {} px", report.error_px);
     // A picture stands for itself: what was drawn before changes nothing.
     let other = world.pose("9,30,+20,180,-20,40");
-    shoot(&mut world, &mut frame, other, [96, 54]);
-    let again = shoot(&mut world, &mut frame, pose, SIZE_PX);
+    shoot(&mut world, &mut renderer, other, [96, 54]);
+    let again = shoot(&mut world, &mut renderer, pose, SIZE_PX);
     assert_eq!((again.report.error_px, again.report.patches), (report.error_px, report.patches));
     assert!(again.picture == shot.picture);
 }

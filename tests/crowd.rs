@@ -5,7 +5,7 @@ mod common;
 
 use common::draw::{NOON, draw, still};
 use common::{World, grid_of, rough_height_m};
-use hachure::frame::{self, Frame};
+use hachure::frame::{self, Renderer};
 use hachure::gpu::readback::read;
 use hachure::gpu::target::Target;
 use hachure::lines::crowd::thin::UNCROWDED;
@@ -64,13 +64,13 @@ fn cap_of(style: &Style) -> Option<f32> {
 }
 
 /// The lines, or the strokes, of a view; `crowd` is the cap of both.
-fn drawn(world: &mut World, frame: &mut Frame, name: &str, crowd: f32, ahead_m: f64) -> Vec<f64> {
+fn drawn(world: &mut World, renderer: &mut Renderer, name: &str, crowd: f32, ahead_m: f64) -> Vec<f64> {
     let style = capped(name, crowd);
     let mut pose = world.pose(RANGES);
     pose.position_m.y += ahead_m;
-    draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), &style, &NOON);
+    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);
     let lines = if crowd < 1.0 { &UNCROWDED } else { &SMOOTHED };
-    let target = frame.target(if style.strokes.is_some() { &INK } else { lines }).unwrap().clone();
+    let target = renderer.target(if style.strokes.is_some() { &INK } else { lines }).unwrap().clone();
     inks(world, &target)
 }
 
@@ -79,8 +79,8 @@ fn no_cell_holds_more_ink_than_the_cap() {
     let Some(mut world) = world() else { return };
     for (name, cap) in [("ink", 0.09), ("roystan", 0.09), ("strokes", 0.06)] {
         let mut over = |crowd: f32| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            let means = cells(&drawn(&mut world, &mut frame, name, crowd, 0.0));
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            let means = cells(&drawn(&mut world, &mut renderer, name, crowd, 0.0));
             let most = means.iter().copied().fold(0.0, f64::max);
             println!("{name} with {crowd}: {most:.3} at most, {:.4} in the mean", means.iter().sum::<f64>() / 60.0);
             (means.iter().filter(|mean| **mean > 1.25 * f64::from(cap)).count(), means.iter().sum::<f64>())
@@ -96,12 +96,12 @@ fn no_cell_holds_more_ink_than_the_cap() {
 /// The lines, or the strokes, that each of two eyes draws.
 fn drawn_by_both(world: &mut World, pose: Pose, style: &Style, ipd_m: f64) -> [Vec<f64>; 2] {
     let rig = Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, style, &NOON);
-    frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, style, &NOON).unwrap();
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, style, &NOON).unwrap();
     world.gpu.check().unwrap();
     let kind = if style.strokes.is_some() { &INK } else { &AGREED };
-    [0, 1].map(|eye| inks(world, &frame.eye_target(eye, kind).unwrap().clone()))
+    [0, 1].map(|eye| inks(world, &renderer.eye_target(eye, kind).unwrap().clone()))
 }
 
 #[test]
@@ -119,8 +119,8 @@ fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
     let Some(mut world) = world() else { return };
     let pose = world.pose(RANGES);
     for (name, cap) in [("ink", 0.09), ("strokes", 0.06), ("wash", 0.05)] {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let nearest = nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, &capped(name, 1.0)).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let nearest = nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, &capped(name, 1.0)).unwrap();
         for ipd_m in [IPD_M, nearest.unwrap() * HYPERSTEREO] {
             let mut over = |crowd: f32| {
                 drawn_by_both(&mut world, pose, &capped(name, crowd), ipd_m).map(|inks| {
@@ -145,9 +145,9 @@ fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
 fn thinned_lines_flicker_no_more_than_all_of_them() {
     let Some(mut world) = world() else { return };
     let mut flicker = |crowds: [f32; 2]| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let frames: Vec<Vec<f64>> = (0..8_u8)
-            .map(|i| drawn(&mut world, &mut frame, "ink", crowds[usize::from(i % 2)], 1.5 * f64::from(i)))
+            .map(|i| drawn(&mut world, &mut renderer, "ink", crowds[usize::from(i % 2)], 1.5 * f64::from(i)))
             .collect();
         let ink: f64 = frames.iter().flatten().sum();
         let change = |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).sum::<f64>();

@@ -6,7 +6,7 @@ mod common;
 use common::draw::{draw, still};
 use common::{World, grid_of, quantile};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::style::Style;
@@ -48,9 +48,9 @@ fn style(families: &[Family], darkness: f64) -> Style {
 fn inks(world: &mut World, style: &Style, camera: &str) -> [Vec<f32>; 3] {
     let view = still(world.pose(camera), SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &light);
-    let texels: Vec<[u16; 4]> = read_as(&world.gpu, frame.target(&CUT_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &light);
+    let texels: Vec<[u16; 4]> = read_as(&world.gpu, renderer.target(&CUT_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     [0, 1, 2].map(|family| texels.iter().map(|texel| half::f16::from_bits(texel[family]).to_f32()).collect())
 }
 

@@ -6,7 +6,7 @@ mod common;
 use common::draw::{draw, halves, places_m, still};
 use common::{World, grid_of, quantile, rough_height_m};
 use hachure::composite::PICTURE;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::{Haze, Scene};
 use hachure::style::{self, Style};
 
@@ -17,11 +17,11 @@ const SAMPLES: u32 = 1025;
 /// How much darker than paper the nearest and the farthest third of the land are, by distance.
 fn darkness(world: &mut World, style: &Style, light: &Light) -> [f64; 2] {
     let pose = world.pose("0,-22000,+1200,4,-7,50");
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, light);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
     let paper = f64::from(style.paper.color.linear()[1]);
-    let picture = halves(&world.gpu, frame.target(&PICTURE).unwrap());
-    let land: Vec<(f64, f64)> = places_m(&world.gpu, &frame, pose.position_m)
+    let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
+    let land: Vec<(f64, f64)> = places_m(&world.gpu, &renderer, pose.position_m)
         .iter()
         .zip(picture)
         .filter_map(|(place, texel)| Some(((*place)?.distance(pose.position_m), 1.0 - texel[1] / paper)))

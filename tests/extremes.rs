@@ -68,14 +68,14 @@ fn every_camera_lens_and_spacing_gives_a_picture() {
     let mut seen = 0;
     for spacing_m in [0.001, 1.0, 30.0, 10_000.0] {
         let Some(mut world) = World::new(grid_of(521, 403, spacing_m, wild_m(spacing_m)), 1.0) else { return };
-        let mut frame = None;
+        let mut renderer = None;
         let heights = ["+0.1", "-500", "-12000", "1000000", "+2", "20000"];
         for (i, z) in heights.into_iter().enumerate() {
             for (fov, pitch) in [(1.0, -5.0), (60.0, -30.0), (150.0, -89.9), (90.0, 10.0)] {
                 let view = format!("{},{},{z},{},{pitch},{fov}", 31.3 * spacing_m, -17.1 * spacing_m, 67 * i);
                 let pose = world.pose(&view);
                 for size_px in [[1, 1], [96, 54], [3, 200]] {
-                    let shot = shoot(&mut world, &mut frame, pose, size_px);
+                    let shot = shoot(&mut world, &mut renderer, pose, size_px);
                     match is_sound(&shot) {
                         Ok(ground) => seen += usize::from(ground > 0),
                         Err(error) => panic!("{spacing_m} m, {view}, {size_px:?}: {error}"),
@@ -107,7 +107,7 @@ fn periodic() -> HeightGrid {
 #[test]
 fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
     let Some(mut world) = World::new(periodic(), 0.05) else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let mut worst_px = 0.0_f64;
     let mut planted_px = 0.0_f64;
     // A slow path: steps of a hundredth of a pixel would show jitter.
@@ -117,7 +117,7 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
         let view = |east_m: f64| format!("{:.6},{y_m},9000,{yaw},-8,55", x_m + east_m);
         let mut at = |east_m: f64| {
             let pose = world.pose(&view(east_m));
-            shoot(&mut world, &mut frame, pose, [192, 108])
+            shoot(&mut world, &mut renderer, pose, [192, 108])
         };
         let (near, far, beside) = (at(0.0), at(1e7), at(1e7 + 300.0));
         let apart_px = |a: &Shot, b: &Shot| {
@@ -173,10 +173,10 @@ fn relief_on_a_bent_earth_keeps_its_error() {
     let inverse_radius = Earth { refraction: 0.13 }.inverse_radius();
     let options = TerrainOptions { inverse_radius, ..TerrainOptions::default() };
     world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
-    let mut frame = None;
+    let mut renderer = None;
     for view in ["-20000,-60000,+500,10,-3,50", "3000,-2000,+40,200,-8,70", "0,-90000,60000,0,-35,60"] {
         let pose = world.pose(view);
-        let shot = shoot(&mut world, &mut frame, pose, [240, 135]);
+        let shot = shoot(&mut world, &mut renderer, pose, [240, 135]);
         let earth_curvature = world.surfaces.terrain.earth_curvature(pose.position_m.z);
         let errors = |raised_m: f64| {
             let mut errors: Vec<f64> = (0..shot.depth_m.len())

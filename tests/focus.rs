@@ -8,7 +8,7 @@ use common::draw::{draw, halves, north_west, places_m, still};
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::focus::{Focus, FocusAbout, SceneFocus};
 use hachure::scene::scene_file::SceneError;
 use hachure::scene::view::Pose;
@@ -49,12 +49,12 @@ struct Drawn {
 
 fn drawn(world: &mut World, style: &Style, focus: Option<Focus>) -> Drawn {
     let pose = world.pose(CAMERA);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &light(focus));
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &light(focus));
     let paper = style.paper.color.linear();
-    let ink = halves(&world.gpu, frame.target(&PICTURE).unwrap());
+    let ink = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
     let ink = ink.iter().map(|texel| (0..3).map(|i| 1.0 - texel[i] / f64::from(paper[i])).sum::<f64>() / 3.0).collect();
-    Drawn { pose, ink, places_m: places_m(&world.gpu, &frame, pose.position_m) }
+    Drawn { pose, ink, places_m: places_m(&world.gpu, &renderer, pose.position_m) }
 }
 
 /// How far what is left of a grey is from what the rule says, at most.

@@ -12,7 +12,7 @@ use common::hill::Hill;
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::forest::cover::Cover;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::scene::forest::{Form, Species, TreeFile};
 use hachure::scene::reach::Reach;
 use hachure::scene::{CoverClass, CoverFiles, Forest, Scene};
@@ -39,7 +39,7 @@ fn seen(world: &mut World, forest: &Forest, camera: &str) -> Trees {
     // None is left out.
     world.surfaces.set_tree_detail(4.0);
     let pose = world.pose(camera);
-    let trees = drawn_trees(world, &mut Frame::new(&world.gpu).unwrap(), pose, SIZE_PX);
+    let trees = drawn_trees(world, &mut Renderer::new(&world.gpu).unwrap(), pose, SIZE_PX);
     let key = |at_m: DVec3| [at_m.x, at_m.y].map(|along_m| (100.0 * along_m).round() as i64);
     let mut levels: BTreeMap<[i64; 2], Vec<u32>> = BTreeMap::new();
     trees.iter().for_each(|tree| levels.entry(key(tree.at_m)).or_default().push(tree.level));
@@ -218,7 +218,7 @@ fn rasters_say_what_grows() {
         world.surfaces.set_forest(Some(forest.clone()));
         world.surfaces.set_tree_detail(4.0);
         let pose = world.pose(ABOVE);
-        drawn_trees(world, &mut Frame::new(&world.gpu).unwrap(), pose, SIZE_PX)
+        drawn_trees(world, &mut Renderer::new(&world.gpu).unwrap(), pose, SIZE_PX)
     };
     let trees = forest_of(&mut world);
     let places = places(20.0);
@@ -333,9 +333,9 @@ fn a_species_may_be_a_model() {
     assert_ne!(parse(&text.replace("\"y\"", "\"z\"")).forest.unwrap().species[3].form, Form::Model(0));
     let check =
         |scene: &Scene, reach| scene.check_reach(Path::new("land/s.toml"), reach).map_err(|error| error.to_string());
-    assert_eq!(check(&scene, Reach::Beside), Ok(()));
+    assert_eq!(check(&scene, Reach::SceneFolder), Ok(()));
     let far = parse(&text.replace("a.obj", "../a.obj"));
-    let error = check(&far, Reach::Beside).unwrap_err();
+    let error = check(&far, Reach::SceneFolder).unwrap_err();
     assert!(error.contains("forest.species.file: ") && error.contains("--trust-scene"), "{error}");
     assert_eq!(check(&far, Reach::Anywhere), Ok(()));
 }

@@ -16,7 +16,7 @@ use common::shapes;
 use glam::DVec3;
 use hachure::composite::PICTURE;
 use hachure::forest::model::TreeModel;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
@@ -52,8 +52,8 @@ fn plain() -> Option<World> {
     World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02)
 }
 
-fn ids(world: &World, frame: &Frame) -> Vec<u32> {
-    let target = frame.target(&SURFACE_ID).unwrap();
+fn ids(world: &World, renderer: &Renderer) -> Vec<u32> {
+    let target = renderer.target(&SURFACE_ID).unwrap();
     let bytes = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     bytes.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect()
 }
@@ -84,7 +84,7 @@ fn colors(world: &mut World, forest: &Forest, models: &[Arc<TreeModel>]) -> BTre
     world.surfaces.set_tree_models(models.to_vec());
     let mut sums: BTreeMap<u32, Sum> = BTreeMap::new();
     let style = style("plain", 1.0);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     // Near trees are seen from among their crowns: from the ground most of what is seen are trunks.
     for (camera, detail) in [
         ("0,0,18,0,-4,50", 3.0),
@@ -95,14 +95,14 @@ fn colors(world: &mut World, forest: &Forest, models: &[Arc<TreeModel>]) -> BTre
         world.surfaces.set_tree_detail(detail);
         let pose = world.pose(camera);
         for _ in 0..2 {
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &NOON);
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
         }
         let mut levels: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        for tree in listed(world, &frame, pose.position_m) {
+        for tree in listed(world, &renderer, pose.position_m) {
             levels.entry(tree.instance.id).or_default().push(tree.level);
         }
-        let tones = halves(&world.gpu, frame.target(&TONE).unwrap());
-        for (id, tone) in ids(world, &frame).into_iter().zip(tones).filter(|(id, _)| *id >= id::FIRST_TREE) {
+        let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
+        for (id, tone) in ids(world, &renderer).into_iter().zip(tones).filter(|(id, _)| *id >= id::FIRST_TREE) {
             // What dissolves is two.
             if let [level] = levels[&id][..] {
                 let sum = sums.entry(level).or_default();
@@ -219,11 +219,11 @@ fn a_model_shows_its_materials() {
         let mut placed = Placed::default();
         placed.add(&Arc::new(painted(boxes, colors)), &shapes::stance(at_m, 0.0, 8.0)).unwrap();
         world.surfaces.set_meshes(placed);
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style(name, amount), &NOON);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style(name, amount), &NOON);
         let mut sums = [Sum::default(); 2];
-        let tones = halves(&world.gpu, frame.target(&TONE).unwrap());
-        for (i, (id, tone)) in ids(&world, &frame).into_iter().zip(&tones).enumerate() {
+        let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
+        for (i, (id, tone)) in ids(&world, &renderer).into_iter().zip(&tones).enumerate() {
             if (id::FIRST_MESH..id::FIRST_TREE).contains(&id) {
                 let sum = &mut sums[usize::from(i as u32 % SIZE_PX[0] >= SIZE_PX[0] / 2)];
                 *sum = Sum(sum.0 + DVec3::new(tone[0], tone[1], tone[2]), sum.1 + 1);
@@ -277,18 +277,18 @@ fn a_model_of_a_tree_has_its_materials_at_all_levels() {
 }
 
 /// A frame of a mixed forest: tones before water and haze, ids, the picture, and whether anything has to do with colours.
-fn frame_of(world: &mut World, frame: &mut Frame, style: &Style) -> (Vec<[f64; 4]>, Vec<u32>, Vec<u8>, bool) {
+fn frame_of(world: &mut World, renderer: &mut Renderer, style: &Style) -> (Vec<[f64; 4]>, Vec<u32>, Vec<u8>, bool) {
     let pose = world.pose("0,0,14,0,-4,50");
-    frame.set_traces(true);
+    renderer.set_traces(true);
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), style, &NOON);
+        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, &NOON);
     }
-    let used = frame.trace().iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes));
+    let used = renderer.trace().iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes));
     let names = ["local color", "tree colors", "tree palette", "tree paints", "mesh colors"];
     let is_colored = used.map(|used| used.name).any(|name| names.contains(&name));
-    let tones = halves(&world.gpu, frame.target(&TONE).unwrap());
-    let picture = read(&world.gpu, frame.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap();
-    (tones, ids(world, frame), picture, is_colored)
+    let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
+    let picture = read(&world.gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap();
+    (tones, ids(world, renderer), picture, is_colored)
 }
 
 #[test]
@@ -298,8 +298,8 @@ fn colours_change_no_tone_and_nothing_else() {
     world.surfaces.set_forest(Some(Forest { species: Species::mixed(20.0)[1..3].to_vec(), ..forest }));
     // Strokes last from frame to frame, so each picture has a frame of its own.
     let drawn = |world: &mut World, style: &Style| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame_of(world, &mut frame, style)
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        frame_of(world, &mut renderer, style)
     };
     // Tiles come with the first.
     drawn(&mut world, &style("wash", 0.0));
@@ -336,7 +336,7 @@ fn colours_change_no_tone_and_nothing_else() {
         assert_eq!(Style::load(name).unwrap().asks_for_local_colors(), says_so, "{name}");
     }
     let ink = Style::load("ink").unwrap();
-    let mut one = Frame::new(&world.gpu).unwrap();
+    let mut one = Renderer::new(&world.gpu).unwrap();
     assert!(frame_of(&mut world, &mut one, &Style::load("wash").unwrap()).3);
     let after = frame_of(&mut world, &mut one, &ink);
     let alone = drawn(&mut world, &ink);
@@ -368,11 +368,11 @@ fn colours_draw_within_the_default_limits() {
     .unwrap();
     assert!(all.asks_for_local_colors() && all.hatching.is_some() && all.asks_for_tree_shadows());
     for style in [Style::load("wash").unwrap(), Style::load("plain").unwrap(), all] {
-        let mut frame = Frame::new(&gpu).unwrap();
+        let mut renderer = Renderer::new(&gpu).unwrap();
         for _ in 0..2 {
-            draw(&gpu, &mut surfaces, &mut frame, &still(pose, [96, 54]), &style, &NOON);
+            draw(&gpu, &mut surfaces, &mut renderer, &still(pose, [96, 54]), &style, &NOON);
         }
-        assert!(frame.target(&LOCAL_COLOR).is_some(), "{}", style.name);
+        assert!(renderer.target(&LOCAL_COLOR).is_some(), "{}", style.name);
     }
 }
 

@@ -5,7 +5,7 @@ mod common;
 
 use common::draw::{NOON, draw, still};
 use geotiff_writer::{ColorMap, GeoTiffBuilder, ModelType, PhotometricInterpretation};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
@@ -47,7 +47,7 @@ fn a_scene_opens_with_its_rasters_or_says_what_is_wrong() {
     let across = [-400.0, -20.0, 20.0, 400.0].map(|x| cover.at([x, 0.0]));
     assert_eq!(across, [[153, 1, 0, 255], [153, 1, 0, 255], [0, 0, 0, 255], [0, 0, 0, 255]].map(Some));
     // It is an input, which no output may overwrite.
-    let inputs = inputs_of(scene.to_str(), &scene_of(scene.to_str(), Reach::Beside).unwrap());
+    let inputs = inputs_of(scene.to_str(), &scene_of(scene.to_str(), Reach::SceneFolder).unwrap());
     assert!(inputs.check(&file("cover.tif")).is_err() && inputs.check(&file("other.tif")).is_ok());
     assert!(open("seed = 3\n").unwrap().surfaces.forest_cover().is_none());
 
@@ -82,14 +82,14 @@ fn forests_draw_within_the_default_limits() {
         let scene = file("scene.toml");
         let mut world = OpenWorld::open(&gpu, scene.to_str(), TerrainOptions::default()).unwrap();
         let pose = common::pose_of(&"-200,-300,190,20,-12,60".parse().unwrap());
-        let mut frame = Frame::new(&gpu).unwrap();
+        let mut renderer = Renderer::new(&gpu).unwrap();
         for style in ["crosshatch", "wash"] {
             let style = Style::load(style).unwrap();
             for _ in 0..2 {
-                draw(&gpu, &mut world.surfaces, &mut frame, &still(pose, [96, 54]), &style, &NOON);
+                draw(&gpu, &mut world.surfaces, &mut renderer, &still(pose, [96, 54]), &style, &NOON);
             }
         }
-        let target = frame.target(&SURFACE_ID).unwrap();
+        let target = renderer.target(&SURFACE_ID).unwrap();
         let ids = read(&gpu, target, [0, 0], target.size_px()).unwrap();
         ids.chunks_exact(4).filter(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]) >= id::FIRST_TREE).count()
     };

@@ -9,7 +9,7 @@ use common::forest::of;
 use common::hill::Hill;
 use glam::DVec3;
 use hachure::composite::PICTURE;
-use hachure::frame::{Antialias, Frame, prepare};
+use hachure::frame::{Antialias, Renderer, prepare};
 use hachure::gpu::readback::read;
 use hachure::lines::stereo::agree::AGREED;
 use hachure::scene::forest::{Form, Species};
@@ -30,10 +30,10 @@ fn wooded() -> Option<World> {
 }
 
 /// Draws a rig, twice: tiles come with the first.
-fn draw_rig(world: &mut World, frame: &mut Frame, rig: &Rig, style: &Style) {
+fn draw_rig(world: &mut World, renderer: &mut Renderer, rig: &Rig, style: &Style) {
     for _ in 0..2 {
         let prepared = prepare(&world.gpu, &mut world.surfaces, rig, style, &north_west());
-        frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &north_west()).unwrap();
+        renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &north_west()).unwrap();
         world.gpu.wait();
         world.gpu.check().unwrap();
     }
@@ -45,10 +45,10 @@ fn both_eyes_see_the_same_trees_and_draw_the_same_of_them() {
     let view = still(world.pose(CAMERA), SIZE_PX);
     let rig = Pair { ipd_m: 0.5, convergence_m: None }.rig(&view);
     let style = Style::load("ink").unwrap();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw_rig(&mut world, &mut frame, &rig, &style);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw_rig(&mut world, &mut renderer, &rig, &style);
     let seen = |eye: usize| {
-        let target = |kind| frame.eye_target(eye, kind).unwrap();
+        let target = |kind| renderer.eye_target(eye, kind).unwrap();
         let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], SIZE_PX).unwrap();
         let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
         let positions = floats::<4>(&world.gpu, target(&POSITION));
@@ -98,20 +98,20 @@ fn a_pair_without_distance_is_one_eye() {
     let view = still(world.pose(CAMERA), SIZE_PX);
     for name in ["ink", "wash", "crosshatch"] {
         let style = Style::load(name).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw_rig(&mut world, &mut frame, &Rig::mono(view), &style);
-        let alone = halves(&world.gpu, frame.eye_target(0, &PICTURE).unwrap());
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw_rig(&mut world, &mut renderer, &Rig::mono(view), &style);
+        let alone = halves(&world.gpu, renderer.eye_target(0, &PICTURE).unwrap());
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let rig = Pair { ipd_m: 0.0, convergence_m: None }.rig(&view);
-        draw_rig(&mut world, &mut frame, &rig, &style);
+        draw_rig(&mut world, &mut renderer, &rig, &style);
         for eye in 0..2 {
-            let picture = halves(&world.gpu, frame.eye_target(eye, &PICTURE).unwrap());
+            let picture = halves(&world.gpu, renderer.eye_target(eye, &PICTURE).unwrap());
             assert!(picture == alone, "{name}: eye {eye}");
         }
         // Planted: a pair that stands apart.
         let rig = Pair { ipd_m: 2.0, convergence_m: None }.rig(&view);
-        draw_rig(&mut world, &mut frame, &rig, &style);
-        assert!(halves(&world.gpu, frame.eye_target(1, &PICTURE).unwrap()) != alone, "{name}");
+        draw_rig(&mut world, &mut renderer, &rig, &style);
+        assert!(halves(&world.gpu, renderer.eye_target(1, &PICTURE).unwrap()) != alone, "{name}");
     }
 }
 
@@ -120,15 +120,15 @@ fn a_pair_without_distance_is_one_eye() {
 fn a_forest_at_rest_becomes_still() {
     let Some(mut world) = wooded() else { return };
     let style = Style::load("ink").unwrap();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_antialias(Antialias::Temporal);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(Antialias::Temporal);
     let pose = world.pose(CAMERA);
     let mut pictures = Vec::new();
     for number in 0..40 {
         let view = View::whole(pose, pose, SIZE_PX);
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
         if [0, 1, 38, 39].contains(&number) {
-            pictures.push(halves(&world.gpu, frame.target(&PICTURE).unwrap()));
+            pictures.push(halves(&world.gpu, renderer.target(&PICTURE).unwrap()));
         }
     }
     let change = |a: &[[f64; 4]], b: &[[f64; 4]]| {

@@ -8,14 +8,14 @@ use common::draw::{draw, halves, north_west, still};
 use common::forest::of;
 use common::{grid_of, quantile};
 use hachure::composite::PICTURE;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::scene::forest::{Form, Species};
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [256, 144];
 
 /// How dark pictures from a distance are in the mean: 0 is the sheet, 1 black. Near, one picture is a matter of luck.
-fn darkness(world: &mut World, frame: &mut Frame, style: &Style, away_m: f64) -> f64 {
+fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, away_m: f64) -> f64 {
     let pitch_deg: f64 = -25.0;
     let up_m = away_m * -pitch_deg.to_radians().sin();
     let light = |[r, g, b, _]: &[f64; 4]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -26,9 +26,9 @@ fn darkness(world: &mut World, frame: &mut Frame, style: &Style, away_m: f64) ->
         let camera = format!("{},{},{up_m},{},{pitch_deg},30", 37.0 + 9.0 * i, -0.6 * away_m, 30.0 + 45.0 * i);
         let pose = world.pose(&camera);
         // Strokes of another view would make room only slowly.
-        frame.forget();
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), style, &north_west());
-        let picture = halves(&world.gpu, frame.target(&PICTURE).unwrap());
+        renderer.forget();
+        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, &north_west());
+        let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
         picture.iter().map(light).sum::<f64>() / picture.len() as f64 / light(&[paper[0], paper[1], paper[2], 1.0])
     });
     1.0 - all.sum::<f64>() / f64::from(views)
@@ -55,8 +55,8 @@ fn ink_of_a_forest_does_not_depend_on_its_distance() {
     let mut of_each = |forest: Option<_>, distances_m: &[f64]| {
         world.surfaces.set_forest(forest);
         styles.each_ref().map(|(_, style)| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            let of = |away_m: &f64| darkness(&mut world, &mut frame, style, *away_m);
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            let of = |away_m: &f64| darkness(&mut world, &mut renderer, style, *away_m);
             distances_m.iter().map(of).collect::<Vec<_>>()
         })
     };

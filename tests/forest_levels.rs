@@ -10,7 +10,7 @@ use common::draw::{NOON, draw, halves, still};
 use common::forest::{DrawnTree, drawn_once, drawn_trees, listed, of, points};
 use common::{grid_of, quantile, random};
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read;
 use hachure::scene::forest::Form;
 use hachure::scene::view::{Pose, View};
@@ -56,14 +56,14 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
     world.surfaces.set_forest(Some(forest.clone()));
     let all = points(14, forest.trees_per_ha);
     let density = forest.trees_per_ha / hachure::scene::Forest::MOST_TREES_PER_HA;
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let (mut seen, mut levels, mut lost) = (0, BTreeSet::new(), [0; 4]);
     for step in 0..16 {
         let t = f64::from(step) / 15.0;
         let height_m = 3.0 + 700.0 * t * t;
         let camera = format!("{},{},{height_m},{},{},70", -300.0 * t, -1200.0 * t, 20.0 * t, -4.0 - 20.0 * t);
         let pose = world.pose(&camera);
-        let trees = drawn_trees(&mut world, &mut frame, pose, SIZE_PX);
+        let trees = drawn_trees(&mut world, &mut renderer, pose, SIZE_PX);
         let drawn = by_place(&trees);
         let view = still(pose, SIZE_PX);
         let full_m = forest.height_m() * view.focal_px() / FULL_PX;
@@ -107,9 +107,9 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
 fn trees_change_their_level_one_by_one_and_slowly() {
     let Some(mut world) = plain() else { return };
     world.surfaces.set_forest(Some(of(Form::Conifer, 240.0, 20.0)));
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose("0,0,30,0,-10,40");
-    let trees = drawn_trees(&mut world, &mut frame, pose, [400, 225]);
+    let trees = drawn_trees(&mut world, &mut renderer, pose, [400, 225]);
     let places = by_place(&trees);
     for [finer, coarser] in [[NEAR, MIDDLE], [MIDDLE, IMPOSTOR], [IMPOSTOR, CANOPY]] {
         let is_between = |levels: &&Vec<DrawnTree>| {
@@ -133,7 +133,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
     let mut frames: BTreeMap<([i64; 2], u32), u32> = BTreeMap::new();
     for step in 0..20 {
         let pose = Pose { position_m: pose.position_m - DVec3::Y * f64::from(step), ..pose };
-        let trees = drawn_once(&mut world, &mut frame, pose, [400, 225]);
+        let trees = drawn_once(&mut world, &mut renderer, pose, [400, 225]);
         for (at, levels) in by_place(&trees) {
             for pair in levels.windows(2) {
                 *frames.entry((at, pair[0].level)).or_default() += 1;
@@ -160,7 +160,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
     );
     for step in 0..24 {
         let pose = Pose { position_m: pose.position_m - DVec3::Y * f64::from(step), ..pose };
-        let trees = drawn_once(&mut world, &mut frame, pose, [400, 225]);
+        let trees = drawn_once(&mut world, &mut renderer, pose, [400, 225]);
         for (at, levels) in by_place(&trees) {
             for pair in levels.windows(2) {
                 *frames.entry((at, pair[0].level)).or_default() += 1;
@@ -173,7 +173,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
 /// What a frame shows of trees: ids and normals.
 fn pictured(
     world: &mut World,
-    frame: &mut Frame,
+    renderer: &mut Renderer,
     pose: Pose,
     detail: f64,
     size_px: [u32; 2],
@@ -183,14 +183,14 @@ fn pictured(
     let style = Style::load("plain").unwrap();
     for _ in 0..2 {
         let view = View { jitter_px, ..still(pose, size_px) };
-        draw(&world.gpu, &mut world.surfaces, frame, &view, &style, &NOON);
+        draw(&world.gpu, &mut world.surfaces, renderer, &view, &style, &NOON);
     }
-    let target = frame.target(&SURFACE_ID).unwrap();
+    let target = renderer.target(&SURFACE_ID).unwrap();
     let ids = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     let ids = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
-    let normals = halves(&world.gpu, frame.target(&TREE_NORMAL).unwrap());
+    let normals = halves(&world.gpu, renderer.target(&TREE_NORMAL).unwrap());
     let normals = normals.into_iter().map(|[x, y, z, _]| DVec3::new(x, y, z)).collect();
-    (ids, normals, listed(world, frame, pose.position_m))
+    (ids, normals, listed(world, renderer, pose.position_m))
 }
 
 /// How two pictures of a tree agree.
@@ -277,7 +277,7 @@ fn impostors_look_like_their_meshes() {
     // Trees of this size stand within a hundred metres.
     let Some(mut world) = World::new(grid_of(65, 65, 20.0, |_, _| 0.0), 0.02) else { return };
     let height_m = 20.0;
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     // Where the branches of a dead tree are a pixel wide even its mesh agrees with itself half a pixel beside as little.
     let forms =
         [(Form::Conifer, 0.92, 7.0), (Form::Broadleaf, 0.96, 7.0), (Form::Birch, 0.92, 7.0), (Form::Snag, 0.68, 10.0)];
@@ -296,7 +296,7 @@ fn impostors_look_like_their_meshes() {
             let camera = format!("{},{},{up_m},{yaw_deg},{pitch_deg},40", 200.0 * random(i, 3), 200.0 * random(i, 4));
             let pose = world.pose(&camera);
             let mut seen =
-                |detail: f64, jitter_px| pictured(&mut world, &mut frame, pose, detail, PICTURE_PX, jitter_px);
+                |detail: f64, jitter_px| pictured(&mut world, &mut renderer, pose, detail, PICTURE_PX, jitter_px);
             let (beside_ids, beside_normals, _) = seen(4.0, DVec2::splat(0.5));
             let (mesh_ids, mesh_normals, _) = seen(4.0, DVec2::ZERO);
             let (ids, normals, trees) = seen(0.8, DVec2::ZERO);
@@ -353,10 +353,10 @@ fn a_frame_costs_what_is_seen() {
         let Some(mut world) = World::new(grid_of(65, 65, side_m / 64.0, |_, _| 0.0), 1.0) else { return };
         world.surfaces.set_forest(Some(of(Form::Conifer, 300.0, 20.0)));
         let pose = world.pose("0,0,100,0,-90,40");
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        drawn.push(drawn_trees(&mut world, &mut frame, pose, SIZE_PX).len());
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        drawn.push(drawn_trees(&mut world, &mut renderer, pose, SIZE_PX).len());
         let begun = std::time::Instant::now();
-        drawn_trees(&mut world, &mut frame, pose, SIZE_PX);
+        drawn_trees(&mut world, &mut renderer, pose, SIZE_PX);
         println!(
             "{trees:.0e} trees in {side_m:.0} m: {} drawn, {:.0} ms",
             drawn[drawn.len() - 1],
@@ -368,6 +368,6 @@ fn a_frame_costs_what_is_seen() {
     let Some(mut world) = World::new(grid_of(65, 65, 20.0, |_, _| 0.0), 1.0) else { return };
     world.surfaces.set_forest(Some(of(Form::Conifer, 300.0, 20.0)));
     let pose = world.pose("0,0,150,0,-90,40");
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    assert!(drawn_trees(&mut world, &mut frame, pose, SIZE_PX).len() > drawn[0]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    assert!(drawn_trees(&mut world, &mut renderer, pose, SIZE_PX).len() > drawn[0]);
 }

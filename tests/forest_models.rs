@@ -11,7 +11,7 @@ use common::draw::{NOON, draw, halves, still};
 use common::forest::{DrawnTree, listed, of};
 use common::grid_of;
 use hachure::forest::model::TreeModel;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read;
 use hachure::mesh::obj;
 use hachure::scene::forest::Form;
@@ -51,22 +51,22 @@ struct Picture {
     trees: Vec<DrawnTree>,
 }
 
-fn picture(world: &mut World, frame: &mut Frame, camera: &str, detail: f64) -> Picture {
+fn picture(world: &mut World, renderer: &mut Renderer, camera: &str, detail: f64) -> Picture {
     world.surfaces.set_tree_detail(detail);
     let (style, pose) = (Style::load("plain").unwrap(), world.pose(camera));
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), &style, &NOON);
+        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);
     }
-    let target = frame.target(&SURFACE_ID).unwrap();
+    let target = renderer.target(&SURFACE_ID).unwrap();
     let ids = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
     let mut pixels: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
     for (i, id) in (0..).zip(&ids).filter(|(_, id)| **id >= id::FIRST_TREE) {
         pixels.entry(*id).or_default().push([i % SIZE_PX[0], i / SIZE_PX[0]]);
     }
-    let normals = halves(&world.gpu, frame.target(&TREE_NORMAL).unwrap());
+    let normals = halves(&world.gpu, renderer.target(&TREE_NORMAL).unwrap());
     let lightness = normals.into_iter().map(|[_, _, _, lightness]| lightness).collect();
-    Picture { pixels, ids, lightness, trees: listed(world, frame, pose.position_m) }
+    Picture { pixels, ids, lightness, trees: listed(world, renderer, pose.position_m) }
 }
 
 impl Picture {
@@ -97,13 +97,13 @@ impl Picture {
 fn a_model_is_seen_at_all_distances() {
     // Few trees on a small plain: they stand before the sky.
     let Some(mut world) = plain(21) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     world.surfaces.set_forest(Some(of(Form::Model(0), 5.0, 20.0)));
-    let heads = |world: &mut World, frame: &mut Frame, level: u32, detail: f64| {
+    let heads = |world: &mut World, renderer: &mut Renderer, level: u32, detail: f64| {
         let mut heads = Vec::new();
         for step in 0..60 {
             let camera = format!("{},{},9,{},0,40", 37 * step % 290 - 145, 145 - 53 * step % 290, 40 * step);
-            let seen = picture(world, frame, &camera, detail);
+            let seen = picture(world, renderer, &camera, detail);
             let whole = seen.trees.iter().filter(|tree| tree.level == level && tree.shown == [0.0, 1.0]);
             // Of several levels are those that shrink into the canopy.
             let is_alone = |own: &u32| seen.trees.iter().filter(|tree| tree.instance.id == *own).count() == 1;
@@ -119,10 +119,10 @@ fn a_model_is_seen_at_all_distances() {
     };
     for (level, detail) in [(NEAR, 8.0), (MIDDLE, 1.6), (IMPOSTOR, 0.4)] {
         world.surfaces.set_tree_models(vec![hammer()]);
-        let own = heads(&mut world, &mut frame, level, detail);
+        let own = heads(&mut world, &mut renderer, level, detail);
         // Planted: its model is missing, and a broadleaf stands there.
         world.surfaces.set_tree_models(Vec::new());
-        let planted = heads(&mut world, &mut frame, level, detail);
+        let planted = heads(&mut world, &mut renderer, level, detail);
         let least = own.iter().copied().fold(f64::INFINITY, f64::min);
         let most = planted.iter().copied().fold(0.0, f64::max);
         println!(
@@ -135,11 +135,11 @@ fn a_model_is_seen_at_all_distances() {
 
     // From high above a dense forest: its canopies, in its lightness.
     let Some(mut world) = plain(321) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let mut lightness = |models: Vec<Arc<TreeModel>>| {
         world.surfaces.set_forest(Some(of(Form::Model(0), 400.0, 20.0)));
         world.surfaces.set_tree_models(models);
-        let seen = picture(&mut world, &mut frame, "0,-2800,500,0,-14,40", 1.0);
+        let seen = picture(&mut world, &mut renderer, "0,-2800,500,0,-14,40", 1.0);
         let canopies: Vec<u32> =
             seen.trees.iter().filter(|tree| tree.level == CANOPY).map(|tree| tree.instance.id).collect();
         let is_canopy = |id: &u32| canopies.contains(id);

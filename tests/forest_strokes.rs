@@ -11,7 +11,7 @@ use common::grid_of;
 use glam::{DVec2, DVec3, Vec3};
 use hachure::forest::edges::{MeshEdge, edges};
 use hachure::forest::species::{Detail, Grown};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read;
 use hachure::lines::strokes::stroke::INK;
 use hachure::scene::forest::{Form, Species};
@@ -38,7 +38,7 @@ const FORMS: [(Form, Grown); 4] = [
 
 struct Bench {
     world: World,
-    frame: Frame,
+    renderer: Renderer,
     style: Style,
     view: View,
 }
@@ -53,18 +53,18 @@ impl Bench {
         let mut style = common::all_lines("strokes");
         style.strokes.as_mut().unwrap().update_every = 1;
         let view = still(world.pose(camera), SIZE_PX);
-        let frame = Frame::new(&world.gpu).unwrap();
-        Some(Self { world, frame, style, view })
+        let renderer = Renderer::new(&world.gpu).unwrap();
+        Some(Self { world, renderer, style, view })
     }
 
     /// Draws, and reads the edges of trees.
     fn edges(&mut self) -> Vec<Edge> {
-        let Self { world, frame, style, view } = self;
+        let Self { world, renderer, style, view } = self;
         for _ in 0..2 {
-            draw(&world.gpu, &mut world.surfaces, frame, view, style, &NOON);
+            draw(&world.gpu, &mut world.surfaces, renderer, view, style, &NOON);
         }
-        let vertices: u32 = strokes_left(&world.gpu, frame, &EDGE_DRAW, 1)[0];
-        let all: Vec<Edge> = strokes_left(&world.gpu, frame, &EDGES, vertices as usize / 2);
+        let vertices: u32 = strokes_left(&world.gpu, renderer, &EDGE_DRAW, 1)[0];
+        let all: Vec<Edge> = strokes_left(&world.gpu, renderer, &EDGES, vertices as usize / 2);
         // Edges of the land ask for nothing behind them.
         all.into_iter().filter(|edge| edge.kind >> 8 > 0).collect()
     }
@@ -72,7 +72,7 @@ impl Bench {
     /// The trees that have strokes, from near to far; from the eye.
     fn near_trees(&self) -> Vec<DrawnTree> {
         let origin_m = self.view.pose.position_m;
-        let mut trees = listed(&self.world, &self.frame, origin_m);
+        let mut trees = listed(&self.world, &self.renderer, origin_m);
         // Most of it is the near mesh.
         trees.retain(|tree| tree.level == NEAR && tree.shown[1] >= 0.5);
         let key = |tree: &DrawnTree| ((Vec3::from(tree.instance.flat_m)).length_squared(), tree.instance.id);
@@ -206,10 +206,10 @@ fn edges_are_contours_of_the_meshes_in_order_of_distance() {
 /// Pixels of near trees: those beside which something lies far behind for three pixels, and those around which all is
 /// near.
 fn outline(bench: &Bench) -> [Vec<bool>; 2] {
-    let Bench { world, frame, .. } = bench;
-    let ids = read(&world.gpu, frame.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let Bench { world, renderer, .. } = bench;
+    let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
     let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
-    let along_m: Vec<f64> = floats::<4>(&world.gpu, frame.target(&POSITION).unwrap())
+    let along_m: Vec<f64> = floats::<4>(&world.gpu, renderer.target(&POSITION).unwrap())
         .iter()
         .map(|at| if at[3] == 0.0 { 1e6 } else { f64::from(at[3]) })
         .collect();
@@ -241,7 +241,7 @@ fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
     (strokes.width_px, strokes.taper_px) = (1.5, 0.0);
     bench.edges();
     let [outline, within] = outline(&bench);
-    let target = bench.frame.target(&INK).unwrap();
+    let target = bench.renderer.target(&INK).unwrap();
     let bytes = read(&bench.world.gpu, target, [0, 0], SIZE_PX).unwrap();
     let ink: Vec<bool> =
         bytes.chunks_exact(2).map(|ink| half::f16::from_le_bytes([ink[0], ink[1]]).to_f32() > 0.3).collect();

@@ -9,7 +9,7 @@ use common::forest::{DrawnTree, listed, of};
 use common::grid_of;
 use glam::{DVec2, DVec3};
 use hachure::forest::species::{Detail, Grown};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::gpu::readback::read;
 use hachure::scene::Wind;
 use hachure::scene::forest::Form;
@@ -28,15 +28,15 @@ fn sun(elevation_deg: f64, azimuth_deg: f64) -> Light {
     Light { to_sun, haze_m: 1e6, haze_srgb: None, focus: None }
 }
 
-fn draw_twice(world: &mut World, frame: &mut Frame, pose: Pose, style: &str, light: &Light) {
+fn draw_twice(world: &mut World, renderer: &mut Renderer, pose: Pose, style: &str, light: &Light) {
     let style = Style::load(style).unwrap();
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), &style, light);
+        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, light);
     }
 }
 
-fn ids(world: &World, frame: &Frame) -> Vec<u32> {
-    let target = frame.target(&SURFACE_ID).unwrap();
+fn ids(world: &World, renderer: &Renderer) -> Vec<u32> {
+    let target = renderer.target(&SURFACE_ID).unwrap();
     let bytes = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     bytes.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect()
 }
@@ -107,7 +107,7 @@ fn overlap(places: &[(DVec3, f64)], to_sun: DVec3, meshes: &Meshes) -> f64 {
 #[test]
 fn shadows_are_those_of_the_meshes() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     for (form, grown, least) in [
         (Form::Conifer, Grown::Conifer, 0.85),
         (Form::Broadleaf, Grown::Broadleaf, 0.9),
@@ -118,16 +118,16 @@ fn shadows_are_those_of_the_meshes() {
         world.surfaces.set_tree_detail(4.0);
         let light = sun(28.0, 250.0);
         let around = world.pose("40,30,90,0,-89,100");
-        draw_twice(&mut world, &mut frame, around, "crosshatch", &light);
-        let trees = listed(&world, &frame, around.position_m);
+        draw_twice(&mut world, &mut renderer, around, "crosshatch", &light);
+        let trees = listed(&world, &renderer, around.position_m);
         let mut by_id = std::collections::BTreeMap::new();
         for tree in trees.iter().filter(|tree| tree.level != CANOPY) {
             by_id.insert(tree.instance.id, *tree);
         }
         let trees: Vec<DrawnTree> = by_id.into_values().collect();
         let pose = world.pose("40,30,90,0,-89,40");
-        draw_twice(&mut world, &mut frame, pose, "crosshatch", &light);
-        let places = shaded(&world, &frame, pose.position_m);
+        draw_twice(&mut world, &mut renderer, pose, "crosshatch", &light);
+        let places = shaded(&world, &renderer, pose.position_m);
         let all = meshes(&trees, grown, None);
         let found = overlap(&places, light.to_sun, &all);
         // Planted: a sun that has moved on, and trees that are forgotten where they stand beside the picture.
@@ -150,10 +150,10 @@ fn shadows_are_those_of_the_meshes() {
 }
 
 /// The places of the land that a frame shows, and how much of the sun trees take there.
-fn shaded(world: &World, frame: &Frame, origin_m: DVec3) -> Vec<(DVec3, f64)> {
-    let shadow = frame.target(&TREE_SHADOW).unwrap();
+fn shaded(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<(DVec3, f64)> {
+    let shadow = renderer.target(&TREE_SHADOW).unwrap();
     let shadow = read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap();
-    let (ids, seen_m) = (ids(world, frame), places_m(&world.gpu, frame, origin_m));
+    let (ids, seen_m) = (ids(world, renderer), places_m(&world.gpu, renderer, origin_m));
     (0..ids.len())
         .filter(|i| ids[*i] < id::FIRST_MESH)
         .filter_map(|i| Some((seen_m[i]?, f64::from(shadow[i]) / 255.0)))
@@ -164,18 +164,18 @@ fn shaded(world: &World, frame: &Frame, origin_m: DVec3) -> Vec<(DVec3, f64)> {
 #[test]
 fn shadows_lean_with_their_trees() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let wind = Wind { speed_m_s: 20.0, from_deg: 340.0 };
     world.surfaces.set_forest(Some(of(Form::Conifer, 25.0, 20.0)));
     world.surfaces.set_tree_detail(4.0);
     world.surfaces.set_wind(Some(wind));
     let light = sun(40.0, 250.0);
     let pose = world.pose("40,30,90,0,-89,60");
-    draw_twice(&mut world, &mut frame, pose, "crosshatch", &light);
-    let trees = listed(&world, &frame, pose.position_m);
+    draw_twice(&mut world, &mut renderer, pose, "crosshatch", &light);
+    let trees = listed(&world, &renderer, pose.position_m);
     let trees: Vec<DrawnTree> =
         trees.into_iter().filter(|tree| tree.level != CANOPY && tree.shown == [0.0, 1.0]).collect();
-    let places = shaded(&world, &frame, pose.position_m);
+    let places = shaded(&world, &renderer, pose.position_m);
     let leaning = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, Some(wind)));
     // Planted: trees that stand upright.
     let upright = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, None));
@@ -190,9 +190,9 @@ fn shadows_are_made_where_they_are_asked_for() {
     world.surfaces.set_forest(Some(of(Form::Conifer, 60.0, 20.0)));
     let pose = world.pose("40,30,60,0,-50,50");
     let shaded = |world: &mut World, style: &str, light: &Light| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw_twice(world, &mut frame, pose, style, light);
-        let shadow = frame.target(&TREE_SHADOW)?;
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw_twice(world, &mut renderer, pose, style, light);
+        let shadow = renderer.target(&TREE_SHADOW)?;
         Some(read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap().iter().filter(|shade| **shade > 127).count())
     };
     assert_eq!(shaded(&mut world, "crosshatch", &sun(-5.0, 250.0)), Some(0));
@@ -205,15 +205,15 @@ fn shadows_are_made_where_they_are_asked_for() {
 fn trees_are_flat_to_marks() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
     world.surfaces.set_forest(Some(of(Form::Broadleaf, 40.0, 20.0)));
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose("0,0,25,0,-8,50");
-    draw_twice(&mut world, &mut frame, pose, "crosshatch", &sun(30.0, 250.0));
-    let ids = ids(&world, &frame);
-    let marks_m: Vec<DVec3> = floats::<4>(&world.gpu, frame.target(&MARK_PLACE).unwrap())
+    draw_twice(&mut world, &mut renderer, pose, "crosshatch", &sun(30.0, 250.0));
+    let ids = ids(&world, &renderer);
+    let marks_m: Vec<DVec3> = floats::<4>(&world.gpu, renderer.target(&MARK_PLACE).unwrap())
         .into_iter()
         .map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m)
         .collect();
-    let seen_m = places_m(&world.gpu, &frame, pose.position_m);
+    let seen_m = places_m(&world.gpu, &renderer, pose.position_m);
     // How far places of a tree lie off the plane through its middle that faces the eye, in parts of its height.
     let off = |tree: &DrawnTree, places_m: &[DVec3]| {
         let height_m = f64::from(tree.instance.height_m);
@@ -222,7 +222,7 @@ fn trees_are_flat_to_marks() {
         places_m.iter().map(|at_m| (*at_m - middle_m).dot(toward).abs() / height_m).fold(0.0, f64::max)
     };
     let (mut seen, mut worst, mut of_surface) = (0, 0.0_f64, 0);
-    for tree in listed(&world, &frame, pose.position_m) {
+    for tree in listed(&world, &renderer, pose.position_m) {
         let own: Vec<usize> = (0..ids.len()).filter(|i| ids[*i] == tree.instance.id).collect();
         if own.len() < 60 || tree.level == CANOPY {
             continue;

@@ -8,7 +8,7 @@ use common::draw::{draw, floats, halves, places_m, still};
 use common::{World, grid_of, random, rough_height_m};
 use glam::DVec3;
 use hachure::composite::PICTURE;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::Sun;
 use hachure::style::Style;
 use hachure::surface::NORMAL;
@@ -32,12 +32,12 @@ fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
 /// What a second frame draws: tones, and none where the sky is.
 fn tones(world: &mut World, style: &Style, light: &Light, camera: &str) -> Vec<Option<f64>> {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, light);
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
     }
-    let places = places_m(&world.gpu, &frame, pose.position_m);
-    let tones = halves(&world.gpu, frame.target(&TONE).unwrap());
+    let places = places_m(&world.gpu, &renderer, pose.position_m);
+    let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
     tones.iter().zip(places).map(|([.., tone], place)| place.map(|_| *tone)).collect()
 }
 
@@ -174,12 +174,12 @@ fn level_land_is_paper() {
                 style.rows.iter_mut().for_each(|rows| rows.level_deg = 0.5);
             }
             let pose = world.pose("0,0,+2500,0,-90,50");
-            let mut frame = Frame::new(&world.gpu).unwrap();
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
             for _ in 0..3 {
-                draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &light);
+                draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
             }
             let paper = style.paper.color.linear().map(f64::from);
-            let picture = halves(&world.gpu, frame.target(&PICTURE).unwrap());
+            let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
             let half = picture.len() / 2;
             let mean = |texels: &[[f64; 4]]| texels.iter().map(|texel| texel[1]).sum::<f64>() / texels.len() as f64;
             // The picture's upper half is the slope, some rows around the middle are neither.
@@ -203,14 +203,14 @@ fn a_turn_does_not_move_the_form() {
     let mut shot = |keys: &str, yaw_deg: f64| {
         let style = style(0, keys);
         let pose = world.pose(&format!("0,-9000,+900,{yaw_deg},-14,50"));
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         for _ in 0..2 {
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &light);
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
         }
         let tones: Vec<f64> =
-            halves(&world.gpu, frame.target(&TONE).unwrap()).into_iter().map(|[.., tone]| tone).collect();
-        let places = places_m(&world.gpu, &frame, pose.position_m);
-        let normals = floats::<4>(&world.gpu, frame.target(&NORMAL).unwrap());
+            halves(&world.gpu, renderer.target(&TONE).unwrap()).into_iter().map(|[.., tone]| tone).collect();
+        let places = places_m(&world.gpu, &renderer, pose.position_m);
+        let normals = floats::<4>(&world.gpu, renderer.target(&NORMAL).unwrap());
         (pose, tones, places, normals)
     };
     let mut moved = |keys: &str, planted: usize| {

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::{self, Antialias, Frame};
+use hachure::frame::{self, Antialias, Renderer};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced};
@@ -55,7 +55,7 @@ fn named(used: &Traced) -> String {
 
 impl Traces {
     /// Adds a frame: passes that are new stand behind the one that they followed.
-    fn add(&mut self, frame: &str, trace: &[PassTrace]) {
+    fn add(&mut self, renderer: &str, trace: &[PassTrace]) {
         let mut at = 0;
         for pass in trace {
             let found = self.rows.iter().position(|row| row.name == pass.name);
@@ -68,7 +68,7 @@ impl Traces {
             at = at.max(row + 1);
             self.rows[row].reads.extend(pass.reads.iter().map(named));
             self.rows[row].writes.extend(pass.writes.iter().map(named));
-            self.rows[row].frames.insert(frame.to_owned());
+            self.rows[row].frames.insert(renderer.to_owned());
         }
     }
 
@@ -95,12 +95,12 @@ impl Traces {
     }
 }
 
-fn drawing(world: &mut World, frame: &mut Frame, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
+fn drawing(world: &mut World, renderer: &mut Renderer, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
     let [previous, pose] = poses;
     let view = View::whole(previous, pose, SIZE_PX);
-    frame.set_traces(true);
-    draw(&world.gpu, &mut world.surfaces, frame, &view, style, &north_west());
-    frame.trace().to_vec()
+    renderer.set_traces(true);
+    draw(&world.gpu, &mut world.surfaces, renderer, &view, style, &north_west());
+    renderer.trace().to_vec()
 }
 
 fn traces() -> Option<Traces> {
@@ -115,79 +115,79 @@ fn traces() -> Option<Traces> {
     traces.presets.sort_by_key(|name| (!["pen", "wash"].contains(name), *name));
     for name in traces.presets.clone() {
         let style = Style::load(name).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let first = drawing(&mut world, &mut frame, &style, [pose; 2]);
-        let then = drawing(&mut world, &mut frame, &style, [pose, next]);
-        let last = drawing(&mut world, &mut frame, &style, [next, turned]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let first = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+        let then = drawing(&mut world, &mut renderer, &style, [pose, next]);
+        let last = drawing(&mut world, &mut renderer, &style, [next, turned]);
         [first, then, last].iter().for_each(|trace| traces.add(name, trace));
     }
     for name in ["ink", "pencil"] {
         let style = Style::load(name).unwrap();
         let rig = Pair { ipd_m: 1.0, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_traces(true);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_traces(true);
         let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, &style, &north_west());
-        frame.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
-        traces.add("pairs of eyes", frame.trace());
+        renderer.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
+        traces.add("pairs of eyes", renderer.trace());
     }
     for name in ["ink", "pen"] {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_antialias(Antialias::Temporal);
-        let trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_antialias(Antialias::Temporal);
+        let trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         traces.add("temporal anti-aliasing", &trace);
     }
     let mut style = Style::load("ink").unwrap();
     style.lines.as_mut().unwrap().detector = Detector::Curvature;
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("styles with `detector = \"curvature\"`", &trace);
     for kind in [ReliefKind::Scaling, ReliefKind::Exaggerated] {
         let mut style = Style::load("relief").unwrap();
         style.relief.as_mut().unwrap().kind = kind;
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
         traces.add(&format!("styles with relief of kind `{}`", kind.name()), &trace);
     }
     let mut style = Style::load("suggestive").unwrap();
     style.strokes.as_mut().unwrap().ridge_apparent = true;
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("styles with apparent ridges", &trace);
     let style = Style::load("pen").unwrap();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &style.clone().for_map(10.0), [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &style.clone().for_map(10.0), [pose; 2]);
     traces.add("maps of styles with lines of equal height", &trace);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_wants_motion(true);
-    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_wants_motion(true);
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("channel `motion`", &trace);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
-    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("headsets that hide areas", &trace);
     world.surfaces.set_forest(Some(common::forest::of(Form::Conifer, 100.0, 20.0)));
     for style in [&style, &Style::load("crosshatch").unwrap(), &Style::load("wash").unwrap()] {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, style, [pose; 2]);
         traces.add("scenes with a forest", &trace);
     }
     world.surfaces.set_wind(Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_wants_motion(true);
-    let trace = drawing(&mut world, &mut frame, &style, [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_wants_motion(true);
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("scenes with a forest in wind", &trace);
     world.surfaces.set_wind(None);
     world.surfaces.set_forest(None);
     let text = "name = \"water\"\ndescription = \"\"\n[water]\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n";
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut frame, &Style::parse("water", text).unwrap(), [pose; 2]);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &Style::parse("water", text).unwrap(), [pose; 2]);
     traces.add("styles with water", &trace);
     let at_m = DVec3::new(850.0, -850.0, 0.0);
     let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
     shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
     for style in [&style, &Style::load("wash").unwrap(), &Style::load("hachures").unwrap()] {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let trace = drawing(&mut world, &mut frame, style, [pose; 2]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, style, [pose; 2]);
         traces.add("scenes with meshes", &trace);
     }
     let (_, mut grid) = Hill::square(321, 10.0);
@@ -195,8 +195,8 @@ fn traces() -> Option<Traces> {
     grid.heights_m.iter_mut().enumerate().filter(|(i, _)| is_hole(*i)).for_each(|(_, height_m)| *height_m = f32::NAN);
     let mut world = World::new(grid, 1.0)?;
     for name in ["ink", "pen"] {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        let trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         traces.add("land with holes", &trace);
     }
     traces.presets.sort_unstable();
@@ -253,9 +253,9 @@ fn every_picture_of_a_frame_can_be_shown() {
     let mut names = BTreeSet::new();
     let mut trace = Vec::new();
     for name in style::names() {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_wants_motion(true);
-        trace = drawing(&mut world, &mut frame, &Style::load(name).unwrap(), [pose; 2]);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_wants_motion(true);
+        trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
         world.gpu.check().unwrap();
     }

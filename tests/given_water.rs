@@ -11,7 +11,7 @@ use std::sync::Arc;
 use common::draw::{draw, floats, north_west, places_m, still};
 use common::{World, grid_of, quantile};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::{Scene, WaterFiles};
 use hachure::source::GeoKeys;
 use hachure::source::georeference::{Crs, Georeference};
@@ -100,13 +100,13 @@ fn pixels(world: &mut World, camera: &str) -> Vec<Pixel> {
     let style = Style::parse("water", text).unwrap();
     let pose = world.pose(camera);
     let view = still(pose, SIZE_PX);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let light = Light { haze_m: 1e9, ..north_west() };
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &light);
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &light);
     }
-    let water = floats::<1>(&world.gpu, frame.target(&WATER).unwrap());
-    let places = places_m(&world.gpu, &frame, pose.position_m);
+    let water = floats::<1>(&world.gpu, renderer.target(&WATER).unwrap());
+    let places = places_m(&world.gpu, &renderer, pose.position_m);
     let pixel = |(place_m, [water_m]): (Option<DVec3>, [f32; 1])| {
         let place_m = place_m?;
         let pixel_m = place_m.distance(pose.position_m) / view.focal_px();

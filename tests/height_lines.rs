@@ -5,7 +5,7 @@ mod common;
 
 use common::draw::{NOON, draw, floats, places_m, still};
 use common::{World, grid_of};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::style::{HeightLines, Style};
 use hachure::surface::height_lines::HEIGHT_INK;
 
@@ -39,10 +39,10 @@ struct Shown {
 
 fn shown(world: &mut World, camera: &str, style: &Style, [interval_m, from_m]: [f64; 2]) -> Vec<Shown> {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &NOON);
-    let ink = floats::<1>(&world.gpu, frame.target(&HEIGHT_INK).unwrap());
-    let places = places_m(&world.gpu, &frame, pose.position_m);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &NOON);
+    let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
+    let places = places_m(&world.gpu, &renderer, pose.position_m);
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let height_at = |x: usize, y: usize| places[y * width + x].map(|place| height_m(place.x, place.y));
     let mut found = Vec::new();
@@ -145,11 +145,11 @@ fn steep_land_has_no_lines() {
             lines.interval_m = 60.0;
             lines.steepest_deg = steepest_deg;
         });
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX.map(|side| 2 * side)), &style, &NOON);
-        let ink = floats::<1>(&world.gpu, frame.target(&HEIGHT_INK).unwrap());
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX.map(|side| 2 * side)), &style, &NOON);
+        let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
         let mut sums = [[0.0, 0.0]; 46];
-        for ([ink], place) in ink.iter().zip(places_m(&world.gpu, &frame, pose.position_m)) {
+        for ([ink], place) in ink.iter().zip(places_m(&world.gpu, &renderer, pose.position_m)) {
             let Some(place) = place else { continue };
             let slope_deg = cone_slope_deg(place.x.hypot(place.y));
             sums[slope_deg.round() as usize][0] += f64::from(*ink);
@@ -187,13 +187,13 @@ fn lines_without_an_interval_are_for_maps() {
     let Some(mut world) = world() else { return };
     let style = style(|_| {});
     let pose = world.pose(VIEWS[1]);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &NOON);
-    assert!(frame.target(&HEIGHT_INK).is_none());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
+    assert!(renderer.target(&HEIGHT_INK).is_none());
     let of_map = style.clone().for_map(20.0);
     let above = still(world.pose(VIEWS[0]), SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &above, &of_map, &NOON);
-    assert!(frame.target(&HEIGHT_INK).is_some());
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &above, &of_map, &NOON);
+    assert!(renderer.target(&HEIGHT_INK).is_some());
     // What a style says itself holds on maps, too.
     let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0);
     assert_eq!(own.height_lines.unwrap().interval_m, 15.0);
@@ -208,10 +208,10 @@ fn lakes_have_no_lines() {
     let Some(mut world) = World::new(land, 0.2) else { return };
     let pose = world.pose(VIEWS[0]);
     let mut ink_on_water = |style: &Style| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &NOON);
-        let ink = floats::<1>(&world.gpu, frame.target(&HEIGHT_INK).unwrap());
-        let places = places_m(&world.gpu, &frame, pose.position_m);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &NOON);
+        let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
+        let places = places_m(&world.gpu, &renderer, pose.position_m);
         let on_water = ink.iter().zip(places).filter(|(_, place)| {
             // Beyond the strip in which the surface still bends.
             place.is_some_and(|place_m| height_m(place_m.x, place_m.y) < LAKE_M - 4.0)

@@ -9,7 +9,7 @@ mod common;
 use std::convert::Infallible;
 
 use common::World;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::timer::FRAME;
 use hachure::picture::{self, PictureRequest};
 use hachure::scene::Scene;
@@ -99,7 +99,7 @@ fn quickest_ms(world: &mut World, styles: &[Style], camera: &str, size_px: [u32;
     let pose = world.pose(camera);
     let view = View::whole(pose, pose, size_px);
     let light = Scene::default().light(world.surfaces.terrain.extent_m());
-    let mut frames: Vec<_> = styles.iter().map(|_| Frame::new(&world.gpu).unwrap()).collect();
+    let mut frames: Vec<_> = styles.iter().map(|_| Renderer::new(&world.gpu).unwrap()).collect();
     let mut quickest: Vec<Vec<(String, f64)>> = vec![Vec::new(); styles.len()];
     for _ in 0..6 {
         for ((frame, style), quickest) in frames.iter_mut().zip(styles).zip(&mut quickest) {

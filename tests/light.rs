@@ -10,7 +10,7 @@ use common::draw::{draw, floats, halves, places_m, still};
 use common::hill::Hill;
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::frame::{self, Frame, Light};
+use hachure::frame::{self, Light, Renderer};
 use hachure::gpu::recorder::Submits;
 use hachure::gpu::trace::PassTrace;
 use hachure::scene::Sun;
@@ -60,15 +60,15 @@ fn whole_view(pose: Pose) -> View {
     still(pose, SIZE_PX)
 }
 
-fn drawing(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, pose: Pose) -> Drawn {
+fn drawing(world: &mut World, renderer: &mut Renderer, style: &Style, light: &Light, pose: Pose) -> Drawn {
     let view = whole_view(pose);
     let gpu = &world.gpu;
-    let prepared = draw(gpu, &mut world.surfaces, frame, &view, style, light);
-    let tone = halves(gpu, frame.target(&TONE).unwrap()).into_iter().map(|texel| texel[3]).collect();
+    let prepared = draw(gpu, &mut world.surfaces, renderer, &view, style, light);
+    let tone = halves(gpu, renderer.target(&TONE).unwrap()).into_iter().map(|texel| texel[3]).collect();
     let direction = |[x, y, z, _]: [f32; 4]| DVec3::new(x.into(), y.into(), z.into());
-    let normal = floats(gpu, frame.target(&NORMAL).unwrap()).into_iter().map(direction).collect();
-    let place_m = places_m(gpu, frame, pose.position_m);
-    let times = frame.take_times().unwrap_or_default();
+    let normal = floats(gpu, renderer.target(&NORMAL).unwrap()).into_iter().map(direction).collect();
+    let place_m = places_m(gpu, renderer, pose.position_m);
+    let times = renderer.take_times().unwrap_or_default();
     let toon_ms = times.iter().filter(|time| time.name == "tones/toon").map(|time| time.gpu_ms).sum();
     Drawn {
         tone,
@@ -83,8 +83,8 @@ fn drawing(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, p
 
 fn shot(world: &mut World, style: &Style, light: &Light, camera: &str) -> Drawn {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    drawing(world, &mut frame, style, light, pose)
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    drawing(world, &mut renderer, style, light, pose)
 }
 
 /// Of the pixels that lie clear of a shadow's border, the part that is in the sun as a ray toward the sun says, or the
@@ -234,11 +234,11 @@ fn there_are_no_seams_and_nothing_pops() {
     }
     // A camera that rises by a half percent a frame, from one level of detail through the next.
     let (style, light) = (style(0.2, 1.0, 1.0), sun(250.0, 12.0));
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let (mut before, mut steps): (Option<Drawn>, Vec<f64>) = (None, Vec::new());
     for i in 0..120 {
         let pose = world.pose(&format!("100,-50,{},0,-90,40", 2400.0 * 1.006_f64.powi(i)));
-        let drawn = drawing(&mut world, &mut frame, &style, &light, pose);
+        let drawn = drawing(&mut world, &mut renderer, &style, &light, pose);
         if let Some(before) = &before {
             steps.push(mean_step(before, &drawn));
         }
@@ -270,17 +270,17 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     let Some(mut world) = rough() else { return };
     let style = style(0.3, 1.0, 1.0);
     let pose = world.pose(CAMERA);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let first = drawing(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let first = drawing(&mut world, &mut renderer, &style, &sun(100.0, 20.0), pose);
     assert!(first.jobs > MAPS_AT_ONCE && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
     assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/land/horizons"));
-    let second = drawing(&mut world, &mut frame, &style, &sun(100.0, 20.0), pose);
+    let second = drawing(&mut world, &mut renderer, &style, &sun(100.0, 20.0), pose);
     assert_eq!((second.jobs, &second.tone), (0, &first.tone), "at rest");
     assert!(second.passes.iter().all(|pass| pass != "surface/land/horizons"));
     // Higher, and nothing has to be made; turned, and everything has.
-    let higher = drawing(&mut world, &mut frame, &style, &sun(100.0, 35.0), pose);
+    let higher = drawing(&mut world, &mut renderer, &style, &sun(100.0, 35.0), pose);
     assert!(higher.jobs == 0 && higher.tone != first.tone);
-    let turned = drawing(&mut world, &mut frame, &style, &sun(220.0, 20.0), pose);
+    let turned = drawing(&mut world, &mut renderer, &style, &sun(220.0, 20.0), pose);
     assert_eq!(turned.jobs, first.jobs);
     let fresh = shot(&mut rough().unwrap(), &style, &sun(220.0, 20.0), CAMERA);
     assert_eq!(turned.tone, fresh.tone, "the sun's azimuth is followed");
@@ -297,14 +297,20 @@ fn streamed() -> World {
 
 /// Draws until nothing is late: the last frame, the most maps in one, and all of them. `loses` plans every second frame
 /// and draws it not, so its maps are never made.
-fn settle(world: &mut World, frame: &mut Frame, style: &Style, light: &Light, loses: bool) -> (Drawn, usize, usize) {
+fn settle(
+    world: &mut World,
+    renderer: &mut Renderer,
+    style: &Style,
+    light: &Light,
+    loses: bool,
+) -> (Drawn, usize, usize) {
     let pose = world.pose(CAMERA);
     let (mut most, mut all) = (0, 0);
     for _ in 0..400 {
         if loses {
             frame::prepare(&world.gpu, &mut world.surfaces, &Rig::mono(whole_view(pose)), style, light);
         }
-        let drawn = drawing(world, frame, style, light, pose);
+        let drawn = drawing(world, renderer, style, light, pose);
         most = most.max(drawn.jobs);
         all += drawn.jobs;
         if !drawn.late {
@@ -320,27 +326,27 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
     let (style, light) = (style(0.3, 1.0, 1.0), sun(100.0, 20.0));
     let expected = shot(&mut still, &style, &light, CAMERA);
     let mut world = streamed();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let (settled, most, all) = settle(&mut world, &mut frame, &style, &light, false);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let (settled, most, all) = settle(&mut world, &mut renderer, &style, &light, false);
     println!("{all} maps, at most {most} in a frame");
     assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
     assert!(all > 2 * MAPS_AT_ONCE);
     assert_eq!(settled.tone, expected.tone, "what has settled is what a file shows");
     let pose = world.pose(CAMERA);
-    let again = drawing(&mut world, &mut frame, &style, &light, pose);
+    let again = drawing(&mut world, &mut renderer, &style, &light, pose);
     assert_eq!((again.jobs, &again.tone), (0, &settled.tone), "at rest");
     // To another style and back: what is known stays, and no frame is late for it.
     let bare = self::style(0.3, 0.0, 0.0);
     for _ in 0..2 {
-        let other = drawing(&mut world, &mut frame, &bare, &light, pose);
+        let other = drawing(&mut world, &mut renderer, &bare, &light, pose);
         assert!(mean_step(&other, &expected) > 0.02);
-        let back = drawing(&mut world, &mut frame, &style, &light, pose);
+        let back = drawing(&mut world, &mut renderer, &style, &light, pose);
         assert_eq!((back.jobs, back.late, &back.tone), (0, false, &settled.tone), "back again");
     }
     // Planted: maps that count as made and are not.
     let mut world = streamed();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let (lost, ..) = settle(&mut world, &mut frame, &style, &light, true);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let (lost, ..) = settle(&mut world, &mut renderer, &style, &light, true);
     assert_ne!(lost.tone, expected.tone, "lost maps must be seen");
 }
 
@@ -354,11 +360,11 @@ fn fullest_submit(trace: &[PassTrace]) -> (usize, usize) {
 fn a_file_makes_its_maps_in_bounded_submits() {
     let Some(mut world) = rough() else { return };
     let (style, light, pose) = (style(0.3, 1.0, 1.0), sun(100.0, 20.0), world.pose(CAMERA));
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_submits(Submits::Whole);
-    frame.set_traces(true);
-    let whole = drawing(&mut world, &mut frame, &style, &light, pose);
-    let trace = frame.trace().to_vec();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_submits(Submits::Whole);
+    renderer.set_traces(true);
+    let whole = drawing(&mut world, &mut renderer, &style, &light, pose);
+    let trace = renderer.trace().to_vec();
     let parts = whole.jobs.div_ceil(MAPS_AT_ONCE);
     assert!(parts > 3, "{} maps", whole.jobs);
     assert_eq!(fullest_submit(&trace), (1, parts), "of {} maps", whole.jobs);
@@ -372,8 +378,8 @@ fn a_file_makes_its_maps_in_bounded_submits() {
     let planted: Vec<PassTrace> = trace.into_iter().map(|pass| PassTrace { submit: 0, ..pass }).collect();
     assert_eq!(fullest_submit(&planted), (parts, parts));
     // At rest a frame is one submit.
-    drawing(&mut world, &mut frame, &style, &light, pose);
-    assert!(frame.trace().iter().all(|pass| pass.submit == 0));
+    drawing(&mut world, &mut renderer, &style, &light, pose);
+    assert!(renderer.trace().iter().all(|pass| pass.submit == 0));
 }
 
 #[test]
@@ -381,9 +387,9 @@ fn only_who_asks_pays() {
     let Some(mut world) = rough() else { return };
     let (plain, lit, light) = (style(0.3, 0.0, 0.0), style(0.3, 0.5, 0.0), sun(100.0, 20.0));
     let pose = world.pose(CAMERA);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    let first = drawing(&mut world, &mut frame, &plain, &light, pose);
-    let (bytes, targets) = (world.surfaces.terrain.gpu_bytes(), frame.target_bytes());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let first = drawing(&mut world, &mut renderer, &plain, &light, pose);
+    let (bytes, targets) = (world.surfaces.terrain.gpu_bytes(), renderer.target_bytes());
     assert!(
         world.surfaces.terrain.horizon_maps().is_none()
             && first.passes.iter().all(|pass| pass != "surface/land/horizons")
@@ -391,22 +397,22 @@ fn only_who_asks_pays() {
 
     let (mut quickest, mut quickest_lit) = (first.toon_ms, f64::INFINITY);
     for _ in 0..3 {
-        quickest_lit = quickest_lit.min(drawing(&mut world, &mut frame, &lit, &light, pose).toon_ms);
+        quickest_lit = quickest_lit.min(drawing(&mut world, &mut renderer, &lit, &light, pose).toon_ms);
     }
     let more = world.surfaces.terrain.gpu_bytes() - bytes;
     let tiles = world.surfaces.terrain.horizon_maps().unwrap().maps.bytes();
     println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / HORIZON_MAP_BYTES);
     // The tables may grow by what lies beside the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");
-    assert_eq!(frame.target_bytes(), targets);
+    assert_eq!(renderer.target_bytes(), targets);
 
     for _ in 0..3 {
-        let again = drawing(&mut world, &mut frame, &plain, &light, pose);
+        let again = drawing(&mut world, &mut renderer, &plain, &light, pose);
         assert_eq!(again.tone, first.tone);
         quickest = quickest.min(again.toon_ms);
     }
     // What is known stays for a style that asks again: nothing is made anew.
-    let back = drawing(&mut world, &mut frame, &lit, &light, pose);
+    let back = drawing(&mut world, &mut renderer, &lit, &light, pose);
     assert_eq!(back.jobs, 0);
     println!("toon {quickest:.3} ms, with shadows {quickest_lit:.3} ms: {:.2} times", quickest_lit / quickest);
 }

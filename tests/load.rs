@@ -11,7 +11,7 @@ use std::sync::Arc;
 use common::stores::{Accident, Bumpy, Fate, Shuffled};
 use common::{grid_of, pose_of, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::samples::Sample;
@@ -61,17 +61,17 @@ fn lands(folder: &Path) -> [Land; 3] {
 struct Easel {
     gpu: Gpu,
     style: Style,
-    frame: Option<Frame>,
+    renderer: Option<Renderer>,
 }
 
 impl Easel {
     fn new(style: &str) -> Option<Self> {
-        Some(Self { gpu: common::gpu()?, style: Style::load(style).unwrap(), frame: None })
+        Some(Self { gpu: common::gpu()?, style: Style::load(style).unwrap(), renderer: None })
     }
 
     fn take_up(&mut self, style: &str) {
         self.style = Style::load(style).unwrap();
-        self.frame = None;
+        self.renderer = None;
     }
 
     fn draw(&mut self, store: &Arc<dyn TileStore>, memory_bytes: u64, poses: &[Pose]) -> Vec<Vec<[u32; 4]>> {
@@ -79,8 +79,8 @@ impl Easel {
         let mut surfaces = Terrain::new(&self.gpu, Arc::clone(store), options).unwrap().into();
         let light =
             Light { to_sun: DVec3::new(-0.5, 0.5, 0.3).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None };
-        if let Some(frame) = &mut self.frame {
-            frame.forget();
+        if let Some(renderer) = &mut self.renderer {
+            renderer.forget();
         }
         let mut previous = poses[0];
         poses
@@ -89,7 +89,7 @@ impl Easel {
                 let still = PictureRequest::still(*pose, SIZE_PX, &self.style, light);
                 let request = PictureRequest { previous: std::mem::replace(&mut previous, *pose), ..still };
                 let mut bits = Vec::new();
-                picture::render(&self.gpu, &mut self.frame, &mut surfaces, &request, |band| {
+                picture::render(&self.gpu, &mut self.renderer, &mut surfaces, &request, |band| {
                     bits.extend(band.picture.iter().map(|texel| texel.map(f32::to_bits)));
                     Ok::<_, std::convert::Infallible>(())
                 })
@@ -240,7 +240,7 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
 
 /// Strokes in the order of their lists: edges, segments, samples.
 fn lists(easel: &Easel) -> (Vec<Edge>, Vec<Segment>, Vec<Sample>) {
-    let strokes = easel.frame.as_ref().and_then(Frame::strokes).unwrap();
+    let strokes = easel.renderer.as_ref().and_then(Renderer::strokes).unwrap();
     let raw = |kind| strokes.buffer(kind).unwrap().raw;
     let counts: StrokeCounts = read_buffer(&easel.gpu, &raw(&COUNTS), 1).unwrap()[0];
     let edges = read_buffer(&easel.gpu, &raw(&EDGES), counts.edges as usize).unwrap();

@@ -7,7 +7,7 @@ mod common;
 use common::draw::{draw, floats, halves, north_west, still};
 use common::{World, grid_of};
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::style::Style;
 use hachure::surface::water::WATER;
 use hachure::tones::water::{WATER_INK, WATERED};
@@ -47,14 +47,14 @@ fn drawn(water: &str) -> Option<Drawn> {
     let style = style(water);
     let pose = world.pose(CAMERA);
     let view = still(pose, SIZE_PX);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let light = Light { haze_m: 1e9, ..north_west() };
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &light);
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &light);
     }
-    let away = floats::<1>(&world.gpu, frame.target(&WATER).unwrap());
-    let tone = halves(&world.gpu, frame.target(&WATERED).unwrap());
-    let ink = floats::<1>(&world.gpu, frame.target(&WATER_INK).unwrap());
+    let away = floats::<1>(&world.gpu, renderer.target(&WATER).unwrap());
+    let tone = halves(&world.gpu, renderer.target(&WATERED).unwrap());
+    let ink = floats::<1>(&world.gpu, renderer.target(&WATER_INK).unwrap());
     let of = |((away, tone), ink): (([f32; 1], [f64; 4]), [f32; 1])| (away[0] > 0.0).then(|| [tone[0], ink[0].into()]);
     let water = away.into_iter().zip(tone).zip(ink).map(of).collect();
     let focal_px = view.focal_px();

@@ -284,11 +284,11 @@ impl TileStore for Bare {
 fn inset_errors_px(world: &mut World, views: &[(f64, f64, &str)]) -> Vec<f64> {
     let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
     let shift = f64::from(INSET[0]);
-    let mut frame = None;
+    let mut renderer = None;
     let errors = views.iter().map(|(x, y, view)| {
         let at_m = world.mapping.world_from_grid(x + shift, y + shift);
         let pose = world.pose(&format!("{},{},{view}", at_m.x, at_m.y));
-        let shot = shoot(world, &mut frame, pose, [160, 160]);
+        let shot = shoot(world, &mut renderer, pose, [160, 160]);
         let field = Field { grid: &world.grid, mapping: &inset_mapping };
         let errors = (0..shot.depth_m.len()).filter(|&pixel| !shot.is_sky(pixel)).filter_map(|pixel| {
             let place_m = shot.world_m(pixel);

@@ -42,7 +42,7 @@ fn worst_px(shot: &Shot, pose: &Pose, previous: &Pose) -> ([f64; 2], [usize; 2])
 #[test]
 fn motion_is_the_reprojection() {
     let Some(mut world) = World::new(grid_of(401, 401, 20.0, rough_height_m), 1.0) else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let mut skies = 0;
     // Yaw, pitch, step (right, forward, up) in metres, zoom: from the previous frame to this one.
     let moves = [
@@ -64,7 +64,7 @@ fn motion_is_the_reprojection() {
             fov_rad: pose.fov_rad * zoom,
         };
         let style = ink("footprint");
-        let shot = shoot_style(&mut world, &mut frame, pose, previous, SIZE_PX, &style, &PartRule::default());
+        let shot = shoot_style(&mut world, &mut renderer, pose, previous, SIZE_PX, &style, &PartRule::default());
         let (worst, count) = worst_px(&shot, &pose, &previous);
         println!(
             "{view}: off by {:.5} px on {} pixels of surface, {:.5} px on {} of sky",
@@ -80,7 +80,7 @@ fn motion_is_the_reprojection() {
         assert!(worst[0] > 0.02, "a tenth of a pixel must be noticed");
         // Planted: motion of parts that are rendered alone is the same, and not that of their own frame.
         let parts = PartRule { whole_px: 0, part_px: 80, margin_px: 12 };
-        let shot = shoot_style(&mut world, &mut frame, pose, previous, SIZE_PX, &style, &parts);
+        let shot = shoot_style(&mut world, &mut renderer, pose, previous, SIZE_PX, &style, &parts);
         let (worst, _) = worst_px(&shot, &pose, &previous);
         println!("in parts: {:.5} px, {:.5} px", worst[0], worst[1]);
         assert!(worst[0] <= 0.02 && worst[1] <= 0.02, "{view} in parts: {worst:?} px");

@@ -6,7 +6,7 @@ mod common;
 use common::draw::{NOON, draw, places_m, still};
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::scene::view::Pose;
 use hachure::style::{Panorama, Style};
 
@@ -21,9 +21,9 @@ fn world() -> Option<World> {
 /// What each pixel shows, in metres from the eye.
 fn places(world: &mut World, pose: Pose, horizon_deg: f32) -> Vec<Option<DVec3>> {
     let style = Style { panorama: Panorama { horizon_deg }, ..Style::load("plain").unwrap() };
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &NOON);
-    places_m(&world.gpu, &frame, pose.position_m).into_iter().map(|place| Some(place? - pose.position_m)).collect()
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
+    places_m(&world.gpu, &renderer, pose.position_m).into_iter().map(|place| Some(place? - pose.position_m)).collect()
 }
 
 /// How far below level the highest land is in the middle of the picture, and what a pixel is there.

@@ -10,7 +10,7 @@ use common::shapes;
 
 use glam::DVec3;
 use hachure::composite::PICTURE;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
@@ -25,15 +25,15 @@ const SIZE_PX: [u32; 2] = [96, 54];
 
 /// The picture after two frames, so that strokes take over from the first.
 fn drawing(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8> {
-    let mut frame = Frame::new(gpu).unwrap();
+    let mut renderer = Renderer::new(gpu).unwrap();
     let mut previous = pose;
     for i in 0..2 {
         let now = Pose { position_m: pose.position_m + pose.forward * f64::from(i), ..pose };
         let view = View::whole(previous, now, SIZE_PX);
         previous = now;
-        draw(gpu, surfaces, &mut frame, &view, style, &north_west());
+        draw(gpu, surfaces, &mut renderer, &view, style, &north_west());
     }
-    read(gpu, frame.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()
+    read(gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn every_preset_draws_within_the_default_limits() {
     let store = Arc::clone(world.surfaces.terrain.store());
     let mut surfaces = Terrain::new(&gpu, store, TerrainOptions::default()).unwrap().into();
     let style = Style::load("pen").unwrap();
-    let refused = Frame::new(&gpu).unwrap().render(&gpu, &mut surfaces, &still(pose, SIZE_PX), &style, &NOON);
+    let refused = Renderer::new(&gpu).unwrap().render(&gpu, &mut surfaces, &still(pose, SIZE_PX), &style, &NOON);
     let error = refused.map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("storage") && !error.contains('\n'), "{error}");
 }

@@ -7,7 +7,7 @@ mod common;
 use common::draw::{NOON, draw, floats, places_m, still};
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::target::TargetKind;
 use hachure::lines::rims::RIMLESS;
 use hachure::lines::strokes::stroke::INK;
@@ -55,11 +55,11 @@ struct Shown {
 /// What is seen from above, and metres of a pixel.
 fn above(world: &mut World, camera: &str, style: &Style) -> (Vec<Shown>, f64) {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(pose, SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-    let rim = floats::<2>(&world.gpu, frame.target(&RIM).unwrap());
-    let places = places_m(&world.gpu, &frame, pose.position_m);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let rim = floats::<2>(&world.gpu, renderer.target(&RIM).unwrap());
+    let places = places_m(&world.gpu, &renderer, pose.position_m);
     let shown = rim.iter().zip(&places).filter_map(|([ink, _], place)| {
         let about = place.as_ref()?.truncate() - MIDDLE_M;
         Some(Shown { ink: f64::from(*ink), away_m: about.length(), angle_rad: about.y.atan2(about.x) })
@@ -198,10 +198,10 @@ fn dashes_are_even_and_have_their_share_of_ink() {
 /// what is seen through the circle.
 fn lines_along(world: &mut World, style: &Style, kind: &TargetKind) -> [f64; 2] {
     let pose = world.pose(ALONG);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(pose, SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-    let target = frame.target(kind).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let target = renderer.target(kind).unwrap();
     let line: Vec<f64> = match kind.format {
         wgpu::TextureFormat::R16Float => halves_of_one(&world.gpu, target),
         _ => floats::<1>(&world.gpu, target).into_iter().map(|[line]| line.into()).collect(),
@@ -280,10 +280,10 @@ fn a_ridge_before_a_hole_keeps_its_line() {
     for name in ["ink", "sobel"] {
         let style = Style::load(name).unwrap();
         let seen = |world: &mut World, kind: &TargetKind| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &NOON);
-            let line = floats::<1>(&world.gpu, frame.target(kind).unwrap());
-            let rim = frame.target(&RIM).map(|rim| floats::<2>(&world.gpu, rim));
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
+            let line = floats::<1>(&world.gpu, renderer.target(kind).unwrap());
+            let rim = renderer.target(&RIM).map(|rim| floats::<2>(&world.gpu, rim));
             (line, rim)
         };
         let (crest, _) = seen(&mut whole, &LINE);
@@ -309,19 +309,19 @@ fn a_ridge_before_a_hole_keeps_its_line() {
 fn land_without_holes_has_no_rim() {
     let Some(mut world) = world_with(Some(0.0)) else { return };
     for name in ["ink", "pen"] {
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let view = still(world.pose(ALONG), SIZE_PX);
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &Style::load(name).unwrap(), &NOON);
-        assert!(frame.target(&RIM).is_none() && frame.target(&RIMLESS).is_none());
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load(name).unwrap(), &NOON);
+        assert!(renderer.target(&RIM).is_none() && renderer.target(&RIMLESS).is_none());
     }
     // Planted: one void.
     let mut grid = grid_of(SAMPLES, SAMPLES, SPACING_M, height_m);
     grid.heights_m[128 * 257 + 128] = f32::NAN;
     let Some(mut world) = World::new(grid, 0.2) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(world.pose(ABOVE), SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &Style::load("ink").unwrap(), &NOON);
-    assert!(frame.target(&RIM).is_some());
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load("ink").unwrap(), &NOON);
+    assert!(renderer.target(&RIM).is_some());
 }
 
 #[test]
@@ -349,9 +349,16 @@ fn rims_are_a_layer_of_lines() {
 fn nothing_is_drawn_in_a_hole() {
     let Some(mut world) = world_with(None) else { return };
     let pose = world.pose(ABOVE);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &Style::load("strokes").unwrap(), &NOON);
-    let places = places_m(&world.gpu, &frame, pose.position_m);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(
+        &world.gpu,
+        &mut world.surfaces,
+        &mut renderer,
+        &still(pose, SIZE_PX),
+        &Style::load("strokes").unwrap(),
+        &NOON,
+    );
+    let places = places_m(&world.gpu, &renderer, pose.position_m);
     let nearest_m =
         places.iter().flatten().map(|at_m| at_m.truncate().distance(MIDDLE_M)).fold(f64::INFINITY, f64::min);
     println!("the nearest land is {nearest_m:.1} m from the middle");

@@ -14,7 +14,7 @@ use std::process::{Child, Command};
 use common::draw::{draw, halves, still};
 use hachure::composite::PICTURE;
 use hachure::file::png::{Picture, read_rgba8, write_rgba8};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::measure::image_compare::{Tolerance, compare};
@@ -70,15 +70,15 @@ fn path(folder: &Path, world: &str, style: &str) -> PathBuf {
 fn draws_on_the_driver_of_the_environment() {
     let Some(folder) = std::env::var_os(FOLDER).map(PathBuf::from) else { return };
     let gpu = Gpu::open(&AdapterWish::Best).unwrap();
-    let mut frame = Frame::new(&gpu).unwrap();
+    let mut renderer = Renderer::new(&gpu).unwrap();
     for (name, styles) in drawings() {
         let mut world = OpenWorld::open(&gpu, Some(name), TerrainOptions::default()).unwrap();
         let view = still(world.pose(&world.default_camera()), SIZE_PX);
         let light = world.light();
         for style in styles {
-            frame.forget();
-            draw(&gpu, &mut world.surfaces, &mut frame, &view, &Style::load(style).unwrap(), &light);
-            let linear: Vec<[f32; 4]> = halves(&gpu, frame.target(&PICTURE).unwrap())
+            renderer.forget();
+            draw(&gpu, &mut world.surfaces, &mut renderer, &view, &Style::load(style).unwrap(), &light);
+            let linear: Vec<[f32; 4]> = halves(&gpu, renderer.target(&PICTURE).unwrap())
                 .iter()
                 .map(|texel| texel.map(|channel| channel as f32))
                 .collect();

@@ -12,7 +12,7 @@ use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
 use hachure::composite::sky::SKY;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::picture::strokes::render_strokes;
 use hachure::picture::{PartRule, PictureRequest};
 use hachure::scene::view::{Pose, View};
@@ -47,9 +47,9 @@ fn turned(pose: Pose, yaw_deg: f64) -> Pose {
 /// Colour and ink of the sky, and the view.
 fn sky_of(world: &mut World, pose: Pose, style: &Style, light: &Light) -> (Vec<[f64; 4]>, View) {
     let view = still(pose, SIZE_PX);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, light);
-    (halves(&world.gpu, frame.target(&SKY).unwrap()), view)
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, light);
+    (halves(&world.gpu, renderer.target(&SKY).unwrap()), view)
 }
 
 fn pixels() -> impl Iterator<Item = DVec2> {
@@ -256,11 +256,11 @@ fn a_style_that_asks_for_no_more_has_its_gradient() {
     let wash = Style::load("wash").unwrap().sky;
     let mut passes = |sky: Sky| {
         style.sky = sky;
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_traces(true);
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
-        let has_pass = frame.trace().iter().any(|pass| pass.name == "composite/sky");
-        let picture = halves(&world.gpu, frame.target(&PICTURE).unwrap());
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_traces(true);
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
+        let has_pass = renderer.trace().iter().any(|pass| pass.name == "composite/sky");
+        let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
         (has_pass, picture)
     };
     let (has_pass, picture) = passes(wash.clone());

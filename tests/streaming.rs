@@ -11,7 +11,7 @@ use common::shot::{Shot, shoot};
 use common::stores::{Accident, Bumpy, Fate};
 use common::{World, grid_of, random, rough_height_m};
 use glam::DVec3;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::pyramid::store::Exaggerated;
 use hachure::pyramid::tile::TILE_STRIDE;
 use hachure::pyramid::{LoadedTile, TileAddress, TileStore};
@@ -49,11 +49,11 @@ fn pinholes(shot: &Shot) -> usize {
 }
 
 /// Draws until nothing is late, or the time is up; calls `each` with every picture.
-fn settle(world: &mut World, frame: &mut Option<Frame>, view: &str, mut each: impl FnMut(&World, &Shot)) -> bool {
+fn settle(world: &mut World, renderer: &mut Option<Renderer>, view: &str, mut each: impl FnMut(&World, &Shot)) -> bool {
     let pose = world.pose(view);
     let start = Instant::now();
     while start.elapsed() < Duration::from_secs(30) {
-        let shot = shoot(world, frame, pose, SIZE_PX);
+        let shot = shoot(world, renderer, pose, SIZE_PX);
         each(world, &shot);
         if !shot.report.late {
             return true;
@@ -83,10 +83,10 @@ fn apart_px(a: &Shot, b: &Shot) -> f64 {
 fn a_slow_store_stops_no_frame() {
     let Some((mut world, store)) = bumpy(300, ROOM, smooth()) else { return };
     let expected = awaited(&world, VIEW);
-    let mut frame = None;
+    let mut renderer = None;
     let (mut frames, mut late, mut slowest_ms) = (0, 0, 0.0_f64);
     let mut last = None;
-    let settled = settle(&mut world, &mut frame, VIEW, |world, shot| {
+    let settled = settle(&mut world, &mut renderer, VIEW, |world, shot| {
         assert_eq!(pinholes(shot), 0, "frame {frames}");
         frames += 1;
         late += usize::from(shot.report.late);
@@ -102,7 +102,7 @@ fn a_slow_store_stops_no_frame() {
     assert!(slowest_ms < 200.0, "{slowest_ms} ms");
 
     let pose = world.pose(VIEW);
-    let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+    let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
     assert_eq!(apart_px(&shot, &expected), 0.0, "what has settled is what a file shows");
     assert_eq!(last.unwrap(), shot.position_m, "at rest nothing moves");
 }
@@ -134,12 +134,12 @@ fn failures_are_tried_again_and_stood_in_for() {
     let expected = awaited(&world, VIEW);
     // Of the still world: here the ground under the camera is one of the tiles that never come.
     let pose = expected.view.pose;
-    let mut frame = None;
+    let mut renderer = None;
     let start = Instant::now();
-    let mut shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+    let mut shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
     while start.elapsed() < Duration::from_secs(20) && (shot.report.tiles_failed == 0 || shot.report.tiles_pending > 0)
     {
-        shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+        shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
         assert_eq!(pinholes(&shot), 0);
     }
     println!("{} failed, apart {:.2} px", shot.report.tiles_failed, apart_px(&shot, &expected));
@@ -157,12 +157,12 @@ fn memory_keeps_its_cap() {
     // Room for five tiles, of some forty.
     let room = 5 * TILE_BYTES;
     let Some((mut world, _)) = bumpy(1, room, smooth()) else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let mut missed = 0;
     for view in [VIEW, "3000,2000,+100,200,-10,60", "0,0,+2000,90,-40,50", "-9000,-9000,+50,45,-2,40"] {
         let pose = world.pose(view);
         for _ in 0..12 {
-            let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+            let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
             let counts = world.surfaces.terrain.tile_counts();
             assert!(counts.gpu_bytes <= room && counts.cache_bytes <= room, "{counts:?}");
             assert_eq!(pinholes(&shot), 0);
@@ -176,10 +176,10 @@ fn memory_keeps_its_cap() {
 fn a_view_that_turns_away_takes_its_requests_back() {
     // Slower than frames are on a busy machine.
     let Some((mut world, store)) = bumpy(300, ROOM, smooth()) else { return };
-    let mut frame = None;
+    let mut renderer = None;
     for turn in 0..10 {
         let pose = world.pose(&format!("{},{},+100,{},-10,30", -9000 + 2000 * turn, 5000 - 1000 * turn, 97 * turn));
-        shoot(&mut world, &mut frame, pose, SIZE_PX);
+        shoot(&mut world, &mut renderer, pose, SIZE_PX);
     }
     let cancelled = world.surfaces.terrain.tile_counts().cancelled;
     println!("{cancelled} cancelled, {} fetched", store.fetches.load(std::sync::atomic::Ordering::Relaxed));
@@ -224,13 +224,13 @@ proptest! {
     #[test]
     fn the_cache_never_grows_beyond_its_cap(most in 1_u64..12, uses in prop::collection::vec((0_u32..30, any::<bool>()), 1..80)) {
         let mut cache = TileCache::new(most * TILE_BYTES);
-        for (frame, (x, inserts)) in uses.iter().enumerate() {
+        for (renderer, (x, inserts)) in uses.iter().enumerate() {
             let address = TileAddress { level: 0, x: *x, y: 0 };
             if *inserts {
-                cache.insert(address, tile(*x), frame as u64);
+                cache.insert(address, tile(*x), renderer as u64);
                 // What has just come is never what goes, unless there is room for nothing else.
                 prop_assert!(cache.peek(address).is_some());
-            } else if let Some(found) = cache.get(address, frame as u64) {
+            } else if let Some(found) = cache.get(address, renderer as u64) {
                 prop_assert_eq!(found.tile.samples[0], *x as f32);
             }
             prop_assert!(cache.bytes() <= most * TILE_BYTES);

@@ -13,7 +13,7 @@ use common::draw::{NOON, draw, still, strokes_left};
 use common::hill::Hill;
 use common::stroke_lines::{along_strokes, covered, doubled, missed};
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::lines::strokes::chain::CHAINS;
 use hachure::lines::strokes::points::POINTS;
 use hachure::lines::strokes::points::Point;
@@ -43,16 +43,16 @@ fn drawing(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> 
     change(&mut style);
     let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu).unwrap();
-    let prepared = draw(gpu, &mut world.surfaces, &mut frame, &view, &style, &NOON);
-    let counts: StrokeCounts = strokes_left(gpu, &frame, &COUNTS, 1)[0];
+    let mut renderer = Renderer::new(gpu).unwrap();
+    let prepared = draw(gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
+    let counts: StrokeCounts = strokes_left(gpu, &renderer, &COUNTS, 1)[0];
     Drawn {
         view,
-        vertices: frame.drawn_vertices(gpu, &prepared).unwrap().unwrap(),
+        vertices: renderer.drawn_vertices(gpu, &prepared).unwrap().unwrap(),
         counts,
-        segments: strokes_left(gpu, &frame, &SEGMENTS, counts.segments as usize),
-        chains: strokes_left(gpu, &frame, &CHAINS, counts.chains as usize),
-        points: strokes_left(gpu, &frame, &POINTS, counts.points as usize),
+        segments: strokes_left(gpu, &renderer, &SEGMENTS, counts.segments as usize),
+        chains: strokes_left(gpu, &renderer, &CHAINS, counts.chains as usize),
+        points: strokes_left(gpu, &renderer, &POINTS, counts.points as usize),
     }
 }
 

@@ -55,12 +55,12 @@ fn holds(p999_px: f64, max_px: f64, allowed_px: f64) -> bool {
 fn heights_hold(name: &str, world: Option<World>, allowed_px: f64) {
     let Some(mut world) = world else { return };
     world.surfaces.terrain.set_lod_error_px(allowed_px);
-    let mut frame = None;
+    let mut renderer = None;
     let mut failures = Vec::new();
     let mut planted = 0;
     for (i, view) in views(&world).iter().enumerate() {
         let pose = world.pose(view);
-        let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+        let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
         let mut errors = errors_px(&world, &shot, 0.0);
         let max_px = errors.iter().copied().fold(0.0, f64::max);
         let p999_px = quantile(&mut errors, 0.999);
@@ -140,11 +140,11 @@ fn normal_errors(world: &World, shot: &Shot, turned: f64) -> Vec<f64> {
 
 fn normals_hold(name: &str, world: Option<World>) {
     let Some(mut world) = world else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let mut measured = 0;
     for (i, view) in views(&world).iter().enumerate().take(6) {
         let pose = world.pose(view);
-        let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+        let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
         let mut errors = normal_errors(&world, &shot, 0.0);
         if errors.len() < 1000 {
             continue;
@@ -208,7 +208,7 @@ fn seen_through(world: &World, shot: &Shot, allowed_px: f64) -> usize {
 
 fn no_crack(name: &str, world: Option<World>) {
     let Some(mut world) = world else { return };
-    let mut frame = None;
+    let mut renderer = None;
     // Down: all of the picture is surface. Ahead: no hole in it. A step is a few pixels and a turn.
     let paths = [("+150,0,-90,50", true, 4.0), ("+900,30,-60,40", true, 40.0), ("+40,60,-6,60", false, 7.0)];
     for allowed_px in [1.0, 4.0] {
@@ -222,7 +222,7 @@ fn no_crack(name: &str, world: Option<World>) {
                 pose.position_m += glam::DVec3::new(0.8 * way_m, 0.6 * way_m, 0.0);
                 let turn = glam::DQuat::from_rotation_z(0.003 * f64::from(step));
                 (pose.forward, pose.right, pose.up) = (turn * pose.forward, turn * pose.right, turn * pose.up);
-                let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+                let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
                 holes += if *is_down { sky(&shot) } else { pinholes(&shot) };
                 if step % 5 == 0 {
                     through += seen_through(&world, &shot, 2.0 * allowed_px);
@@ -265,10 +265,10 @@ fn rough_land_has_no_crack() {
 #[test]
 fn channels_agree() {
     let Some(mut world) = rough() else { return };
-    let mut frame = None;
+    let mut renderer = None;
     for view in views(&world) {
         let pose = world.pose(&view);
-        let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+        let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
         let (mut off_axis, mut off_ray_px) = (0.0_f64, 0.0_f64);
         for pixel in 0..shot.depth_m.len() {
             let (position_m, normal) = (shot.position_m[pixel], shot.normal[pixel]);

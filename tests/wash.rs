@@ -9,7 +9,7 @@ use common::hill::Hill;
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::tones::TONE;
@@ -35,13 +35,13 @@ struct Drawn {
 fn drawing(world: &mut World, style: &Style, pose: Pose) -> Drawn {
     let light = Light { to_sun: DVec3::new(-0.6, 0.5, 0.4).normalize(), haze_m: 1e12, haze_srgb: None, focus: None };
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu).unwrap();
+    let mut renderer = Renderer::new(gpu).unwrap();
     let view = still(pose, SIZE_PX);
-    draw(gpu, &mut world.surfaces, &mut frame, &view, style, &light);
-    let picture = |kind| frame.target(kind).map_or(Vec::new(), |target| halves(gpu, target));
+    draw(gpu, &mut world.surfaces, &mut renderer, &view, style, &light);
+    let picture = |kind| renderer.target(kind).map_or(Vec::new(), |target| halves(gpu, target));
     Drawn {
         view,
-        place_m: places_m(gpu, &frame, pose.position_m),
+        place_m: places_m(gpu, &renderer, pose.position_m),
         tone: picture(&TONE),
         washed: picture(&WASHED),
         picture: picture(&PICTURE),

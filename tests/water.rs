@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::draw::{draw, floats, halves, north_west, places_m, still};
 use common::{World, grid_of, quantile};
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::Scene;
 use hachure::scene::scene_file::SceneError;
 use hachure::scene::view::{Part, Pose, Rig, View};
@@ -41,20 +41,20 @@ struct Pixel {
     water_m: f64,
 }
 
-fn water_of(world: &mut World, camera: &str) -> (Vec<Option<Pixel>>, Frame) {
+fn water_of(world: &mut World, camera: &str) -> (Vec<Option<Pixel>>, Renderer) {
     let pose = world.pose(camera);
     let view = still(pose, SIZE_PX);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let light = Light { haze_m: 1e9, ..north_west() };
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style(), &light);
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style(), &light);
     }
-    (pixels(world, &frame, &view), frame)
+    (pixels(world, &renderer, &view), renderer)
 }
 
-fn pixels(world: &World, frame: &Frame, view: &View) -> Vec<Option<Pixel>> {
+fn pixels(world: &World, renderer: &Renderer, view: &View) -> Vec<Option<Pixel>> {
     let eye_m = view.pose.position_m;
-    let water = floats::<1>(&world.gpu, frame.target(&WATER).unwrap());
+    let water = floats::<1>(&world.gpu, renderer.target(&WATER).unwrap());
     let pixel = |(place, [water]): (Option<DVec3>, [f32; 1])| {
         place.map(|place_m| Pixel {
             place_m,
@@ -62,7 +62,7 @@ fn pixels(world: &World, frame: &Frame, view: &View) -> Vec<Option<Pixel>> {
             water_m: water.into(),
         })
     };
-    places_m(&world.gpu, frame, eye_m).into_iter().zip(water).map(pixel).collect()
+    places_m(&world.gpu, renderer, eye_m).into_iter().zip(water).map(pixel).collect()
 }
 
 /// What part of the land is water.
@@ -152,7 +152,7 @@ fn streamed() -> Option<World> {
 /// maps that were made in a frame. `loses` plans every second frame and draws it not, so its maps are never made.
 fn flown(loses: bool) -> Option<(Vec<Option<Pixel>>, usize)> {
     let mut world = streamed()?;
-    let (mut frame, style) = (Frame::new(&world.gpu).unwrap(), style());
+    let (mut renderer, style) = (Renderer::new(&world.gpu).unwrap(), style());
     let light = Light { haze_m: 1e9, ..north_west() };
     let mut most = 0;
     for camera in [MAPS[1], OBLIQUE] {
@@ -162,7 +162,7 @@ fn flown(loses: bool) -> Option<(Vec<Option<Pixel>>, usize)> {
             if loses {
                 hachure::frame::prepare(&world.gpu, &mut world.surfaces, &Rig::mono(view), &style, &light);
             }
-            let drawn = draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &light);
+            let drawn = draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &light);
             most = most.max(world.surfaces.terrain.water_maps().unwrap().jobs().len());
             settles = !drawn.tiles.late;
             if settles {
@@ -172,7 +172,7 @@ fn flown(loses: bool) -> Option<(Vec<Option<Pixel>>, usize)> {
         assert!(settles, "{camera}: it is still late");
     }
     let view = still(world.pose(OBLIQUE), SIZE_PX);
-    Some((pixels(&world, &frame, &view), most))
+    Some((pixels(&world, &renderer, &view), most))
 }
 
 /// How many pixels of two pictures differ by more than a hundredth of a pixel.
@@ -198,14 +198,14 @@ fn maps_that_are_kept_are_as_those_made_anew() {
 #[test]
 fn parts_and_eyes_have_the_water_of_the_whole() {
     let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
-    let (whole, mut frame) = water_of(&mut world, OBLIQUE);
+    let (whole, mut renderer) = water_of(&mut world, OBLIQUE);
     let light = Light { haze_m: 1e9, ..north_west() };
     let view = still(world.pose(OBLIQUE), SIZE_PX);
     let (left, top, width, height) = (250, 90, 170, 120);
     let part = Part { origin_px: [left, top], size_px: [width, height] };
     let view_of_part = View { part, ..view };
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view_of_part, &style(), &light);
-    let part = pixels(&world, &frame, &view_of_part);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view_of_part, &style(), &light);
+    let part = pixels(&world, &renderer, &view_of_part);
     let within = |left: i32| {
         let at = move |i: usize| {
             (top as usize + i / width as usize) * SIZE_PX[0] as usize + left as usize + i % width as usize
@@ -223,9 +223,9 @@ fn parts_and_eyes_have_the_water_of_the_whole() {
     let aside = DVec3::new(40.0, 0.0, 0.0);
     let other = View { pose: Pose { position_m: view.pose.position_m + aside, ..view.pose }, ..view };
     let rig = Rig { origin_m: view.pose.position_m + 0.5 * aside, eyes: vec![other, view] };
-    frame.render_eyes(&world.gpu, &mut world.surfaces, &rig, &style(), &light).unwrap();
+    renderer.render_eyes(&world.gpu, &mut world.surfaces, &rig, &style(), &light).unwrap();
     let eye: Vec<f64> =
-        floats::<1>(&world.gpu, frame.eye_target(1, &WATER).unwrap()).into_iter().map(|[m]| m.into()).collect();
+        floats::<1>(&world.gpu, renderer.eye_target(1, &WATER).unwrap()).into_iter().map(|[m]| m.into()).collect();
     let off = |shift: usize| {
         let pairs = whole.iter().zip(eye.iter().skip(shift)).filter_map(|(pixel, eye)| Some((pixel.as_ref()?, eye)));
         pairs.filter(|(pixel, water_m)| (pixel.water_m - *water_m).abs() > 0.05 * pixel.pixel_m).count()
@@ -308,10 +308,10 @@ fn water_that_is_level_at_the_sea_s_height_is_the_sea() {
 #[test]
 fn water_has_a_tint_and_lines_and_no_marks() {
     let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
-    let (pixels, frame) = water_of(&mut world, MAPS[1]);
-    let tones = halves(&world.gpu, frame.target(&WATERED).unwrap());
+    let (pixels, renderer) = water_of(&mut world, MAPS[1]);
+    let tones = halves(&world.gpu, renderer.target(&WATERED).unwrap());
     let ink: Vec<f32> =
-        floats::<1>(&world.gpu, frame.target(&WATER_INK).unwrap()).into_iter().map(|[ink]| ink).collect();
+        floats::<1>(&world.gpu, renderer.target(&WATER_INK).unwrap()).into_iter().map(|[ink]| ink).collect();
     let tint = style().water.unwrap().tint.linear();
     let mut rings = [0.0_f64; 14];
     for (i, pixel) in pixels.iter().enumerate().filter_map(|(i, pixel)| Some((i, pixel.as_ref()?))) {
@@ -340,12 +340,12 @@ fn water_has_a_tint_and_lines_and_no_marks() {
     let dry = format!("{before}{}", &section[section.find("[paper]").unwrap()..]);
     let marked = |world: &mut World, style: &Style| {
         let view = still(world.pose(MAPS[1]), SIZE_PX);
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &north_west());
-        let marks = floats::<1>(&world.gpu, frame.target(&MARKS).unwrap());
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &north_west());
+        let marks = floats::<1>(&world.gpu, renderer.target(&MARKS).unwrap());
         let is_inside =
             |at: &&(Option<DVec3>, [f32; 1])| at.0.is_some_and(|at| at.truncate().length() < RADIUS_M - 200.0);
-        let all: Vec<_> = places_m(&world.gpu, &frame, view.pose.position_m).into_iter().zip(marks).collect();
+        let all: Vec<_> = places_m(&world.gpu, &renderer, view.pose.position_m).into_iter().zip(marks).collect();
         all.iter().filter(is_inside).map(|(_, [ink])| *ink).fold(0.0, f32::max)
     };
     assert_eq!(marked(&mut world, &wet), 0.0);

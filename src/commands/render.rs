@@ -283,7 +283,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         planes,
         gpu,
         world,
-        frame: None,
+        renderer: None,
         svg,
         sheets,
         drawn,

@@ -6,7 +6,7 @@ pub mod temporal_aa;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::composite::composite::Composite as CompositeUniform;
 use crate::scene::Light;
@@ -68,7 +68,7 @@ pub struct Inks<'a> {
 }
 
 /// Composites.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { style, lines, light, .. } = inputs;
     let uniform = CompositeUniform {
         paper: style.paper.color.linear(),
@@ -107,8 +107,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     };
     let mut resources: Vec<Named> = vec![
         ("view", inputs.view.clone()),
-        ("composite", cx.uniform("composite", &uniform)),
-        ("focus", FocusUniform::on_gpu(cx, light.focus.as_ref())),
+        ("composite", recorder.uniform("composite", &uniform)),
+        ("focus", FocusUniform::on_gpu(recorder, light.focus.as_ref())),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
         ("line", inputs.inks.line.into()),
@@ -124,5 +124,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     ];
     resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));
     let definitions: &[&str] = if inputs.sky.is_some() { &["SKY"] } else { &[] };
-    cx.pixels(Compute { name: "composite/composite", definitions }, inputs.picture.size_px(), &resources);
+    recorder.pixels(Compute { name: "composite/composite", definitions }, inputs.picture.size_px(), &resources);
 }

@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/sky.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::composite::sky::SkyLook;
 use crate::scene::Light;
@@ -28,7 +28,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the sky.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let look = SkyLook {
         zenith: style.zenith.linear(),
@@ -53,6 +53,6 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         pad_0: Default::default(),
     };
     let resources =
-        [("view", inputs.view.clone()), ("sky_look", cx.uniform("sky look", &look)), ("sky", inputs.sky.into())];
-    cx.pixels("composite/sky", inputs.sky.size_px(), &resources);
+        [("view", inputs.view.clone()), ("sky_look", recorder.uniform("sky look", &look)), ("sky", inputs.sky.into())];
+    recorder.pixels("composite/sky", inputs.sky.size_px(), &resources);
 }

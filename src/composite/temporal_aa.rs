@@ -4,7 +4,7 @@
 use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::composite::temporal_aa::TemporalAa as TemporalAaUniform;
 use crate::style::Style;
@@ -84,7 +84,7 @@ fn rest_weight(frames_at_rest: u32) -> f32 {
 }
 
 /// Adds a frame to the mean, and lays the grain of the paper and the strokes over it.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let uniform = TemporalAaUniform {
         has_history: u32::from(inputs.plan.has_history),
         rest_weight: rest_weight(inputs.plan.frames_at_rest),
@@ -103,7 +103,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let Histories { before: [history_before, seen_before], now: [history, seen] } = inputs.histories;
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("temporal_aa", cx.uniform("temporal aa", &uniform)),
+        ("temporal_aa", recorder.uniform("temporal aa", &uniform)),
         ("sample_picture", inputs.sample.into()),
         ("position", inputs.position.into()),
         ("motion", inputs.motion.into()),
@@ -115,7 +115,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     ];
     let definitions: &[&str] = if inputs.ink.is_some() { &["STROKES"] } else { &[] };
     resources.extend(inputs.ink.map(|ink| ("ink", ink.into())));
-    cx.pixels(Compute { name: "composite/temporal_aa", definitions }, inputs.picture.size_px(), &resources);
+    recorder.pixels(Compute { name: "composite/temporal_aa", definitions }, inputs.picture.size_px(), &resources);
 }
 
 #[cfg(test)]

@@ -82,7 +82,7 @@ pub enum CoverError {
     },
     /// It would leave no tree.
     #[error("{}: lies beside the world, or beside the other rasters of the forest", named(path))]
-    Beside {
+    OutsideWorld {
         /// Of the raster.
         path: PathBuf,
     },
@@ -217,7 +217,7 @@ impl Asks<'_> {
     /// A raster that is not what it should be.
     fn told(&self, path: &Path, tally: &Tally, samples_per_point: f64) -> Result<f32, CoverError> {
         if tally.inside == 0 {
-            return Err(CoverError::Beside { path: path.to_owned() });
+            return Err(CoverError::OutsideWorld { path: path.to_owned() });
         }
         if let Some(value) = tally.odd {
             return Err(CoverError::NoClass { path: path.to_owned(), value });

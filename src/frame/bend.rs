@@ -3,7 +3,7 @@
 use super::{FrameInputs, rows};
 use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::surface::bend_axis::{self, BEND_AXIS};
 use crate::surface::curvature::{self, Shapes};
@@ -34,37 +34,42 @@ pub(super) struct AtEye<'a> {
 }
 
 /// Its shape, with features of `feature_px`. The next call writes over it.
-pub(super) fn shapes(cx: &mut Cx<'_>, feature_px: f32, eye: &AtEye<'_>, targets: &mut Targets) -> Shapes {
-    let gpu = cx.gpu();
+pub(super) fn shapes(recorder: &mut Recorder<'_>, feature_px: f32, eye: &AtEye<'_>, targets: &mut Targets) -> Shapes {
+    let gpu = recorder.gpu();
     let &AtEye { view, meshes, heights: terrain, surface_id, position, normal, water } = eye;
     let shapes = Shapes::of(gpu, targets);
     let nothing = &targets.sized(gpu, &NOTHING, [1, 1]);
     let water = water.unwrap_or(nothing);
     let land = curvature::Inputs { view, terrain, feature_px, surface_id, position, water, shapes: &shapes };
-    curvature::run(cx, &land);
+    curvature::run(recorder, &land);
     if let Some(meshes) = meshes {
         let shapes = &shapes;
         let inputs = mesh_curvature::Inputs { view, meshes, feature_px, surface_id, position, normal, shapes };
-        mesh_curvature::run(cx, &inputs);
+        mesh_curvature::run(recorder, &inputs);
     }
     shapes
 }
 
 /// What the style's marks and light ask.
-pub(super) fn find(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eye: &AtEye<'_>, targets: &mut Targets) -> Bends {
-    let (gpu, style) = (cx.gpu(), inputs.style);
+pub(super) fn find(
+    recorder: &mut Recorder<'_>,
+    inputs: &FrameInputs<'_>,
+    eye: &AtEye<'_>,
+    targets: &mut Targets,
+) -> Bends {
+    let (gpu, style) = (recorder.gpu(), inputs.style);
     let follows = rows::drawn_hatching(inputs).filter(|hatching| hatching.follows_curvature());
     let axis = follows.map(|hatching| {
-        let shapes = &shapes(cx, hatching.form_px, eye, targets);
+        let shapes = &shapes(recorder, hatching.form_px, eye, targets);
         let axis = targets.sized(gpu, &BEND_AXIS, shapes.normal.size_px());
-        bend_axis::run(cx, &bend_axis::Inputs { hatching, shapes, bend_axis: &axis });
+        bend_axis::run(recorder, &bend_axis::Inputs { hatching, shapes, bend_axis: &axis });
         axis
     });
     let crest_light = style.asks_for_crests().then(|| {
-        let shapes = &shapes(cx, style.light.crests_px, eye, targets);
+        let shapes = &shapes(recorder, style.light.crests_px, eye, targets);
         let crest_light = targets.whole(gpu, &CREST_LIGHT);
         let (view, position, light) = (eye.view, eye.position, inputs.light);
-        crests::run(cx, &crests::Inputs { view, style, light, position, shapes, crest_light: &crest_light });
+        crests::run(recorder, &crests::Inputs { view, style, light, position, shapes, crest_light: &crest_light });
         crest_light
     });
     Bends { axis, crest_light }

@@ -1,20 +1,20 @@
 //! What is made of tiles of the land once and kept, where that is not there yet: for all eyes, and for frames to come.
 
 use super::FrameInputs;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::surface::{lakes, land, rows};
 
 /// Horizons, shores of water, and rows of hachures, as far as the style asks for them.
-pub(super) fn make(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>) {
+pub(super) fn make(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
     let (terrain, style) = (&inputs.world.terrain, inputs.style);
     let heights = &terrain.resources();
     if let Some(tiles) = terrain.horizon_maps().filter(|_| style.asks_for_horizons()) {
-        land::horizons::run(cx, heights, tiles);
+        land::horizons::run(recorder, heights, tiles);
     }
     if let Some(tiles) = terrain.water_maps().filter(|_| style.water.is_some()) {
-        lakes::make(cx, heights, tiles, inputs.world.given_water());
+        lakes::make(recorder, heights, tiles, inputs.world.given_water());
     }
     if let Some(plan) = inputs.rows {
-        rows::make(cx, plan, heights);
+        rows::make(recorder, plan, heights);
     }
 }

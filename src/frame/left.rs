@@ -1,7 +1,7 @@
 //! What the last frame left, for windows, files and measurements.
 
 use super::mark_layers::LAYER_INKS;
-use super::{EyeMemory, Frame};
+use super::{EyeMemory, Renderer};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::target::{Target, TargetKind};
@@ -30,7 +30,7 @@ pub struct DrawnMeshCounts {
 }
 
 /// Eyes count from 0; none is the first.
-impl Frame {
+impl Renderer {
     /// A picture of the first eye, if the last frame made it.
     pub fn target(&self, kind: &TargetKind) -> Option<&Target> {
         self.eye_target(0, kind)
@@ -69,11 +69,11 @@ impl Frame {
         land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 
-    /// As [`Frame::drawn_vertices`], of what is in view of all that stands on the land, if anything does: in the order
+    /// As [`Renderer::drawn_vertices`], of what is in view of all that stands on the land, if anything does: in the order
     /// of the scene, each at its level.
     ///
     /// # Errors
-    /// As [`Frame::drawn_vertices`].
+    /// As [`Renderer::drawn_vertices`].
     pub fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
         let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
             return Ok(None);
@@ -84,7 +84,7 @@ impl Frame {
     /// What the last frame drew of all that stands on the land, and what it had no room for. Waits for the GPU.
     ///
     /// # Errors
-    /// As [`Frame::drawn_vertices`].
+    /// As [`Renderer::drawn_vertices`].
     pub fn drawn_meshes(&self, gpu: &Gpu) -> Result<Option<DrawnMeshCounts>, GpuError> {
         let Some(draws) = self.buffer(&meshes::DRAWS) else { return Ok(None) };
         let draws: Vec<MeshDraws> = crate::gpu::readback::read_buffer(gpu, &draws.raw, 1)?;
@@ -100,7 +100,7 @@ impl Frame {
     /// GPU.
     ///
     /// # Errors
-    /// As [`Frame::drawn_vertices`].
+    /// As [`Renderer::drawn_vertices`].
     pub fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
         let (Some(drawn), Some(samples)) = (self.buffer(&rows::marks::DRAWN), self.buffer(&rows::marks::MARKS)) else {
             return Ok(None);
@@ -108,7 +108,7 @@ impl Frame {
         rows::marks::read(gpu, &drawn, &samples).map(Some)
     }
 
-    /// The ink of a layer of hatching of the first eye, 0 to 1, if it was asked for ([`Frame::set_wants_mark_layers`]) and
+    /// The ink of a layer of hatching of the first eye, 0 to 1, if it was asked for ([`Renderer::set_wants_mark_layers`]) and
     /// the style has that layer.
     pub fn mark_layer(&self, layer: usize) -> Option<&Target> {
         self.target(LAYER_INKS.get(layer)?)
@@ -126,7 +126,7 @@ impl Frame {
     }
 
     /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
-    /// of a picture at rest are still to come. What wind moves is another matter ([`Frame::may_sway`]).
+    /// of a picture at rest are still to come. What wind moves is another matter ([`Renderer::may_sway`]).
     pub fn is_settling(&self) -> bool {
         self.samples.is_settling() || self.has_settling_strokes() || self.rows.is_late()
     }
@@ -147,7 +147,7 @@ impl Frame {
         self.eye_strokes(0)
     }
 
-    /// The strokes of an eye, as [`Frame::strokes`].
+    /// The strokes of an eye, as [`Renderer::strokes`].
     pub fn eye_strokes(&self, eye: usize) -> Option<DrawnStrokes<'_>> {
         let memory = self.eyes.get(eye)?.drawn_strokes()?;
         Some(DrawnStrokes::new(memory, &self.pools))

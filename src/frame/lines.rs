@@ -3,7 +3,7 @@
 use super::{FrameInputs, bend};
 use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::{
     self, apparent, apparent_ridges, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold,
@@ -48,40 +48,40 @@ impl<'a> OnSurface<'a> {
 
 /// The lines of the style's detector, without those along rims.
 pub(super) fn find(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     lines: &Lines,
     on: &OnSurface<'_>,
     targets: &mut Targets,
 ) -> Target {
     let line = if lines.detector == Detector::Curvature {
-        by_curvature(cx, inputs, lines, on, targets)
+        by_curvature(recorder, inputs, lines, on, targets)
     } else {
-        detect(cx, inputs, lines, inputs.style.lines.is_none(), on, targets)
+        detect(recorder, inputs, lines, inputs.style.lines.is_none(), on, targets)
     };
     let Some(rim) = on.rim else { return line };
-    let rimless = targets.whole(cx.gpu(), &rims::RIMLESS);
+    let rimless = targets.whole(recorder.gpu(), &rims::RIMLESS);
     let &OnSurface { view, position, normal, .. } = on;
-    rims::run(cx, &rims::Inputs { view, line: &line, rim, position, normal, rimless: &rimless });
+    rims::run(recorder, &rims::Inputs { view, line: &line, rim, position, normal, rimless: &rimless });
     rimless
 }
 
 /// Detector and threshold.
 fn detect(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     lines: &Lines,
     only_trees: bool,
     on: &OnSurface<'_>,
     targets: &mut Targets,
 ) -> Target {
-    let gpu = cx.gpu();
+    let gpu = recorder.gpu();
     let &OnSurface { view, surface_id, depth, position, normal, .. } = on;
     let errors = &targets.whole(gpu, &detector::ERRORS);
     let line = targets.whole(gpu, &threshold::LINE);
     let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
     let directions = directions.as_ref();
-    detector::run(cx, lines, &detector::Inputs { view, position, normal, errors, directions });
+    detector::run(recorder, lines, &detector::Inputs { view, position, normal, errors, directions });
     let errors = &inputs.world.forest().map_or(errors.clone(), |forest| {
         let tree_normal = &targets.whole(gpu, &trees::raster::TREE_NORMAL);
         let tree_errors = &targets.whole(gpu, &lines::trees::TREE_ERRORS);
@@ -97,48 +97,48 @@ fn detect(
             errors,
             tree_errors,
         };
-        lines::trees::run(cx, &chosen);
+        lines::trees::run(recorder, &chosen);
         tree_errors.clone()
     });
-    threshold::run(cx, lines, &threshold::Inputs { view, errors, directions, line: &line });
+    threshold::run(recorder, lines, &threshold::Inputs { view, errors, directions, line: &line });
     line
 }
 
 /// Lines by curvature; trees, which have none, have LSA contours.
 fn by_curvature(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     lines: &Lines,
     on: &OnSurface<'_>,
     targets: &mut Targets,
 ) -> Target {
-    let gpu = cx.gpu();
+    let gpu = recorder.gpu();
     let &OnSurface { view, surface_id, position, normal, .. } = on;
     let style = &inputs.style.curvature;
     let tree_line = if inputs.world.forest().is_some() {
-        detect(cx, inputs, &Lines { detector: Detector::Lsa, ..lines.clone() }, true, on, targets)
+        detect(recorder, inputs, &Lines { detector: Detector::Lsa, ..lines.clone() }, true, on, targets)
     } else {
         targets.sized(gpu, &NOTHING, [1, 1])
     };
-    let (_, radial) = bent(cx, style.feature_px, on, targets);
+    let (_, radial) = bent(recorder, style.feature_px, on, targets);
     let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
     let (radial, tree_line) = (&radial, &tree_line);
     let drawn = curvature::Inputs { view, style, surface_id, position, normal, radial, tree_line, line: &line };
-    curvature::run(cx, &drawn);
+    curvature::run(recorder, &drawn);
     line
 }
 
 /// How the surface bends, and how toward the eye.
-fn bent(cx: &mut Cx<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
-    let shapes = bend::shapes(cx, feature_px, &on.bending(), targets);
-    let toward_eye = targets.sized(cx.gpu(), &radial::RADIAL, shapes.normal.size_px());
-    radial::run(cx, &radial::Inputs { view: on.view, shapes: &shapes, radial: &toward_eye });
+fn bent(recorder: &mut Recorder<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
+    let shapes = bend::shapes(recorder, feature_px, &on.bending(), targets);
+    let toward_eye = targets.sized(recorder.gpu(), &radial::RADIAL, shapes.normal.size_px());
+    radial::run(recorder, &radial::Inputs { view: on.view, shapes: &shapes, radial: &toward_eye });
     (shapes, toward_eye)
 }
 
 /// Adds the edges that lie on what is seen: suggestive contours, ridges and valleys, as the strokes ask for them.
 pub(super) fn add_edges(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     edges: &EdgeList,
     strokes: &Strokes,
     on: &OnSurface<'_>,
@@ -146,26 +146,26 @@ pub(super) fn add_edges(
 ) {
     let &OnSurface { view, position, normal, other_eye_m, .. } = on;
     if let Some(feature_px) = strokes.suggestive_px {
-        let (shapes, radial) = bent(cx, feature_px, on, targets);
+        let (shapes, radial) = bent(recorder, feature_px, on, targets);
         let (shapes, radial) = (&shapes, &radial);
         let inputs = suggestive::Inputs { view, style: strokes, position, normal, shapes, radial, other_eye_m };
-        suggestive::run(cx, edges, &inputs);
+        suggestive::run(recorder, edges, &inputs);
     }
     if let Some(feature_px) = strokes.ridge_px {
-        let (shapes, _) = bent(cx, feature_px, on, targets);
+        let (shapes, _) = bent(recorder, feature_px, on, targets);
         let (shapes, least_bend) = (&shapes, strokes.ridge_bend);
         let apparent = strokes.ridge_apparent.then(|| {
-            let apparent = targets.sized(cx.gpu(), &apparent::APPARENT, shapes.normal.size_px());
-            apparent::run(cx, &apparent::Inputs { view, shapes, apparent: &apparent });
+            let apparent = targets.sized(recorder.gpu(), &apparent::APPARENT, shapes.normal.size_px());
+            apparent::run(recorder, &apparent::Inputs { view, shapes, apparent: &apparent });
             apparent
         });
         let sides = [(false, strokes.ridge_width), (true, strokes.valley_width)];
         for (valleys, _) in sides.into_iter().filter(|(_, width)| *width > 0.0) {
             if let Some(apparent) = &apparent {
                 let inputs = apparent_ridges::Inputs { view, least_bend, valleys, position, normal, shapes, apparent };
-                apparent_ridges::run(cx, edges, &inputs);
+                apparent_ridges::run(recorder, edges, &inputs);
             } else {
-                ridges::run(cx, edges, &ridges::Inputs { view, least_bend, valleys, position, normal, shapes });
+                ridges::run(recorder, edges, &ridges::Inputs { view, least_bend, valleys, position, normal, shapes });
             }
         }
     }

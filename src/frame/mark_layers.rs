@@ -1,6 +1,6 @@
 //! The hatching of an eye, and for files of lines each of its layers by itself.
 
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{TargetKind, Targets};
 use crate::style::hatching::{MOST_LAYERS, Scale};
 use crate::tones::{balance, fractal_hatching, hatching};
@@ -16,19 +16,24 @@ pub(super) const LAYER_INKS: [TargetKind; MOST_LAYERS] = [
 ];
 
 /// Marks as the style scales them.
-pub(super) fn hatch(cx: &mut Cx<'_>, marks: &hatching::Inputs<'_>) {
+pub(super) fn hatch(recorder: &mut Recorder<'_>, marks: &hatching::Inputs<'_>) {
     match marks.hatching.scale {
-        Scale::Blend => hatching::run(cx, marks),
-        Scale::Add => fractal_hatching::run(cx, marks),
+        Scale::Blend => hatching::run(recorder, marks),
+        Scale::Add => fractal_hatching::run(recorder, marks),
     }
 }
 
 /// Each layer alone, as dark as it is among the others: their balance counts.
-pub(super) fn draw(cx: &mut Cx<'_>, marks: &hatching::Inputs<'_>, balance: &balance::Inputs, targets: &mut Targets) {
-    let cover = &targets.whole(cx.gpu(), &LAYER_COVER);
+pub(super) fn draw(
+    recorder: &mut Recorder<'_>,
+    marks: &hatching::Inputs<'_>,
+    balance: &balance::Inputs,
+    targets: &mut Targets,
+) {
+    let cover = &targets.whole(recorder.gpu(), &LAYER_COVER);
     for (layer, kind) in LAYER_INKS.iter().enumerate().take(marks.hatching.layers.len()) {
-        hatch(cx, &hatching::Inputs { layer: Some(layer), cover, ..*marks });
-        let ink = targets.whole(cx.gpu(), kind);
-        balance::draw(cx, &balance::Inputs { cover: cover.clone(), marks: ink, ..balance.clone() }, None);
+        hatch(recorder, &hatching::Inputs { layer: Some(layer), cover, ..*marks });
+        let ink = targets.whole(recorder.gpu(), kind);
+        balance::draw(recorder, &balance::Inputs { cover: cover.clone(), marks: ink, ..balance.clone() }, None);
     }
 }

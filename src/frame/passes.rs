@@ -12,7 +12,7 @@ use super::{EyeMemory, FrameInputs, land_maps, water as frame_water};
 use crate::composite::sky::{self, SKY};
 use crate::composite::{self, temporal_aa};
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::lines::crowd::{self, Cap};
 use crate::lines::smooth;
@@ -64,7 +64,7 @@ struct SeenStrokes {
 }
 
 /// All passes of all eyes. Whether trees may be in view that wind moves.
-pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) -> bool {
+pub(super) fn render_eyes(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) -> bool {
     // Strokes are those of the eye that stands farther left, whichever is the first: eyes that are exchanged exchange
     // their pictures.
     let mut order: Vec<usize> = (0..eyes.len()).collect();
@@ -72,21 +72,21 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
     let mut seen: Vec<Option<Seen>> = (0..eyes.len()).map(|_| None).collect();
     for (turn, &eye) in order.iter().enumerate() {
         let leader = seen[order[0]].as_ref().filter(|_| inputs.rig.is_pair());
-        seen[eye] = Some(see(cx, inputs, eye, turn == 0, leader, &mut eyes[eye]));
+        seen[eye] = Some(see(recorder, inputs, eye, turn == 0, leader, &mut eyes[eye]));
     }
     let mut seen: Vec<Seen> = seen.into_iter().flatten().collect();
     if let (true, [leader, follower]) = (inputs.rig.is_pair(), order.as_slice()) {
         let follower = seen[*follower].strokes.as_ref().and_then(|strokes| strokes.drawn.as_ref());
         if let Some((strokes, follower)) = seen[*leader].strokes.as_ref().zip(follower) {
-            strokes.frame.draw_agreed(cx, &seen[*leader].still_view, &mut eyes[*leader].targets, follower);
+            strokes.frame.draw_agreed(recorder, &seen[*leader].still_view, &mut eyes[*leader].targets, follower);
         }
     }
     if let Some(lines) = inputs.lines {
-        finish_lines(cx, inputs, lines, &mut seen, eyes);
+        finish_lines(recorder, inputs, lines, &mut seen, eyes);
     }
-    let shaded: Vec<Shaded> = (0..eyes.len()).map(|eye| shade(cx, inputs, &seen[eye], &mut eyes[eye])).collect();
+    let shaded: Vec<Shaded> = (0..eyes.len()).map(|eye| shade(recorder, inputs, &seen[eye], &mut eyes[eye])).collect();
     for (eye, memory) in eyes.iter_mut().enumerate() {
-        finish(cx, inputs, &seen, &shaded, eye, memory);
+        finish(recorder, inputs, &seen, &shaded, eye, memory);
     }
     seen.iter().any(|seen| seen.may_sway)
 }
@@ -94,7 +94,7 @@ pub(super) fn render_eyes(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, eyes: &mut 
 /// Surface, lines and strokes of an eye; the first one also makes what all eyes share. The second one of a pair takes
 /// the strokes of its leader over.
 fn see(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     eye: usize,
     is_first: bool,
@@ -103,10 +103,10 @@ fn see(
 ) -> Seen {
     let &FrameInputs { world, mesh, rig, style, light, .. } = inputs;
     let terrain = &world.terrain;
-    let gpu = cx.gpu();
+    let gpu = recorder.gpu();
     let view_of_eye = &rig.eyes[eye];
-    let view = cx.uniform("view", &view_of_eye.uniform(rig.origin_m));
-    let still_view = cx.uniform("view", &view_of_eye.still_uniform(rig.origin_m));
+    let view = recorder.uniform("view", &view_of_eye.uniform(rig.origin_m));
+    let still_view = recorder.uniform("view", &view_of_eye.still_uniform(rig.origin_m));
     let heights = &terrain.resources();
     let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
 
@@ -114,36 +114,36 @@ fn see(
         let nearest_m = world.nearest_m(rig.origin_m);
         let step = Step { step_s: inputs.step_s, nearest_m, origin_m: rig.origin_m, land_changes: inputs.land_changes };
         let leader = leader.and_then(|leader| Some(&leader.strokes.as_ref()?.frame));
-        FrameStrokes::begin(cx, memory, strokes, view_of_eye, light, step, leader)
+        FrameStrokes::begin(recorder, memory, strokes, view_of_eye, light, step, leader)
     });
-    let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(cx, rules));
+    let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(recorder, rules));
     let edges = edges.as_ref();
 
     // Surface: place the vertices, rasterise depth and id, compute the rest.
     let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
     let hidden = inputs.hidden.get(eye).filter(|area| !area.corners.is_empty());
     if let Some(area) = hidden {
-        surface::hidden::run(cx, area, depth, surface_id);
+        surface::hidden::run(recorder, area, depth, surface_id);
     }
     for &batch in &mesh.batches {
         let clears = batch[0] == 0 && hidden.is_none();
         if is_first || mesh.batches.len() > 1 {
-            mesh.place(cx, batch, heights);
+            mesh.place(recorder, batch, heights);
         }
         let raster = land::raster::Inputs { view: &view, terrain: heights, mesh, batch, clears, depth, surface_id };
-        land::raster::run(cx, &raster);
+        land::raster::run(recorder, &raster);
         if let Some(edges) = edges {
-            land::edges::run(cx, edges, &land::edges::Inputs { view: &view, terrain: heights, mesh, batch });
+            land::edges::run(recorder, edges, &land::edges::Inputs { view: &view, terrain: heights, mesh, batch });
         }
     }
     // What stands on the land: the same once more.
     let meshes = world.meshes().map(|placed| {
-        let meshes = DrawnMeshes::of(cx, placed);
-        meshes::cull::run(cx, &view, rig, terrain.uniform(), &meshes);
-        meshes::vertices::run(cx, &meshes, terrain.uniform());
-        meshes::raster::run(cx, &meshes::raster::Inputs { view: &view, meshes: &meshes, depth, surface_id });
+        let meshes = DrawnMeshes::of(recorder, placed);
+        meshes::cull::run(recorder, &view, rig, terrain.uniform(), &meshes);
+        meshes::vertices::run(recorder, &meshes, terrain.uniform());
+        meshes::raster::run(recorder, &meshes::raster::Inputs { view: &view, meshes: &meshes, depth, surface_id });
         if let Some(edges) = edges {
-            meshes::edges::run(cx, edges, &view, &meshes);
+            meshes::edges::run(recorder, edges, &view, &meshes);
         }
         meshes
     });
@@ -151,39 +151,39 @@ fn see(
     let local_color = local_color.then(|| targets.whole(gpu, &surface::local_color::LOCAL_COLOR));
     let local_color = local_color.as_ref();
     let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id, local_color };
-    let trees = frame_trees::see(cx, inputs, &at_eye, edges, targets);
+    let trees = frame_trees::see(recorder, inputs, &at_eye, edges, targets);
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
-    land::resolve::run(cx, &resolved);
+    land::resolve::run(recorder, &resolved);
     if let Some(meshes) = &meshes {
         let (position, normal) = (&position, &normal);
         let over = meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal, local_color };
-        meshes::resolve::run(cx, &over);
+        meshes::resolve::run(recorder, &over);
     }
     let tree_shadow = trees.as_ref().and_then(|trees| {
         let (position, normal) = (&position, &normal);
         let tree_normal = &trees.normal;
         let resolved = trees::resolve::Inputs { view: &view, surface_id, depth, tree_normal, position, normal };
-        trees::resolve::run(cx, &resolved);
-        frame_trees::shadow(cx, inputs, &at_eye, trees, position, targets)
+        trees::resolve::run(recorder, &resolved);
+        frame_trees::shadow(recorder, inputs, &at_eye, trees, position, targets)
     });
     if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);
         let tree_step = trees.as_ref().and_then(SeenTrees::step);
-        motion::run(cx, &motion::Inputs { view: &view, position: &position, surface_id, tree_step, motion });
+        motion::run(recorder, &motion::Inputs { view: &view, position: &position, surface_id, tree_step, motion });
     }
     if is_first {
-        land_maps::make(cx, inputs);
+        land_maps::make(recorder, inputs);
     }
 
-    let water = frame_water::find(cx, inputs, &view, [surface_id, &position], targets);
+    let water = frame_water::find(recorder, inputs, &view, [surface_id, &position], targets);
     // Rims of holes, which lines are not to follow. Most land has none.
-    let rim = (mesh.has_holes() || cx.rehearses()).then(|| {
+    let rim = (mesh.has_holes() || recorder.prewarms()).then(|| {
         let rim = targets.whole(gpu, &surface::rims::RIM);
         let (terrain, style) = (heights, &style.rims);
         let (position, normal) = (&position, &normal);
         let drawn = surface::rims::Inputs { view: &view, terrain, style, surface_id, position, normal, rim: &rim };
-        surface::rims::run(cx, &drawn);
+        surface::rims::run(recorder, &drawn);
         rim
     });
     // Lines of pixels, and the edges that lie on what is seen: suggestive contours, ridges and valleys.
@@ -199,17 +199,17 @@ fn see(
         rim: rim.as_ref(),
         other_eye_m: rig.is_pair().then(|| (rig.eyes[1 - eye].pose.position_m - rig.origin_m).as_vec3().to_array()),
     };
-    let line = inputs.lines.map(|lines| frame_lines::find(cx, inputs, lines, &on_surface, targets));
+    let line = inputs.lines.map(|lines| frame_lines::find(recorder, inputs, lines, &on_surface, targets));
     if let Some((edges, strokes)) = edges.zip(style.strokes.as_ref()) {
-        frame_lines::add_edges(cx, edges, strokes, &on_surface, targets);
+        frame_lines::add_edges(recorder, edges, strokes, &on_surface, targets);
     }
-    let bends = bend::find(cx, inputs, &on_surface.bending(), targets);
+    let bends = bend::find(recorder, inputs, &on_surface.bending(), targets);
     // Strokes: see what is visible of the edges, chain it, draw it.
     let strokes = style.strokes.as_ref().zip(strokes).map(|(style, mut frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
         let resolution = style.resolution;
         let ink = frame.draw(
-            cx,
+            recorder,
             strokes::Inputs {
                 view: &view,
                 still_view: &still_view,
@@ -222,7 +222,7 @@ fn see(
             },
         );
         let surface = SeenSurface { depth: depth.clone(), position: position.clone(), normal: normal.clone() };
-        let drawn = if rig.is_pair() { frame.partner(cx, &still_view, surface, targets) } else { None };
+        let drawn = if rig.is_pair() { frame.partner(recorder, &still_view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
     let may_sway = trees.as_ref().is_some_and(|trees| trees.placed.may_sway);
@@ -248,8 +248,14 @@ fn see(
 
 /// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
 /// them, stairs are smoothed, crowded ones are thinned out, and what has no partner in the other eye goes.
-fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: &mut [Seen], eyes: &mut [EyeMemory]) {
-    let gpu = cx.gpu();
+fn finish_lines(
+    recorder: &mut Recorder<'_>,
+    inputs: &FrameInputs<'_>,
+    lines: &Lines,
+    seen: &mut [Seen],
+    eyes: &mut [EyeMemory],
+) {
+    let gpu = recorder.gpu();
     let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
     // Eyes that know nothing of each other thin lines out as one eye does.
     let apart_m = if stereo == Stereo::Alone { 0.0 } else { inputs.rig.apart_m() as f32 };
@@ -257,16 +263,21 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
         let Some(line) = line else { continue };
         if stereo == Stereo::Full {
             let faded = memory.targets.whole(gpu, &fade_out::FADED);
-            fade_out::run(cx, lines, inputs.rig, &fade_out::Inputs { view, position, normal, line, faded: &faded });
+            fade_out::run(
+                recorder,
+                lines,
+                inputs.rig,
+                &fade_out::Inputs { view, position, normal, line, faded: &faded },
+            );
             *line = faded;
         }
         if lines.antialias {
             let smoothed = memory.targets.whole(gpu, &smooth::SMOOTHED);
-            smooth::run(cx, &smooth::Inputs { view, line, smoothed: &smoothed });
+            smooth::run(recorder, &smooth::Inputs { view, line, smoothed: &smoothed });
             *line = smoothed;
         }
         if let Some(cap) = Cap::of(lines.crowd, lines.crowd_px) {
-            *line = crowd::run(cx, &crowd::Inputs { view, position, line, cap, apart_m }, &mut memory.targets);
+            *line = crowd::run(recorder, &crowd::Inputs { view, position, line, cap, apart_m }, &mut memory.targets);
         }
     }
     if stereo == Stereo::Alone {
@@ -278,14 +289,14 @@ fn finish_lines(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, lines: &Lines, seen: 
     let before: Vec<agree::Eye> = seen.iter().filter_map(eye_of).collect();
     for (eye, own) in before.iter().enumerate() {
         let agreed = eyes[eye].targets.whole(gpu, &agree::AGREED);
-        agree::run(cx, &agree::Inputs { own, other: &before[1 - eye], agreed: &agreed });
+        agree::run(recorder, &agree::Inputs { own, other: &before[1 - eye], agreed: &agreed });
         seen[eye].line = Some(agreed);
     }
 }
 
 /// The picture of an eye.
 fn finish(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     seen: &[Seen],
     shaded: &[Shaded],
@@ -293,7 +304,7 @@ fn finish(
     memory: &mut EyeMemory,
 ) {
     let &FrameInputs { rig, style, light, .. } = inputs;
-    let gpu = cx.gpu();
+    let gpu = recorder.gpu();
     let Seen { view, position, rim, line, strokes, .. } = &seen[eye];
     let targets = &mut memory.targets;
     let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
@@ -303,7 +314,7 @@ fn finish(
         let partner = partner.and_then(|(seen, shaded)| {
             Some(balance::Partner { view: &seen.view, position, more: &shaded.balance.as_ref()?.more })
         });
-        balance::draw(cx, balance, partner.as_ref());
+        balance::draw(recorder, balance, partner.as_ref());
         &balance.marks
     });
     let picture = &targets.whole(gpu, &composite::PICTURE);
@@ -316,7 +327,7 @@ fn finish(
     let height_ink = shaded[eye].height_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
         let sky = targets.whole(gpu, &SKY);
-        sky::run(cx, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
+        sky::run(recorder, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
         sky
     });
     let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
@@ -335,13 +346,13 @@ fn finish(
     };
     let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
-        composite::run(cx, &drawn);
+        composite::run(recorder, &drawn);
         return;
     };
     let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
     let inks = composite::Inks { strokes: &nothing, ..inks };
-    composite::run(cx, &composite::Inputs { inks, is_sample: true, picture: sample, ..drawn });
+    composite::run(recorder, &composite::Inputs { inks, is_sample: true, picture: sample, ..drawn });
     let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
     let mean = temporal_aa::Inputs { view, plan, style, sample, position, motion, ink: stroke_ink, histories, picture };
-    temporal_aa::run(cx, &mean);
+    temporal_aa::run(recorder, &mean);
 }

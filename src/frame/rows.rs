@@ -2,7 +2,7 @@
 
 use super::FrameInputs;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::style::hatching::Hatching;
 use crate::surface::rows::{balance, beside, choice, marks, proposals, ribbons, rooms};
@@ -15,7 +15,7 @@ pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatchin
 
 /// Where hatching lies, if the land has rows or cut lines: a position without the land.
 pub(super) fn place_beside(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
     [surface_id, position]: [&Target; 2],
@@ -24,14 +24,14 @@ pub(super) fn place_beside(
     if !inputs.style.has_land_lines() {
         return None;
     }
-    let place = targets.whole(cx.gpu(), &beside::PLACE_BESIDE);
-    beside::run(cx, view, surface_id, position, &place);
+    let place = targets.whole(recorder.gpu(), &beside::PLACE_BESIDE);
+    beside::run(recorder, view, surface_id, position, &place);
     Some(place)
 }
 
 /// Ink of rows, in the tones that are asked for.
 pub(super) fn draw(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
     [surface_id, position, tone]: [&Target; 3],
@@ -39,12 +39,12 @@ pub(super) fn draw(
 ) -> Option<Target> {
     let plan = inputs.rows?;
     let heights = &inputs.world.terrain.resources();
-    let proposals = &proposals::run(cx, &proposals::Inputs { view, terrain: heights, plan, position });
-    let places = choice::run(cx, view, plan, proposals, tone.size_px());
-    let inks = rooms::run(cx, plan, &places, tone);
-    let gains = &balance::run(cx, view, plan, &inks, [position, tone]);
-    let marks = &marks::run(cx, &marks::Inputs { view, plan, proposals, gains, tone });
-    let ink = targets.whole(cx.gpu(), &ribbons::ROW_INK);
-    ribbons::run(cx, &ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
+    let proposals = &proposals::run(recorder, &proposals::Inputs { view, terrain: heights, plan, position });
+    let places = choice::run(recorder, view, plan, proposals, tone.size_px());
+    let inks = rooms::run(recorder, plan, &places, tone);
+    let gains = &balance::run(recorder, view, plan, &inks, [position, tone]);
+    let marks = &marks::run(recorder, &marks::Inputs { view, plan, proposals, gains, tone });
+    let ink = targets.whole(recorder.gpu(), &ribbons::ROW_INK);
+    ribbons::run(recorder, &ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
     Some(ink)
 }

@@ -4,7 +4,7 @@ use super::passes::Seen;
 use super::trees as frame_trees;
 use super::{EyeMemory, FrameInputs, mark_layers, rows, water as frame_water};
 use crate::composite;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::lines::tone::{self, tone_image};
 use crate::surface::{cuts, form, height_lines, mark_normal};
@@ -29,9 +29,14 @@ pub(super) struct Shaded {
 }
 
 /// Tones of an eye, and its marks as far as they are its own.
-pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memory: &mut EyeMemory) -> Shaded {
+pub(super) fn shade(
+    recorder: &mut Recorder<'_>,
+    inputs: &FrameInputs<'_>,
+    seen: &Seen,
+    memory: &mut EyeMemory,
+) -> Shaded {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
-    let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, cx.gpu());
+    let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, recorder.gpu());
     let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, water, bends, .. } = seen;
     let water = water.as_ref();
     let targets = &mut memory.targets;
@@ -39,9 +44,11 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
     // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
     let hatching = rows::drawn_hatching(inputs);
     let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
-    let of_trees = of_trees.map(|form| frame_trees::marks(cx, [surface_id, position, normal, form], view, targets));
+    let of_trees =
+        of_trees.map(|form| frame_trees::marks(recorder, [surface_id, position, normal, form], view, targets));
     let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
-    let place_beside = hatching.and_then(|_| rows::place_beside(cx, inputs, view, [surface_id, mark_place], targets));
+    let place_beside =
+        hatching.and_then(|_| rows::place_beside(recorder, inputs, view, [surface_id, mark_place], targets));
     let mark_place = place_beside.as_ref().unwrap_or(mark_place);
     let mark_normal = hatching.map(|hatching| {
         let size = mark_normal::mark_normal_size(targets.size_px());
@@ -50,7 +57,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         let (position, normal) = (mark_place, mark_surface);
         let ground =
             mark_normal::Inputs { view, hatching, terrain: heights, surface_id, position, normal, mark_normal };
-        mark_normal::run(cx, &ground);
+        mark_normal::run(recorder, &ground);
         mark_normal.clone()
     });
     let form_normal = style.asks_for_form().then(|| {
@@ -58,7 +65,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         let heights = &terrain.resources();
         let shading =
             form::Inputs { view, terrain: heights, style, light, surface_id, position, form_normal: &form_normal };
-        form::run(cx, &shading);
+        form::run(recorder, &shading);
         form_normal
     });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
@@ -79,7 +86,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
             normal,
             form_normal: form_normal.as_ref().unwrap_or(nothing),
         };
-        relief::run(cx, &lit, targets)
+        relief::run(recorder, &lit, targets)
     });
     let asked = tones::Inputs {
         view,
@@ -100,7 +107,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
         tone: &tone,
     };
-    tones::run(cx, &asked);
+    tones::run(recorder, &asked);
     let tone_ink = style.tone_lines.as_ref().map(|lines| {
         let cells = tone::cells(lines, targets.size_px());
         let tone_image = &targets.sized(gpu, &tone_image::TONE_IMAGE, cells);
@@ -108,7 +115,7 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         let shading = tone_image::Inputs {
             view,
             style: lines,
-            light: cx.uniform("light", &uniform),
+            light: recorder.uniform("light", &uniform),
             to_sun: light.to_sun,
             pose: &rig.eyes[0].pose,
             position,
@@ -117,12 +124,12 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
             nothing,
             tone_image,
         };
-        tone_image::run(cx, &shading);
-        tone::trace(cx, &tone::Inputs { view, style: lines, position, tone_image }, targets)
+        tone_image::run(recorder, &shading);
+        tone::trace(recorder, &tone::Inputs { view, style: lines, position, tone_image }, targets)
     });
     // Water has no tones of its own, and so no marks.
     let of_water = frame_water::AtEye { view, position, water, tone: &tone };
-    let watered = frame_water::draw(cx, inputs, &of_water, targets);
+    let watered = frame_water::draw(recorder, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |watered| (watered.tone, Some(watered.ink)));
     let height_ink = style.drawn_height_lines().map(|lines| {
         let height_ink = targets.whole(gpu, &height_lines::HEIGHT_INK);
@@ -137,26 +144,26 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
             water: water.unwrap_or(nothing),
             height_ink: &height_ink,
         };
-        height_lines::run(cx, &drawn);
+        height_lines::run(recorder, &drawn);
         height_ink
     });
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
         let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
-        watercolor::run(cx, &wet);
+        watercolor::run(recorder, &wet);
         washed
     });
     let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
-        let balance = balance::Inputs::new(cx, targets, view, hatching);
+        let balance = balance::Inputs::new(recorder, targets, view, hatching);
         let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
         let layer = None;
         let bend_axis = bends.axis.as_ref().unwrap_or(nothing);
         let marks =
             hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, layer, cover };
-        mark_layers::hatch(cx, &marks);
-        balance::count(cx, &balance);
+        mark_layers::hatch(recorder, &marks);
+        balance::count(recorder, &balance);
         if inputs.wants_mark_layers {
-            mark_layers::draw(cx, &marks, &balance, targets);
+            mark_layers::draw(recorder, &marks, &balance, targets);
         }
         balance
     });
@@ -165,9 +172,9 @@ pub(super) fn shade(cx: &mut Cx<'_>, inputs: &FrameInputs<'_>, seen: &Seen, memo
         let (terrain, tone) = (&terrain.resources(), &tone);
         let drawn =
             cuts::Inputs { view, terrain, style: cuts, origin_m, surface_id, position, tone, cut_ink: &cut_ink };
-        cuts::run(cx, &drawn);
+        cuts::run(recorder, &drawn);
         cut_ink
     });
-    let rows = rows::draw(cx, inputs, view, [surface_id, position, &tone], targets);
+    let rows = rows::draw(recorder, inputs, view, [surface_id, position, &tone], targets);
     Shaded { colors, balance, rows, cut_ink, water_ink, height_ink, tone_ink }
 }

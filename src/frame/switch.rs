@@ -1,9 +1,9 @@
 //! How a window goes from a style to another without waiting: the old one is drawn until all is there that the new one
 //! needs.
 //!
-//! What that is nobody lists. The frame itself is rehearsed: its passes run with a recorder that only asks
-//! ([`Cx::rehearsal`]), as the first frame of a style, as the next one at rest, and as one after a turn, for strokes do
-//! something else in each. What the rehearsal did not meet is missed when a frame is recorded; nothing of such a frame
+//! What that is nobody lists. The frame itself is prewarmed: its passes run with a recorder that only asks
+//! ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one after a turn, for strokes do
+//! something else in each. What the prewarming run did not meet is missed when a frame is recorded; nothing of such a frame
 //! is submitted, and the last picture stays.
 //!
 //! Why: `docs/decisions/pipelines-beside.md`.
@@ -15,10 +15,10 @@ use glam::{DQuat, DVec3};
 use super::antialias::Antialias;
 use super::eye::EyeMemory;
 use super::passes::render_eyes;
-use super::{Frame, FrameInputs, drawn_lines, prepare};
+use super::{FrameInputs, Renderer, drawn_lines, prepare};
 use crate::composite::temporal_aa::Plan;
 use crate::gpu::pipelines::Builds;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::shader::ShaderError;
 use crate::gpu::texts::Texts;
 use crate::gpu::{Gpu, GpuError};
@@ -32,8 +32,8 @@ use crate::tiles::selection::Selection;
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
 
-/// Pictures of a rehearsal are this large: nothing is drawn on them.
-const REHEARSAL_PX: [u32; 2] = [16, 16];
+/// Pictures of a prewarming run are this large: nothing is drawn on them.
+const PREWARM_PX: [u32; 2] = [16, 16];
 /// A turn by this part of the field of view brings strokes that take over from those before.
 const TURN: f64 = 0.25;
 
@@ -41,13 +41,13 @@ const TURN: f64 = 0.25;
 #[derive(Default)]
 pub(super) struct Switch {
     shown: Option<Style>,
-    /// Of the rehearsals of one style, for each eye.
-    rehearsal: Option<(Style, Vec<EyeMemory>)>,
+    /// Of the prewarming passes of one style, for each eye.
+    prewarm: Option<(Style, Vec<EyeMemory>)>,
 }
 
-impl Frame {
-    /// Where pipelines are built, and what else takes long to make. [`Builds::Beside`] is for windows: a frame then
-    /// never waits for them, and [`Frame::render`] draws the style before until all is there.
+impl Renderer {
+    /// Where pipelines are built, and what else takes long to make. [`Builds::InBackground`] is for windows: a frame then
+    /// never waits for them, and [`Renderer::render`] draws the style before until all is there.
     pub fn set_builds(&mut self, gpu: &Gpu, builds: Builds) {
         self.pools.pipelines.set_builds(gpu, builds);
     }
@@ -84,13 +84,13 @@ impl Frame {
         self.pools.pipelines.built_at_once()
     }
 
-    /// Takes shaders from other texts: those that change from now on are found by [`Frame::reload_shaders`].
+    /// Takes shaders from other texts: those that change from now on are found by [`Renderer::reload_shaders`].
     pub fn set_shaders(&mut self, texts: Texts) {
         self.pools.pipelines.set_texts(texts);
     }
 
     /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
-    /// that are. Each replaces the old one when it holds; what is wrong is told by [`Frame::shader_troubles`].
+    /// that are. Each replaces the old one when it holds; what is wrong is told by [`Renderer::shader_troubles`].
     pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
         let reloaded = self.pools.pipelines.reload(gpu);
         if reloaded > 0 {
@@ -109,7 +109,7 @@ impl Frame {
         self.pools.pipelines.troubles()
     }
 
-    /// As [`Frame::render`], without waiting for what is built beside.
+    /// As [`Renderer::render`], without waiting for what is built beside.
     pub(super) fn render_what_is_there(
         &mut self,
         gpu: &Gpu,
@@ -120,8 +120,8 @@ impl Frame {
     ) -> Result<Prepared, GpuError> {
         self.take_built();
         let begun = Instant::now();
-        if !self.shows(style) && self.rehearse(gpu, world, rig, style, light)? {
-            self.switch = Switch { shown: Some(style.clone()), rehearsal: None };
+        if !self.shows(style) && self.prewarm(gpu, world, rig, style, light)? {
+            self.switch = Switch { shown: Some(style.clone()), prewarm: None };
         }
         let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.record_ms = rehearsal_ms;
@@ -143,7 +143,7 @@ impl Frame {
     }
 
     /// Whether all is there that the first frames of a style need; what is not begins to be built.
-    fn rehearse(
+    fn prewarm(
         &mut self,
         gpu: &Gpu,
         world: &mut Surfaces,
@@ -158,8 +158,8 @@ impl Frame {
             let sea_level_m = world.sea_level_m();
             world.terrain.map_water(gpu, Some(sea_level_m));
         }
-        let known = self.switch.rehearsal.take().filter(|(known, _)| known == style);
-        let (_, memories) = self.switch.rehearsal.insert(known.unwrap_or_else(|| (style.clone(), Vec::new())));
+        let known = self.switch.prewarm.take().filter(|(known, _)| known == style);
+        let (_, memories) = self.switch.prewarm.insert(known.unwrap_or_else(|| (style.clone(), Vec::new())));
         memories.resize_with(rig.eyes.len(), EyeMemory::default);
         memories.iter_mut().filter_map(|memory| memory.strokes.as_mut()).for_each(StrokeMemory::forget);
         let lines = drawn_lines(world, style);
@@ -170,13 +170,13 @@ impl Frame {
                 memory.begin_frame(gpu, view, style)?;
             }
             let rig = &Rig { eyes, ..*rig };
-            let mut cx = Cx::rehearsal(gpu, &mut self.pools, &mut self.timer);
-            let mesh = &PatchMesh::upload(&mut cx, &Selection::default());
+            let mut recorder = Recorder::prewarm(gpu, &mut self.pools, &mut self.timer);
+            let mesh = &PatchMesh::upload(&mut recorder, &Selection::default());
             let (step_s, land_changes) = (self.step_s, false);
             let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
-            let rows = style.rows.as_ref().map(|_| RowPlan::rehearsal(gpu));
+            let rows = style.rows.as_ref().map(|_| RowPlan::prewarm(gpu));
             let inputs = FrameInputs {
                 world,
                 mesh,
@@ -192,8 +192,8 @@ impl Frame {
                 rows: rows.as_ref(),
                 temporal_aa,
             };
-            render_eyes(&mut cx, &inputs, memories);
-            is_complete &= cx.is_complete();
+            render_eyes(&mut recorder, &inputs, memories);
+            is_complete &= recorder.is_complete();
         }
         Ok(is_complete)
     }
@@ -207,7 +207,7 @@ fn first_frames(eyes: &[View]) -> [Vec<View>; 3] {
             |pose: Pose| Pose { forward: turn * pose.forward, right: turn * pose.right, up: turn * pose.up, ..pose };
         let small = |view: &View| {
             let (previous, pose) = (view.pose, turned(view.pose));
-            View { pose, previous, picture_px: REHEARSAL_PX, part: Part::whole(REHEARSAL_PX), ..*view }
+            View { pose, previous, picture_px: PREWARM_PX, part: Part::whole(PREWARM_PX), ..*view }
         };
         eyes.iter().map(small).collect()
     };

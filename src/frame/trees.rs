@@ -2,7 +2,7 @@
 
 use super::FrameInputs;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::scene::view::View;
 use crate::surface::edges::EdgeList;
@@ -47,7 +47,7 @@ impl SeenTrees {
 /// Finds the trees of a world's forest and draws them over what is there. Nothing while its species are grown beside the
 /// frame. Adds the edges of near ones to the list, where strokes are made anew.
 pub(super) fn see(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     at: &AtEye<'_>,
     edge_list: Option<&EdgeList>,
@@ -55,8 +55,8 @@ pub(super) fn see(
 ) -> Option<SeenTrees> {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
     let &AtEye { view, view_of_eye, depth, surface_id, local_color } = at;
-    let (gpu, terrain, forest) = (cx.gpu(), &world.terrain, world.forest()?);
-    let trees = DrawnTrees::of(cx, forest, world.tree_models())?;
+    let (gpu, terrain, forest) = (recorder.gpu(), &world.terrain, world.forest()?);
+    let trees = DrawnTrees::of(recorder, forest, world.tree_models())?;
     let (wind, detail, origin_m) = (world.wind(), world.tree_detail(), rig.origin_m);
     let asked = place::Inputs {
         view,
@@ -70,19 +70,19 @@ pub(super) fn see(
         has_shadows: style.asks_for_tree_shadows(),
         detail,
     };
-    let placed = place::run(cx, &asked, &trees);
+    let placed = place::run(recorder, &asked, &trees);
     let swaying = wind.map(|wind| {
         let step = targets.whole(gpu, &sway::TREE_STEP);
         let clock = view_of_eye.clock;
-        sway::run(cx, sway::Inputs { wind, clock, origin_m, detail, trees: &trees, step })
+        sway::run(recorder, sway::Inputs { wind, clock, origin_m, detail, trees: &trees, step })
     });
     if let Some(list) = edge_list {
         let (terrain, trees, swaying) = (terrain.uniform(), &trees, swaying.as_ref());
-        edges::run(cx, list, &edges::Inputs { view, terrain, trees, swaying });
+        edges::run(recorder, list, &edges::Inputs { view, terrain, trees, swaying });
     }
     let normal = targets.whole(gpu, &raster::TREE_NORMAL);
     let form = targets.whole(gpu, &raster::TREE_FORM);
-    let colored = local_color.map(|local_color| Colored::of(cx, forest, &trees, local_color.clone()));
+    let colored = local_color.map(|local_color| Colored::of(recorder, forest, &trees, local_color.clone()));
     let drawn = raster::Inputs {
         view,
         terrain: terrain.uniform(),
@@ -95,14 +95,14 @@ pub(super) fn see(
         tree_normal: &normal,
         tree_form: &form,
     };
-    raster::run(cx, &drawn);
-    impostor::run(cx, &drawn);
+    raster::run(recorder, &drawn);
+    impostor::run(recorder, &drawn);
     Some(SeenTrees { trees, placed, normal, form, swaying })
 }
 
 /// What trees take of the sun, in a style that has shadows, where all positions are there.
 pub(super) fn shadow(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     at: &AtEye<'_>,
     seen: &SeenTrees,
@@ -113,7 +113,7 @@ pub(super) fn shadow(
         return None;
     }
     let &AtEye { view, depth, surface_id, .. } = at;
-    let tree_shadow = targets.whole(cx.gpu(), &shadow::TREE_SHADOW);
+    let tree_shadow = targets.whole(recorder.gpu(), &shadow::TREE_SHADOW);
     let thrown = shadow::Inputs {
         view,
         terrain: inputs.world.terrain.uniform(),
@@ -125,18 +125,18 @@ pub(super) fn shadow(
         position,
         tree_shadow: &tree_shadow,
     };
-    shadow::run(cx, &thrown);
+    shadow::run(recorder, &thrown);
     Some(tree_shadow)
 }
 
 /// Where marks lie, and what they shade.
 pub(super) fn marks(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     [surface_id, position, normal, tree_form]: [&Target; 4],
     view: &Resource,
     targets: &mut Targets,
 ) -> [Target; 2] {
-    let gpu = cx.gpu();
+    let gpu = recorder.gpu();
     let [mark_place, mark_surface] = [marks::MARK_PLACE, marks::MARK_SURFACE].map(|kind| targets.whole(gpu, &kind));
     let inputs = marks::Inputs {
         view,
@@ -147,6 +147,6 @@ pub(super) fn marks(
         mark_place: &mark_place,
         mark_surface: &mark_surface,
     };
-    marks::run(cx, &inputs);
+    marks::run(recorder, &inputs);
     [mark_place, mark_surface]
 }

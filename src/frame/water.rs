@@ -2,7 +2,7 @@
 
 use super::FrameInputs;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::surface::water::{self, WATER};
 use crate::tones::water::{self as look, WATER_INK, WATERED};
@@ -26,7 +26,7 @@ pub(super) struct Watered {
 
 /// Where an eye sees water; none in a style without.
 pub(super) fn find(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
     [surface_id, position]: [&Target; 2],
@@ -34,14 +34,14 @@ pub(super) fn find(
 ) -> Option<Target> {
     let style = inputs.style.water.as_ref()?;
     let terrain = &inputs.world.terrain.water_map_resources()?;
-    let water = targets.whole(cx.gpu(), &WATER);
-    water::run(cx, &water::Inputs { view, terrain, style, surface_id, position, water: &water });
+    let water = targets.whole(recorder.gpu(), &WATER);
+    water::run(recorder, &water::Inputs { view, terrain, style, surface_id, position, water: &water });
     Some(water)
 }
 
 /// None in a style without water.
 pub(super) fn draw(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     eye: &AtEye<'_>,
     targets: &mut Targets,
@@ -49,7 +49,7 @@ pub(super) fn draw(
     let style = inputs.style.water.as_ref()?;
     let &AtEye { view, position, water, tone } = eye;
     let water = water?;
-    let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(cx.gpu(), kind));
+    let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(recorder.gpu(), kind));
     let drawn = look::Inputs {
         view,
         style,
@@ -61,6 +61,6 @@ pub(super) fn draw(
         watered: &watered,
         water_ink: &ink,
     };
-    look::run(cx, &drawn);
+    look::run(recorder, &drawn);
     Some(Watered { tone: watered, ink })
 }

@@ -5,7 +5,7 @@ pub mod bind;
 pub mod buffer;
 mod build;
 pub mod device;
-pub mod later;
+pub mod async_readback;
 pub mod pipelines;
 pub mod pools;
 pub mod readback;

@@ -64,7 +64,7 @@ pub enum Builds {
     #[default]
     AtOnce,
     /// On another thread: whoever asks goes without until it is there.
-    Beside,
+    InBackground,
 }
 
 /// What is known of a pipeline.
@@ -183,7 +183,7 @@ impl Pipelines {
                 let built = build(gpu, &self.texts, key, number);
                 self.take(key.clone(), number, built);
             }
-            Builds::Beside => {
+            Builds::InBackground => {
                 let (gpu, texts, key) = (gpu.clone(), self.texts.clone(), key.clone());
                 self.workers.get_or_insert_default().start(move || {
                     let built = build(&gpu, &texts, &key, number);

@@ -1,14 +1,14 @@
 //! Records a frame: passes, with what they bind, their times and their trace.
 //!
-//! Everything that varies is handed in. A pass is a function of a [`Cx`] and its inputs; it owns nothing, so the same
+//! Everything that varies is handed in. A pass is a function of a [`Recorder`] and its inputs; it owns nothing, so the same
 //! pass can be recorded for many eyes and styles in one submit.
 //!
-//! On a GPU a frame is one submit, or several where a pass asks for it ([`Cx::submit_so_far`]). On a software driver
+//! On a GPU a frame is one submit, or several where a pass asks for it ([`Recorder::submit_so_far`]). On a software driver
 //! each pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise
 //! where a test or a measurement wants what a GPU does. All of them come when the frame is recorded, and none of a
 //! frame that lacks a pipeline.
 //!
-//! A rehearsal ([`Cx::rehearsal`]) records nothing: it asks for what a frame would need.
+//! A prewarming run ([`Recorder::prewarm`]) records nothing: it asks for what a frame would need.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -39,7 +39,7 @@ pub enum Submits {
 }
 
 /// A frame that is being recorded.
-pub struct Cx<'a> {
+pub struct Recorder<'a> {
     gpu: &'a Gpu,
     pools: &'a mut Pools,
     timer: &'a mut Timer,
@@ -48,7 +48,7 @@ pub struct Cx<'a> {
     trace: Option<Vec<PassTrace>>,
     /// What is submitted by itself, before the rest; timed under a name, or not.
     recorded: Vec<(Option<&'static str>, wgpu::CommandEncoder)>,
-    /// What a rehearsal hands out for every buffer.
+    /// What a prewarming run hands out for every buffer.
     blank: Option<wgpu::Buffer>,
     is_complete: bool,
 }
@@ -93,7 +93,7 @@ pub struct Attachments<'a> {
     pub clears: Clears,
 }
 
-impl<'a> Cx<'a> {
+impl<'a> Recorder<'a> {
     /// Begins a frame.
     pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
         Self {
@@ -111,13 +111,13 @@ impl<'a> Cx<'a> {
 
     /// Begins a frame that is never drawn: its passes ask for their pipelines and for what takes long to make, and
     /// nothing is recorded, bound or written.
-    pub fn rehearsal(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer) -> Self {
+    pub fn prewarm(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer) -> Self {
         let blank = Buffer::new(gpu, &BufferKind::storage("rehearsal"), BLANK_BYTES).raw;
         Self { blank: Some(blank), ..Self::new(gpu, pools, timer, Submits::Whole, false) }
     }
 
     /// Whether nothing is drawn. A pass that has nothing to do in a frame asks for its pipelines all the same then.
-    pub fn rehearses(&self) -> bool {
+    pub fn prewarms(&self) -> bool {
         self.blank.is_some()
     }
 
@@ -167,7 +167,7 @@ impl<'a> Cx<'a> {
 
     /// Writes the first bytes of a buffer between the passes recorded so far and those to come.
     pub fn write<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer, content: &[T]) {
-        if self.rehearses() {
+        if self.prewarms() {
             return;
         }
         let from = self.pools.arena.push(self.gpu, buffer.name, content);
@@ -177,14 +177,14 @@ impl<'a> Cx<'a> {
 
     /// Makes all of a buffer 0 between the passes recorded so far and those to come.
     pub fn clear(&mut self, buffer: &Buffer) {
-        if !self.rehearses() {
+        if !self.prewarms() {
             self.encoder.clear_buffer(&buffer.raw, buffer.offset, buffer.size.map(std::num::NonZeroU64::get));
         }
     }
 
     /// Copies bytes between the passes recorded so far and those to come: from a place in a buffer to one in another.
     pub fn copy(&mut self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
-        if self.rehearses() {
+        if self.prewarms() {
             return;
         }
         let at = |(buffer, offset): (&Buffer, u64)| buffer.offset + offset;
@@ -204,9 +204,9 @@ impl<'a> Cx<'a> {
         self.pools.kept.get(find, || make(self.gpu))
     }
 
-    /// As [`Cx::kept`], for what takes long to make. Where pipelines are built beside the frame, so is this, and until
+    /// As [`Recorder::kept`], for what takes long to make. Where pipelines are built beside the frame, so is this, and until
     /// then there is none and the frame is not drawn.
-    pub fn kept_beside<T: Send + Sync + 'static>(
+    pub fn cached_in_background<T: Send + Sync + 'static>(
         &mut self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce(&Gpu) -> T + Send + 'static,
@@ -214,7 +214,7 @@ impl<'a> Cx<'a> {
         let Pools { kept, pipelines, .. } = &mut *self.pools;
         let found = match pipelines.builds() {
             Builds::AtOnce => kept.get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
-            Builds::Beside => {
+            Builds::InBackground => {
                 let gpu = self.gpu.clone();
                 kept.ask(find, move || make(&gpu))
             }
@@ -270,7 +270,7 @@ impl<'a> Cx<'a> {
         self.end(name, query);
     }
 
-    /// Makes a render pipeline ready for [`Cx::render`].
+    /// Makes a render pipeline ready for [`Recorder::render`].
     pub fn drawing(&mut self, key: &Draw, resources: &[Named]) -> Drawing {
         let Pools { pipelines, groups, .. } = &mut *self.pools;
         let key = Key::Draw(key.clone());
@@ -349,14 +349,14 @@ impl<'a> Cx<'a> {
     /// What was recorded so far is a submit, and what follows is the next: what would keep the GPU busy for long comes
     /// in several.
     pub fn submit_so_far(&mut self) {
-        if !self.rehearses() {
+        if !self.prewarms() {
             self.cut(None);
         }
     }
 
     /// Submits the frame, if it is complete. Its passes, if they were traced.
     pub fn submit(mut self) -> Option<Vec<PassTrace>> {
-        if self.rehearses() {
+        if self.prewarms() {
             return None;
         }
         if !self.is_complete {

@@ -3,7 +3,7 @@
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::gpu::scan_begin::ScanSource;
 
 /// The most values of a scan: one workgroup has the sums of all blocks.
@@ -32,29 +32,29 @@ pub struct Inputs<'a> {
 
 /// Replaces each value by the sum of those before it, modulo 2³². The value after the last becomes the sum of all if
 /// the buffer has room for it.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let source = ScanSource { index: inputs.index, capacity: inputs.capacity.min(MAX_VALUES) };
-    let size = cx.buffer(&SIZE, 4);
-    let arguments = cx.buffer(&ARGUMENTS, 12);
-    let sums = cx.buffer(&SUMS, 4 * u64::from(MAX_VALUES) / BLOCK);
+    let size = recorder.buffer(&SIZE, 4);
+    let arguments = recorder.buffer(&ARGUMENTS, 12);
+    let sums = recorder.buffer(&SUMS, 4 * u64::from(MAX_VALUES) / BLOCK);
     let resources = [
-        ("source", cx.uniform("scan source", &source)),
+        ("source", recorder.uniform("scan source", &source)),
         ("numbers", inputs.numbers.binding()),
         ("size", size.binding()),
         ("arguments", arguments.binding()),
     ];
-    cx.groups("gpu/scan_begin", [1, 1], &resources);
+    recorder.groups("gpu/scan_begin", [1, 1], &resources);
     for stage in 0_u32..3 {
         let resources = [
-            ("stage", cx.uniform("stage", &stage)),
+            ("stage", recorder.uniform("stage", &stage)),
             ("size", size.binding()),
             ("sums", sums.binding()),
             ("values", inputs.values.binding()),
         ];
         if stage == 1 {
-            cx.groups("gpu/scan", [1, 1], &resources);
+            recorder.groups("gpu/scan", [1, 1], &resources);
         } else {
-            cx.indirect("gpu/scan", &arguments, 0, &resources);
+            recorder.indirect("gpu/scan", &arguments, 0, &resources);
         }
     }
 }
@@ -107,9 +107,9 @@ pub struct Ordered<'a> {
 
 impl Ordered<'_> {
     /// Runs all stages.
-    pub fn run(&self, cx: &mut Cx<'_>, resources: &[Named]) {
+    pub fn run(&self, recorder: &mut Recorder<'_>, resources: &[Named]) {
         let bytes = 4 * (u64::from(self.groups.most()) * (1 + self.kept) + 1);
-        let order = cx.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
+        let order = recorder.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
         let starts = order.slice(ORDER_HEAD_BYTES, order.raw.size() - ORDER_HEAD_BYTES);
         let mut all = vec![("order", order.binding())];
         all.extend(resources.iter().cloned());
@@ -117,22 +117,22 @@ impl Ordered<'_> {
             let shader = self.shader;
             match self.groups {
                 Groups::Of([x, y]) => {
-                    cx.write(&order, &[stage, x * y]);
-                    cx.groups(shader, if stage < 2 { [x, y] } else { [1, 1] }, &all);
+                    recorder.write(&order, &[stage, x * y]);
+                    recorder.groups(shader, if stage < 2 { [x, y] } else { [1, 1] }, &all);
                 }
                 Groups::Counted { arguments, offset, .. } => {
-                    cx.write(&order, &[stage]);
-                    cx.copy((arguments, offset + 12), (&order, 4), 4);
+                    recorder.write(&order, &[stage]);
+                    recorder.copy((arguments, offset + 12), (&order, 4), 4);
                     if stage < 2 {
-                        cx.indirect(shader, arguments, offset, &all);
+                        recorder.indirect(shader, arguments, offset, &all);
                     } else {
-                        cx.groups(shader, [1, 1], &all);
+                        recorder.groups(shader, [1, 1], &all);
                     }
                 }
             }
             if stage == 0 {
                 // The number of groups is the second of the head.
-                run(cx, &Inputs { numbers: &order, index: 1, capacity: MAX_VALUES, values: &starts });
+                run(recorder, &Inputs { numbers: &order, index: 1, capacity: MAX_VALUES, values: &starts });
             }
         }
     }

@@ -18,7 +18,7 @@ use super::travel::{Asked, Traveller};
 use super::{HeadsetOptions, HeadsetWorld};
 use crate::composite::PICTURE;
 use crate::file::standard;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
@@ -37,7 +37,7 @@ const STEP_S: f64 = 1.0 / 90.0;
 
 /// What a flight keeps from frame to frame. What draws on the headset's GPU goes before the headset.
 pub(super) struct Flight {
-    frame: Frame,
+    renderer: Renderer,
     show: ShowPass,
     mirror: Option<Mirror>,
     world: HeadsetWorld,
@@ -70,11 +70,11 @@ impl Flight {
         let (styles, style) = styles(&options.style)?;
         let hands = Hands::new(headset.instance(), &headset.session)?;
         let gpu = &headset.gpu;
-        let mut frame = Frame::new(gpu)?;
+        let mut renderer = Renderer::new(gpu)?;
         // A headset waits for no compiler, and a frame is one submit.
-        frame.set_builds(gpu, Builds::Beside);
-        frame.set_submits(Submits::Whole);
-        frame.set_antialias(options.antialias);
+        renderer.set_builds(gpu, Builds::InBackground);
+        renderer.set_submits(Submits::Whole);
+        renderer.set_antialias(options.antialias);
         let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&end);
@@ -83,7 +83,7 @@ impl Flight {
             tracing::debug!("{error}");
         }
         Ok(Self {
-            frame,
+            renderer,
             show: ShowPass::new(gpu),
             mirror: Mirror::open(gpu, headset.sizes_px()[0]),
             world,
@@ -199,17 +199,17 @@ impl Flight {
         let before_s = self.before.as_ref().map_or(now_s, |before| before.clock().now_s);
         let rig = self.traveller.stage().rig(&eyes, headset.sizes_px(), self.before.as_ref());
         let rig = rig.at(Clock { now_s, before_s });
-        self.frame.set_hidden(hidden::areas(&headset.hidden, &eyes, headset.sizes_px()));
-        self.frame.set_step_s(step_s);
+        self.renderer.set_hidden(hidden::areas(&headset.hidden, &eyes, headset.sizes_px()));
+        self.renderer.set_step_s(step_s);
         let style = &self.styles[self.style];
-        self.frame.render_eyes(&headset.gpu, &mut self.world.surfaces, &rig, style, &self.world.light)?;
+        self.renderer.render_eyes(&headset.gpu, &mut self.world.surfaces, &rig, style, &self.world.light)?;
         // Only looks: nothing waits for the GPU here.
         if let Err(error) = headset.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
         // The GPU's times are nobody's business here, and would wait for somebody.
-        while self.frame.take_times().is_some() {}
-        if !self.frame.drew() {
+        while self.renderer.take_times().is_some() {}
+        if !self.renderer.drew() {
             // The images show what they did, from where that was seen: the runtime turns it to where the head is now.
             return Ok(self.shown);
         }
@@ -218,7 +218,7 @@ impl Flight {
             return Ok(None);
         }
         self.shown = Some(views);
-        if self.frame.shows(&self.styles[self.style]) {
+        if self.renderer.shows(&self.styles[self.style]) {
             self.drawn += 1;
             if let Some(before) = self.began.filter(|_| self.frames.is_some()) {
                 self.times_ms.push((now - before).as_secs_f64() * 1000.0);
@@ -230,7 +230,7 @@ impl Flight {
 
     /// The pictures of the eyes onto the runtime's images. Whether there are any.
     fn show(&mut self, eyes: &[Eye; 2]) -> Result<bool, HeadsetError> {
-        let pictures = [0, 1].map(|eye| self.frame.eye_target(eye, &PICTURE));
+        let pictures = [0, 1].map(|eye| self.renderer.eye_target(eye, &PICTURE));
         let [Some(left), Some(right)] = pictures else { return Ok(false) };
         let Headset { gpu, eyes: images, .. } = &mut self.headset;
         let mut indices = [0; 2];
@@ -269,7 +269,7 @@ impl Flight {
         let [p50_ms, p95_ms] = times.map_or([f64::NAN; 2], |times| [times.p50, times.p95]);
         let [[width, height], [right_width, right_height]] = self.headset.sizes_px();
         let text = format!(
-            "{width}x{height} and {right_width}x{right_height} {}: {} frames, frame p50 {p50_ms:.2} ms, p95 \
+            "{width}x{height} and {right_width}x{right_height} {}: {} frames, renderer p50 {p50_ms:.2} ms, p95 \
              {p95_ms:.2} ms, {:.1} frames per second",
             self.styles[self.style].name,
             self.drawn,

@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
@@ -22,8 +22,8 @@ pub struct Inputs<'a> {
 }
 
 /// Finds it for the eye of the view.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone()), ("apparent", inputs.apparent.into())];
     resources.extend(inputs.shapes.resources());
-    cx.pixels("lines/apparent", inputs.apparent.size_px(), &resources);
+    recorder.pixels("lines/apparent", inputs.apparent.size_px(), &resources);
 }

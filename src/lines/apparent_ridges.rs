@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::lines::apparent_ridges::ApparentRules;
@@ -29,11 +29,11 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges to the list.
-pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = ApparentRules { least_bend: inputs.least_bend, side: if inputs.valleys { -1.0 } else { 1.0 } };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("apparent_rules", cx.uniform("apparent rules", &rules)),
+        ("apparent_rules", recorder.uniform("apparent rules", &rules)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("apparent", inputs.apparent.into()),
@@ -42,5 +42,5 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     ];
     resources.extend(inputs.shapes.resources());
     let groups = Groups::Of(inputs.shapes.normal.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    Ordered { shader: "lines/apparent_ridges".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
+    Ordered { shader: "lines/apparent_ridges".into(), stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

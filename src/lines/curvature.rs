@@ -4,7 +4,7 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::lines::curvature::CurvatureLines;
 use crate::lines::strokes::texture::StrokeTexture;
@@ -34,7 +34,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let lines = CurvatureLines {
         width_px: style.width_px,
@@ -45,10 +45,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         warp_px: style.warp_px,
         warp_length_px: style.warp_length_px,
     };
-    let texture = style.texture.as_ref().and_then(|recipe| StrokeTexture::of(cx, recipe));
+    let texture = style.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("curvature_lines", cx.uniform("curvature lines", &lines)),
+        ("curvature_lines", recorder.uniform("curvature lines", &lines)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
@@ -58,5 +58,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     ];
     let definitions: &[&str] = if texture.is_some() { &["TEXTURED"] } else { &[] };
     resources.extend(texture.iter().flat_map(|texture| texture.resources()));
-    cx.pixels(Compute { name: "lines/curvature", definitions }, inputs.line.size_px(), &resources);
+    recorder.pixels(Compute { name: "lines/curvature", definitions }, inputs.line.size_px(), &resources);
 }

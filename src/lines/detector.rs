@@ -3,7 +3,7 @@
 
 use super::lsa;
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::style::{Detector, Lines};
 
@@ -37,11 +37,11 @@ impl Inputs<'_> {
 }
 
 /// Runs the style's detector.
-pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     match lines.detector {
         // Lines by curvature have LSA contours of trees.
-        Detector::Lsa | Detector::Curvature => lsa::run(cx, lines, inputs),
-        Detector::Sobel => cx.pixels("lines/sobel", inputs.errors.size_px(), &inputs.resources()),
-        Detector::Roystan => cx.pixels("lines/roystan", inputs.errors.size_px(), &inputs.resources()),
+        Detector::Lsa | Detector::Curvature => lsa::run(recorder, lines, inputs),
+        Detector::Sobel => recorder.pixels("lines/sobel", inputs.errors.size_px(), &inputs.resources()),
+        Detector::Roystan => recorder.pixels("lines/roystan", inputs.errors.size_px(), &inputs.resources()),
     }
 }

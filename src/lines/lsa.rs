@@ -4,7 +4,7 @@
 
 use super::detector::Inputs;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::TargetKind;
 pub(crate) use crate::gpu::wgsl::lines::lsa::Lsa as LsaUniform;
 use crate::style::{Epsilon, Lines};
@@ -23,14 +23,14 @@ pub const DIRECTIONS: TargetKind = TargetKind::storage("errors of directions", w
 
 /// Finds how far each pixel's surroundings are from the surface that its neighbours predict. `directions` is for a
 /// density filter that has eight of them.
-pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     let (epsilon_paper_m, epsilon_footprint) = match lines.epsilon {
         Epsilon::Paper => (PAPER_EPSILON_M, 0.0),
         Epsilon::Footprint => (0.0, FOOTPRINT_EPSILON),
     };
     let uniform = LsaUniform { epsilon_paper_m, epsilon_footprint, plane_ramp: PLANE_RAMP, ramp: lines.ramp };
     let mut resources = inputs.resources().to_vec();
-    resources.push(("lsa", cx.uniform("lsa", &uniform)));
+    resources.push(("lsa", recorder.uniform("lsa", &uniform)));
     resources.extend(inputs.directions.map(|directions| ("directions", directions.into())));
     let definitions: &[&str] = match (lines.geometric_antialias, inputs.directions.is_some()) {
         (false, false) => &[],
@@ -38,5 +38,5 @@ pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
         (false, true) => &["EIGHT"],
         (true, true) => &["ANTIALIASED", "EIGHT"],
     };
-    cx.pixels(Compute { name: "lines/lsa", definitions }, inputs.errors.size_px(), &resources);
+    recorder.pixels(Compute { name: "lines/lsa", definitions }, inputs.errors.size_px(), &resources);
 }

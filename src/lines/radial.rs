@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
@@ -23,8 +23,8 @@ pub struct Inputs<'a> {
 }
 
 /// Finds it for the eye of the view.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone()), ("radial", inputs.radial.into())];
     resources.extend(inputs.shapes.resources());
-    cx.pixels("lines/radial", inputs.radial.size_px(), &resources);
+    recorder.pixels("lines/radial", inputs.radial.size_px(), &resources);
 }

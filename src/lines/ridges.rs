@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::lines::ridges::RidgeRules;
@@ -27,11 +27,11 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges to the list.
-pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = RidgeRules { least_bend: inputs.least_bend, side: if inputs.valleys { -1.0 } else { 1.0 } };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("ridge_rules", cx.uniform("ridge rules", &rules)),
+        ("ridge_rules", recorder.uniform("ridge rules", &rules)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         edges.edges(),
@@ -39,5 +39,5 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     ];
     resources.extend(inputs.shapes.resources());
     let groups = Groups::Of(inputs.shapes.normal.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    Ordered { shader: "lines/ridges".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
+    Ordered { shader: "lines/ridges".into(), stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

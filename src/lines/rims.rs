@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/voids.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// As [`LINE`](super::threshold::LINE), without those along rims.
@@ -26,7 +26,7 @@ pub struct Inputs<'a> {
 }
 
 /// Takes them away.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("line", inputs.line.into()),
@@ -35,5 +35,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
         ("rimless", inputs.rimless.into()),
     ];
-    cx.pixels("lines/rims", inputs.rimless.size_px(), &resources);
+    recorder.pixels("lines/rims", inputs.rimless.size_px(), &resources);
 }

@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/line-smoothing.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// As [`LINE`](super::threshold::LINE), without stairs.
@@ -20,7 +20,7 @@ pub struct Inputs<'a> {
 }
 
 /// Smooths lines along themselves.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), ("line", inputs.line.into()), ("smoothed", inputs.smoothed.into())];
-    cx.pixels("lines/smooth", inputs.smoothed.size_px(), &resources);
+    recorder.pixels("lines/smooth", inputs.smoothed.size_px(), &resources);
 }

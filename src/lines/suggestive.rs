@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::lines::suggestive::SuggestiveRules;
@@ -33,7 +33,7 @@ pub struct Inputs<'a> {
 const AGREE_PX: f32 = 1.5;
 
 /// Adds the edges to the list.
-pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = SuggestiveRules {
         least_rise: inputs.style.suggestive_rise,
         most_facing: inputs.style.suggestive_deg.to_radians().cos(),
@@ -44,7 +44,7 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("suggestive_rules", cx.uniform("suggestive rules", &rules)),
+        ("suggestive_rules", recorder.uniform("suggestive rules", &rules)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("radial", inputs.radial.into()),
@@ -53,5 +53,5 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     ];
     resources.extend(inputs.shapes.resources());
     let groups = Groups::Of(inputs.radial.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    Ordered { shader: "lines/suggestive".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
+    Ordered { shader: "lines/suggestive".into(), stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

@@ -2,7 +2,7 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform;
 use crate::style::{Detector, Lines};
@@ -23,16 +23,16 @@ pub struct Inputs<'a> {
 }
 
 /// Makes lines of errors.
-pub fn run(cx: &mut Cx<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     let scalar = u32::from(lines.detector != Detector::Lsa);
     let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("threshold", cx.uniform("threshold", &uniform)),
+        ("threshold", recorder.uniform("threshold", &uniform)),
         ("errors", inputs.errors.into()),
         ("line", inputs.line.into()),
     ];
     resources.extend(inputs.directions.map(|directions| ("directions", directions.into())));
     let definitions: &[&str] = if inputs.directions.is_some() { &["EIGHT"] } else { &[] };
-    cx.pixels(Compute { name: "lines/threshold", definitions }, inputs.line.size_px(), &resources);
+    recorder.pixels(Compute { name: "lines/threshold", definitions }, inputs.line.size_px(), &resources);
 }

@@ -1,7 +1,7 @@
 //! Which of the lines among trees are drawn. See `shaders/lines/trees.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::lines::trees::TreeLines as TreeLinesUniform;
 
@@ -31,17 +31,17 @@ pub struct Inputs<'a> {
 }
 
 /// Chooses.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let uniform =
         TreeLinesUniform { height_m: inputs.height_m as f32, only_trees: inputs.only_trees.into(), ramp: inputs.ramp };
     let resources = [
         ("view", inputs.view.clone()),
-        ("tree_lines", cx.uniform("tree lines", &uniform)),
+        ("tree_lines", recorder.uniform("tree lines", &uniform)),
         ("surface_id", inputs.surface_id.into()),
         ("depth", inputs.depth.into()),
         ("errors", inputs.errors.into()),
         ("tree_normal", inputs.tree_normal.into()),
         ("tree_errors", inputs.tree_errors.into()),
     ];
-    cx.pixels("lines/trees", inputs.errors.size_px(), &resources);
+    recorder.pixels("lines/trees", inputs.errors.size_px(), &resources);
 }

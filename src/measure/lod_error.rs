@@ -3,7 +3,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::scene::view::View;
@@ -22,12 +22,12 @@ const SAMPLES: u32 = 2048;
 /// [`GpuError::Readback`].
 pub fn largest_px(
     gpu: &Gpu,
-    frame: &Frame,
+    renderer: &Renderer,
     view: &View,
     terrain: &Terrain,
     turn: u32,
 ) -> Result<Option<f64>, GpuError> {
-    let (Some(position), Some(surface_id)) = (frame.target(&POSITION), frame.target(&SURFACE_ID)) else {
+    let (Some(position), Some(surface_id)) = (renderer.target(&POSITION), renderer.target(&SURFACE_ID)) else {
         return Ok(None);
     };
     let [width, height] = position.size_px();

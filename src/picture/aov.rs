@@ -10,7 +10,7 @@ use std::str::FromStr;
 use super::Window;
 use crate::file::exr::{SampleKind, Samples};
 use crate::file::message::shown;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::target::TargetKind;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::detector::ERRORS;
@@ -180,7 +180,7 @@ impl PlaneSource {
 /// Reads the planes of a part into a band.
 pub(super) fn read_planes(
     gpu: &Gpu,
-    frame: &Frame,
+    renderer: &Renderer,
     window: &Window,
     planes: &[Plane],
     samples: &mut [Samples],
@@ -189,15 +189,15 @@ pub(super) fn read_planes(
         match samples {
             Samples::U32(ids) => {
                 if plane.source != PlaneSource::Strokes {
-                    scatter(gpu, frame, window, &SURFACE_ID, |i, id: u32| ids[i] = id)?;
-                } else if let Some(strokes) = frame.eye_strokes(window.eye) {
+                    scatter(gpu, renderer, window, &SURFACE_ID, |i, id: u32| ids[i] = id)?;
+                } else if let Some(strokes) = renderer.eye_strokes(window.eye) {
                     // The picture holds samples.
                     let (_, list) = strokes.samples().read(gpu)?;
                     let stroke = |sample: u32| list.get(sample.wrapping_sub(1) as usize).map_or(0, |own| own.stroke);
-                    scatter(gpu, frame, window, &STROKE_IDS, |i, sample: u32| ids[i] = stroke(sample))?;
+                    scatter(gpu, renderer, window, &STROKE_IDS, |i, sample: u32| ids[i] = stroke(sample))?;
                 }
             }
-            Samples::F32(values) => read_floats(gpu, frame, window, plane.source, values)?,
+            Samples::F32(values) => read_floats(gpu, renderer, window, plane.source, values)?,
         }
     }
     Ok(())
@@ -206,38 +206,42 @@ pub(super) fn read_planes(
 /// Reads a picture's texels, if the frame made it.
 fn scatter<T: bytemuck::Pod>(
     gpu: &Gpu,
-    frame: &Frame,
+    renderer: &Renderer,
     window: &Window,
     kind: &TargetKind,
     put: impl FnMut(usize, T),
 ) -> Result<(), GpuError> {
-    frame.eye_target(window.eye, kind).map_or(Ok(()), |target| window.scatter(gpu, target, put))
+    renderer.eye_target(window.eye, kind).map_or(Ok(()), |target| window.scatter(gpu, target, put))
 }
 
 fn read_floats(
     gpu: &Gpu,
-    frame: &Frame,
+    renderer: &Renderer,
     window: &Window,
     source: PlaneSource,
     values: &mut [f32],
 ) -> Result<(), GpuError> {
     match source {
-        PlaneSource::Depth => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| {
+        PlaneSource::Depth => scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| {
             values[i] = if at[3] > 0.0 { at[3] } else { f32::INFINITY };
         }),
-        PlaneSource::Position(axis) => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| values[i] = at[axis]),
-        PlaneSource::WorldPosition(axis) => scatter(gpu, frame, window, &POSITION, |i, at: [f32; 4]| {
+        PlaneSource::Position(axis) => {
+            scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| values[i] = at[axis])
+        }
+        PlaneSource::WorldPosition(axis) => scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| {
             // Rounded once, after the sum. Sky is nowhere.
             values[i] = if at[3] > 0.0 { (window.origin_m[axis] + f64::from(at[axis])) as f32 } else { 0.0 };
         }),
-        PlaneSource::Normal(axis) => scatter(gpu, frame, window, &NORMAL, |i, n: [f32; 4]| values[i] = n[axis]),
-        PlaneSource::Motion(axis) => scatter(gpu, frame, window, &MOTION, |i, v: [f32; 2]| values[i] = v[axis]),
-        PlaneSource::LsaError => scatter(gpu, frame, window, &ERRORS, |i, errors: [u16; 4]| {
+        PlaneSource::Normal(axis) => scatter(gpu, renderer, window, &NORMAL, |i, n: [f32; 4]| values[i] = n[axis]),
+        PlaneSource::Motion(axis) => scatter(gpu, renderer, window, &MOTION, |i, v: [f32; 2]| values[i] = v[axis]),
+        PlaneSource::LsaError => scatter(gpu, renderer, window, &ERRORS, |i, errors: [u16; 4]| {
             values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);
         }),
-        PlaneSource::LsaLine => scatter(gpu, frame, window, &LINE, |i, line: f32| values[i] = line),
-        PlaneSource::Hatch => scatter(gpu, frame, window, &MARKS, |i, ink: f32| values[i] = 1.0 - ink),
-        PlaneSource::Tone => scatter(gpu, frame, window, &TONE, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3])),
+        PlaneSource::LsaLine => scatter(gpu, renderer, window, &LINE, |i, line: f32| values[i] = line),
+        PlaneSource::Hatch => scatter(gpu, renderer, window, &MARKS, |i, ink: f32| values[i] = 1.0 - ink),
+        PlaneSource::Tone => {
+            scatter(gpu, renderer, window, &TONE, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3]))
+        }
         PlaneSource::SurfaceId | PlaneSource::Strokes => Ok(()),
     }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::aov::f32_from_f16;
 use crate::composite::sky::SKY;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
@@ -80,18 +80,18 @@ impl Surface {
 }
 
 /// The marks that the last frame drew of its only eye, a group for each kind, those without lines left out. `view` and
-/// `light` are what it was drawn with, as the frame saw the light; it was asked for the layers of marks ([`Frame::set_wants_mark_layers`]).
+/// `light` are what it was drawn with, as the frame saw the light; it was asked for the layers of marks ([`Renderer::set_wants_mark_layers`]).
 ///
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
 pub(super) fn read(
     gpu: &Gpu,
-    frame: &Frame,
+    renderer: &Renderer,
     style: &Style,
     view: &View,
     light: &Light,
 ) -> Result<Vec<Group>, GpuError> {
-    let Some(position) = frame.target(&POSITION) else { return Ok(Vec::new()) };
+    let Some(position) = renderer.target(&POSITION) else { return Ok(Vec::new()) };
     let size_px = view.part.size_px;
     let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
     let (haze_m, focus) = (light.haze_m as f32, light.focus);
@@ -99,30 +99,30 @@ pub(super) fn read(
     let size = size_px.map(|side| side as usize);
     let surface = Surface { size_px: size, position, haze_m, view: view_uniform, focus };
     let mut groups = Vec::new();
-    if let Some(sky) = frame.target(&SKY).filter(|_| style.sky.has_lines()) {
+    if let Some(sky) = renderer.target(&SKY).filter(|_| style.sky.has_lines()) {
         let texels: Vec<[u16; 4]> = read_as(gpu, sky, [0, 0], size_px)?;
         let shown = texels.iter().zip(&surface.position);
         let ink = shown.map(|(texel, at)| if at[3] > 0.0 { 0.0 } else { f32_from_f16(texel[3]) }).collect();
         groups.push(group("sky", "Sky".to_owned(), style.sky.ink, lines(&InkPicture { size_px, ink })));
     }
     if let Some(water) = &style.water {
-        let traced = frame.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
+        let traced = renderer.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
         let lines = surface.hazed(traced.unwrap_or_default(), Left { faintest: water.faintest, is_of_tone: false });
         groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
     }
     if let Some(lines) = style.drawn_height_lines() {
-        let traced = frame.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
+        let traced = renderer.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
         let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
         groups.push(group("heights", "Lines of equal height".to_owned(), lines.ink, traced));
     }
-    if let Some(rim) = frame.target(&RIM) {
+    if let Some(rim) = renderer.target(&RIM) {
         let texels: Vec<[f32; 2]> = read_as(gpu, rim, [0, 0], size_px)?;
         let ink = texels.iter().map(|texel| texel[0]).collect();
         let left = Left { faintest: style.rims.faintest, is_of_tone: false };
         let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
         groups.push(group("rims", "Rims of holes".to_owned(), style.rim_ink(), traced));
     }
-    if let Some((style, ink)) = style.tone_lines.as_ref().and_then(|lines| Some((lines, frame.target(&TONE_INK)?))) {
+    if let Some((style, ink)) = style.tone_lines.as_ref().and_then(|lines| Some((lines, renderer.target(&TONE_INK)?))) {
         let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
         let left = Left { faintest: style.faintest, is_of_tone: false };
         let kinds = [
@@ -137,7 +137,7 @@ pub(super) fn read(
     }
     if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
         let layers = hatching.layers.iter().zip(1..);
-        let drawn = layers.filter_map(|(layer, number)| Some((layer, number, frame.mark_layer(number - 1)?)));
+        let drawn = layers.filter_map(|(layer, number)| Some((layer, number, renderer.mark_layer(number - 1)?)));
         let drawn: Vec<_> = drawn
             .map(|(layer, number, ink)| Ok((layer, number, picture(gpu, ink, size_px)?)))
             .collect::<Result<_, GpuError>>()?;
@@ -152,7 +152,7 @@ pub(super) fn read(
             .collect();
         groups.extend(drawn);
     }
-    if let Some((cuts, ink)) = style.cuts.as_ref().zip(frame.target(&CUT_INK)) {
+    if let Some((cuts, ink)) = style.cuts.as_ref().zip(renderer.target(&CUT_INK)) {
         let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
         let families: Vec<Group> = (0..cuts.layers.len())
             .into_par_iter()
@@ -167,7 +167,7 @@ pub(super) fn read(
         groups.extend(families);
     }
     if let Some(rows) = &style.rows {
-        let ids: Vec<u32> = match frame.target(&SURFACE_ID) {
+        let ids: Vec<u32> = match renderer.target(&SURFACE_ID) {
             Some(ids) => read_as(gpu, ids, [0, 0], size_px)?,
             None => Vec::new(),
         };
@@ -180,7 +180,7 @@ pub(super) fn read(
             })
         };
         let left = Left { faintest: rows.faintest, is_of_tone: true };
-        let drawn = frame.drawn_rows(gpu)?.unwrap_or_default();
+        let drawn = renderer.drawn_rows(gpu)?.unwrap_or_default();
         let lines: Vec<Polyline> = drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect();
         groups.push(group("hachures", "Hachures".to_owned(), rows.ink, surface.hazed(lines, left)));
     }

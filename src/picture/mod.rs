@@ -29,7 +29,7 @@ use crate::composite::PICTURE;
 use crate::file::FileError;
 use crate::file::exr::Samples;
 use crate::file::png::PngWriter;
-use crate::frame::{self, Antialias, Frame, Light, terrain_view_of};
+use crate::frame::{self, Antialias, Light, Renderer, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::water::MIRROR_REACH_PX;
@@ -139,12 +139,12 @@ pub enum PictureError<E> {
 /// [`PictureError`].
 pub fn render<E>(
     gpu: &Gpu,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     take: impl FnMut(Band) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
-    render_in_parts(gpu, frame, world, request, &PartRule::default(), take)
+    render_in_parts(gpu, renderer, world, request, &PartRule::default(), take)
 }
 
 /// As [`render`], in parts of the caller's choice.
@@ -153,14 +153,14 @@ pub fn render<E>(
 /// [`PictureError`].
 pub fn render_in_parts<E>(
     gpu: &Gpu,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     parts: &PartRule,
     mut take: impl FnMut(Band) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
     let one = |bands: Vec<Band>| bands.into_iter().try_for_each(&mut take);
-    render_eyes(gpu, frame, world, request, None, parts, one)
+    render_eyes(gpu, renderer, world, request, None, parts, one)
 }
 
 /// The pictures of a pair of eyes, of one choice of tiles and patches: the left one first in what `take` is handed.
@@ -169,18 +169,18 @@ pub fn render_in_parts<E>(
 /// [`PictureError`].
 pub fn render_pair<E>(
     gpu: &Gpu,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     pair: &Pair,
     take: impl FnMut(Vec<Band>) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
-    render_eyes(gpu, frame, world, request, Some(pair), &PartRule::default(), take)
+    render_eyes(gpu, renderer, world, request, Some(pair), &PartRule::default(), take)
 }
 
 fn render_eyes<E>(
     gpu: &Gpu,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     pair: Option<&Pair>,
@@ -264,9 +264,10 @@ fn render_eyes<E>(
             let columns = part_columns.min(width - first_column);
             let (part, inset) =
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
-            let frame = Frame::or_new(frame, gpu)?;
-            frame.set_antialias(antialias);
-            frame.set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
+            let renderer = Renderer::or_new(renderer, gpu)?;
+            renderer.set_antialias(antialias);
+            renderer
+                .set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
             let window = |eye| Window {
                 eye,
                 inset,
@@ -275,32 +276,32 @@ fn render_eyes<E>(
                 width,
                 origin_m: request.pose.position_m,
             };
-            let step_s = frame.step_s();
+            let step_s = renderer.step_s();
             for (number, &(jitter_px, weight)) in samples.iter().enumerate() {
                 // No time passes between samples: strokes neither come nor go.
                 let (previous, clock) = match number {
                     0 => (request.previous, request.clock),
                     _ => (request.pose, Clock::still(request.clock.now_s)),
                 };
-                frame.set_step_s(if number == 0 { step_s } else { 0.0 });
-                let rig = frame.jittered(&jittered(previous, clock, part, jitter_px), request.style);
+                renderer.set_step_s(if number == 0 { step_s } else { 0.0 });
+                let rig = renderer.jittered(&jittered(previous, clock, part, jitter_px), request.style);
                 let prepared = frame::prepare(gpu, world, &rig, request.style, &request.light);
-                frame.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
+                renderer.render_rig(gpu, world, &prepared, &rig, request.style, &request.light)?;
                 for (eye, band) in bands.iter_mut().enumerate() {
                     if weight > 0.0 {
-                        add_picture(gpu, frame, &window(eye), weight, band)?;
+                        add_picture(gpu, renderer, &window(eye), weight, band)?;
                     }
                     if number == 0 {
-                        aov::read_planes(gpu, frame, &window(eye), request.planes, &mut band.planes)?;
+                        aov::read_planes(gpu, renderer, &window(eye), request.planes, &mut band.planes)?;
                     }
                 }
-                report.add(&prepared, frame);
+                report.add(&prepared, renderer);
             }
-            frame.set_step_s(step_s);
-            if let Some(strokes) = frame.strokes() {
+            renderer.set_step_s(step_s);
+            if let Some(strokes) = renderer.strokes() {
                 strokes.left_out(gpu)?.warn();
             }
-            let models = if world.meshes().is_some() { frame.drawn_meshes(gpu)? } else { None };
+            let models = if world.meshes().is_some() { renderer.drawn_meshes(gpu)? } else { None };
             if let Some(left_out) = models.map(|models| models.left_out).filter(|count| *count > 0) {
                 tracing::warn!("{left_out} models found no room: they are missing");
             }
@@ -370,8 +371,8 @@ impl Window {
 }
 
 /// Adds so much of a part's picture to the band.
-fn add_picture(gpu: &Gpu, frame: &Frame, window: &Window, weight: f32, band: &mut Band) -> Result<(), GpuError> {
-    let Some(drawn) = frame.eye_target(window.eye, &PICTURE) else { return Ok(()) };
+fn add_picture(gpu: &Gpu, renderer: &Renderer, window: &Window, weight: f32, band: &mut Band) -> Result<(), GpuError> {
+    let Some(drawn) = renderer.eye_target(window.eye, &PICTURE) else { return Ok(()) };
     window.scatter(gpu, drawn, |i, texel: [u16; 4]| {
         for (sum, value) in band.picture[i].iter_mut().zip(texel.map(aov::f32_from_f16)) {
             *sum += weight * value;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::frame::{Frame, Light};
+use crate::frame::{Light, Renderer};
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::scene::view::{Pose, View};
 use crate::style::Style;
@@ -16,17 +16,17 @@ const SIZE_PX: [u32; 2] = [96, 54];
 /// one; what it draws is thrown away.
 ///
 /// # Errors
-/// As [`Frame::render`].
+/// As [`Renderer::render`].
 pub fn nearest_m(
     gpu: &Gpu,
-    frame: &mut Frame,
+    renderer: &mut Renderer,
     world: &mut Surfaces,
     pose: Pose,
     style: &Style,
 ) -> Result<Option<f64>, GpuError> {
     let light = Light { to_sun: DVec3::Z, haze_m: 1e6, haze_srgb: None, focus: None };
-    frame.render(gpu, world, &View::whole(pose, pose, SIZE_PX), style, &light)?;
-    let Some(position) = frame.target(&POSITION) else { return Ok(None) };
+    renderer.render(gpu, world, &View::whole(pose, pose, SIZE_PX), style, &light)?;
+    let Some(position) = renderer.target(&POSITION) else { return Ok(None) };
     let position: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], SIZE_PX)?;
     let surface = position.iter().filter(|at| at[3] > 0.0);
     let distances_m = surface.map(|at| DVec3::new(at[0].into(), at[1].into(), at[2].into()).length());

@@ -1,6 +1,6 @@
 //! What rendering pictures did: counts and times over all their parts.
 
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::timer::PassTime;
 use crate::tiles::terrain::Prepared;
 
@@ -66,8 +66,8 @@ impl PictureReport {
     }
 
     /// Adds a part that was drawn.
-    pub(super) fn add(&mut self, prepared: &Prepared, frame: &mut Frame) {
-        while let Some(times) = frame.take_times() {
+    pub(super) fn add(&mut self, prepared: &Prepared, renderer: &mut Renderer) {
+        while let Some(times) = renderer.take_times() {
             times.into_iter().for_each(|time| self.add_time(time));
         }
         self.parts += 1;
@@ -81,6 +81,6 @@ impl PictureReport {
         self.error_px = self.error_px.max(prepared.detail.error_px);
         self.over_budget = self.over_budget.max(u64::from(prepared.detail.is_over_budget));
         self.prepare_ms += prepared.prepare_ms;
-        self.target_bytes = self.target_bytes.max(frame.target_bytes());
+        self.target_bytes = self.target_bytes.max(renderer.target_bytes());
     }
 }

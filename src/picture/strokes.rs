@@ -6,7 +6,7 @@
 //! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
 //! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
 
-use crate::frame::{Frame, seen_light};
+use crate::frame::{Renderer, seen_light};
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
 use crate::scene::stereo::Pair;
@@ -71,7 +71,7 @@ pub fn has_marks(style: &Style) -> bool {
 /// [`StrokesError`].
 pub fn render_strokes(
     gpu: &Gpu,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     pair: Option<&Pair>,
@@ -90,19 +90,19 @@ pub fn render_strokes(
     let size_px = request.size_px.map(|side| side * scale);
     let style = &request.style.scaled(scale.into());
 
-    let frame = Frame::or_new(frame, gpu)?;
-    frame.set_wants_motion(false);
-    frame.set_wants_mark_layers(wants_marks);
+    let renderer = Renderer::or_new(renderer, gpu)?;
+    renderer.set_wants_motion(false);
+    renderer.set_wants_mark_layers(wants_marks);
     let view = View::whole(request.previous, request.pose, size_px).at(request.clock);
     let rig = pair.map_or_else(|| Rig::mono(view), |pair| pair.rig(&view));
-    let prepared = frame.render_eyes(gpu, world, &rig, style, &request.light)?;
-    let read = |eye| frame.eye_strokes(eye).map_or_else(|| Ok(Vec::new()), |strokes| strokes.read_polylines(gpu));
+    let prepared = renderer.render_eyes(gpu, world, &rig, style, &request.light)?;
+    let read = |eye| renderer.eye_strokes(eye).map_or_else(|| Ok(Vec::new()), |strokes| strokes.read_polylines(gpu));
     let mut strokes = (0..rig.eyes.len()).map(read).collect::<Result<Vec<_>, GpuError>>()?;
     let light = seen_light(world, &rig, style, &request.light);
     // Land with holes has rims in any style.
-    let reads_marks = pair.is_none() && (wants_marks || frame.target(&RIM).is_some());
-    let mut marks = if reads_marks { marks::read(gpu, frame, style, &view, &light)? } else { Vec::new() };
-    frame.set_wants_mark_layers(false);
+    let reads_marks = pair.is_none() && (wants_marks || renderer.target(&RIM).is_some());
+    let mut marks = if reads_marks { marks::read(gpu, renderer, style, &view, &light)? } else { Vec::new() };
+    renderer.set_wants_mark_layers(false);
     gpu.check()?;
     let all = strokes.iter_mut().flatten().chain(marks.iter_mut().flat_map(|group| &mut group.lines));
     for point in all.flat_map(|line| &mut line.points) {
@@ -110,7 +110,7 @@ pub fn render_strokes(
         point.half_width_px /= scale as f32;
     }
     let mut report = PictureReport::default();
-    report.add(&prepared, frame);
+    report.add(&prepared, renderer);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(Drawn { strokes, marks, report })
 }

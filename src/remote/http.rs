@@ -199,7 +199,7 @@ impl Client {
                 return match seconds {
                     Some(seconds @ 1..) => {
                         let told = format!("{told} and asks for {seconds} s of patience");
-                        NoAnswer::Later(told, Duration::from_secs(seconds.into()))
+                        NoAnswer::AsyncReadback(told, Duration::from_secs(seconds.into()))
                     }
                     _ => NoAnswer::Again(told),
                 };

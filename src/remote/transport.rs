@@ -32,7 +32,7 @@ pub enum NoAnswer {
     /// It may be better next time.
     Again(String),
     /// The same, and the server asks for a pause.
-    Later(String, Duration),
+    AsyncReadback(String, Duration),
     /// It will not.
     Never(RemoteError),
 }

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub use crate::gpu::wgsl::shared::focus::Focus as FocusUniform;
 use crate::gpu::wgsl::shared::focus::{AT_DISTANCE, AT_PLACE, NO_FOCUS, ON_PICTURE, THINNER};
 use crate::gpu::wgsl::shared::view::View as ViewUniform;
@@ -191,8 +191,8 @@ const FOCUS: BufferKind = BufferKind::storage("focus");
 
 impl FocusUniform {
     /// For the passes of this frame.
-    pub fn on_gpu(cx: &mut Cx<'_>, focus: Option<&Focus>) -> Resource {
-        cx.upload(&FOCUS, &[Self::new(focus)]).binding()
+    pub fn on_gpu(recorder: &mut Recorder<'_>, focus: Option<&Focus>) -> Resource {
+        recorder.upload(&FOCUS, &[Self::new(focus)]).binding()
     }
 
     /// As shaders read it: of a frame's light.

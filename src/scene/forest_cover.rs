@@ -249,10 +249,10 @@ mod tests {
                 let text = format!("[world]\nprocedural = {{ seed = 1 }}\n[forest]\n{key} = \"{name}\"\n{classes}");
                 Scene::parse(&file, &text).unwrap().check_reach(&file, reach).map_err(|error| error.to_string())
             };
-            let error = check("../m.tif", Reach::Beside).unwrap_err();
+            let error = check("../m.tif", Reach::SceneFolder).unwrap_err();
             assert!(error.contains(&format!("forest.{key}: ")) && error.contains("--trust-scene"), "{error}");
-            assert!(check("/etc/hostname", Reach::Beside).is_err());
-            assert!(check("deep/m.tif", Reach::Beside).is_ok() && check("../m.tif", Reach::Anywhere).is_ok());
+            assert!(check("/etc/hostname", Reach::SceneFolder).is_err());
+            assert!(check("deep/m.tif", Reach::SceneFolder).is_ok() && check("../m.tif", Reach::Anywhere).is_ok());
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::source::{self, Kind};
 pub enum Reach {
     /// To the folder of the scene file and what lies below it. Links that lead out of it count as outside.
     #[default]
-    Beside,
+    SceneFolder,
     /// Anywhere on this machine, and to the network.
     Anywhere,
 }
@@ -22,7 +22,7 @@ impl Reach {
     /// As the command line says it.
     #[must_use]
     pub fn trusting(trusts: bool) -> Self {
-        if trusts { Self::Anywhere } else { Self::Beside }
+        if trusts { Self::Anywhere } else { Self::SceneFolder }
     }
 }
 

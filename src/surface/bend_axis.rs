@@ -4,7 +4,7 @@
 
 use super::curvature::Shapes;
 use super::mark_normal::BLOCK_PX;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::bend_axis::{BendAxisRules, REACH};
 use crate::style::hatching::Hatching;
@@ -35,14 +35,14 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = BendAxisRules { step: step(inputs.hatching) };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
-        ("bend_axis_rules", cx.uniform("bend axis rules", &rules)),
+        ("bend_axis_rules", recorder.uniform("bend axis rules", &rules)),
         ("shape_normal", normal.into()),
         ("shape_bend", bend.into()),
         ("bend_axis", inputs.bend_axis.into()),
     ];
-    cx.pixels("surface/bend_axis", inputs.bend_axis.size_px(), &resources);
+    recorder.pixels("surface/bend_axis", inputs.bend_axis.size_px(), &resources);
 }

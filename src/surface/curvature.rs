@@ -5,7 +5,7 @@
 
 use super::mark_normal::mark_normal_size;
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::gpu::wgsl::surface::curvature::CurvatureRules;
 
@@ -66,16 +66,16 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the shape of the land that the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = CurvatureRules { feature_px: inputs.feature_px };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("curvature_rules", cx.uniform("curvature rules", &rules)),
+        ("curvature_rules", recorder.uniform("curvature rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("water", inputs.water.into()),
     ];
     resources.extend(inputs.shapes.resources());
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/curvature", inputs.shapes.normal.size_px(), &resources);
+    recorder.pixels("surface/curvature", inputs.shapes.normal.size_px(), &resources);
 }

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::cuts::{CutLayer, CutRules};
 use crate::style::Cuts;
@@ -37,7 +37,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let mut rules = CutRules {
         form_px: style.form_px,
@@ -61,12 +61,12 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     }
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("cut_rules", cx.uniform("cut rules", &rules)),
+        ("cut_rules", recorder.uniform("cut rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
         ("cut_ink", inputs.cut_ink.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/cuts", inputs.cut_ink.size_px(), &resources);
+    recorder.pixels("surface/cuts", inputs.cut_ink.size_px(), &resources);
 }

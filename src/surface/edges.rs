@@ -8,7 +8,7 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
 pub use crate::gpu::wgsl::shared::edges::{Edge, KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY, MOST_EDGES};
 
@@ -40,18 +40,18 @@ pub struct EdgeList {
 
 impl EdgeList {
     /// Begins a list of no edges.
-    pub fn begin(cx: &mut Cx<'_>, rules: EdgeRules) -> Self {
+    pub fn begin(recorder: &mut Recorder<'_>, rules: EdgeRules) -> Self {
         let uniform = EdgeRulesUniform {
             // No cosine is below.
             crease_cosine: rules.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
             borders: u32::from(rules.borders),
         };
         let list = Self {
-            rules: cx.uniform("edge rules", &uniform),
-            edges: cx.buffer(&EDGES, u64::from(MOST_EDGES) * size_of::<Edge>() as u64),
-            draw: cx.buffer(&EDGE_DRAW, size_of_val(&NO_EDGES) as u64),
+            rules: recorder.uniform("edge rules", &uniform),
+            edges: recorder.buffer(&EDGES, u64::from(MOST_EDGES) * size_of::<Edge>() as u64),
+            draw: recorder.buffer(&EDGE_DRAW, size_of_val(&NO_EDGES) as u64),
         };
-        cx.write(&list.draw, &NO_EDGES);
+        recorder.write(&list.draw, &NO_EDGES);
         list
     }
 

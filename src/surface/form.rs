@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/form-light.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::form::FormRules;
 use crate::scene::Light;
@@ -32,7 +32,7 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the form of the land that the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let shading = &inputs.style.light;
     let rules = FormRules {
         to_sun: inputs.light.to_sun.truncate().normalize_or_zero().as_vec2().to_array(),
@@ -41,11 +41,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("form_rules", cx.uniform("form rules", &rules)),
+        ("form_rules", recorder.uniform("form rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("form_normal", inputs.form_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/form", inputs.form_normal.size_px(), &resources);
+    recorder.pixels("surface/form", inputs.form_normal.size_px(), &resources);
 }

@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/maps.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::height_lines::HeightLineRules;
 use crate::style::HeightLines;
@@ -35,7 +35,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let index_m = INDEX * f64::from(style.interval_m);
     let rules = HeightLineRules {
@@ -49,12 +49,12 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("height_line_rules", cx.uniform("height line rules", &rules)),
+        ("height_line_rules", recorder.uniform("height line rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("water", inputs.water.into()),
         ("height_ink", inputs.height_ink.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/height_lines", inputs.height_ink.size_px(), &resources);
+    recorder.pixels("surface/height_lines", inputs.height_ink.size_px(), &resources);
 }

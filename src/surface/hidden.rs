@@ -7,7 +7,7 @@
 
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::Target;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
@@ -31,12 +31,12 @@ pub struct HiddenArea {
     pub corners: Vec<[f32; 2]>,
 }
 
-/// Clears depth and id, and draws the area into them. A rehearsal draws nothing.
-pub fn run(cx: &mut Cx<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
-    let resources = [("corners", cx.upload(&HIDDEN, &area.corners).binding())];
-    let drawing = cx.drawing(&DRAW, &resources);
+/// Clears depth and id, and draws the area into them. A prewarming run draws nothing.
+pub fn run(recorder: &mut Recorder<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
+    let resources = [("corners", recorder.upload(&HIDDEN, &area.corners).binding())];
+    let drawing = recorder.drawing(&DRAW, &resources);
     let on = Attachments { colors: &[surface_id], depth: Some(depth), clears: Clears::All };
-    cx.render(DRAW.name, &[&drawing], on, |pass| {
+    recorder.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw(0..area.corners.len() as u32, 0..1);
     });

@@ -3,7 +3,7 @@
 //! This is the mark normal. Why: `docs/decisions/hatching.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::mark_normal::MarkRules;
 use crate::style::hatching::Hatching;
@@ -39,17 +39,17 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the mark normal of what the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let rules = MarkRules { form_px: hatching.form_px, calm: hatching.calm_deg.to_radians().tan() };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("mark_rules", cx.uniform("mark rules", &rules)),
+        ("mark_rules", recorder.uniform("mark rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("mark_normal", inputs.mark_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/mark_normal", inputs.mark_normal.size_px(), &resources);
+    recorder.pixels("surface/mark_normal", inputs.mark_normal.size_px(), &resources);
 }

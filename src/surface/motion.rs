@@ -2,7 +2,7 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// Pixels from the previous frame to this one: x right, y down.
@@ -23,11 +23,11 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the motion of every pixel, of the sky as well.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources: Vec<Named> =
         vec![("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];
     let of_trees = |step: &Target| [("surface_id", inputs.surface_id.into()), ("tree_step", step.into())];
     resources.extend(inputs.tree_step.into_iter().flat_map(of_trees));
     let definitions: &[&str] = if inputs.tree_step.is_some() { &["WIND"] } else { &[] };
-    cx.pixels(Compute { name: "surface/motion", definitions }, inputs.motion.size_px(), &resources);
+    recorder.pixels(Compute { name: "surface/motion", definitions }, inputs.motion.size_px(), &resources);
 }

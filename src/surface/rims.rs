@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/voids.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::rims::RimRules;
 use crate::style::Rims;
@@ -30,18 +30,18 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let period_px = style.dash_px + style.gap_px;
     let rules = RimRules { width_px: style.width_px, period_px, dash: style.dash_px / period_px };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("rim_rules", cx.uniform("rim rules", &rules)),
+        ("rim_rules", recorder.uniform("rim rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("rim", inputs.rim.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/rims", inputs.rim.size_px(), &resources);
+    recorder.pixels("surface/rims", inputs.rim.size_px(), &resources);
 }

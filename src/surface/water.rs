@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/water.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::water::WaterRules;
 use crate::style::Water;
@@ -29,17 +29,17 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the water of the land that the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = WaterRules { reach_px: inputs.style.reach_px(), pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("water_rules", cx.uniform("water rules", &rules)),
+        ("water_rules", recorder.uniform("water rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("water", inputs.water.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    let arguments = lakes::seen::run(cx, inputs.terrain, inputs.water.size_px());
-    cx.indirect("surface/water", &arguments, 0, &resources);
-    cx.indirect("surface/dry", &arguments, lakes::seen::DRY, &[("water", inputs.water.into())]);
+    let arguments = lakes::seen::run(recorder, inputs.terrain, inputs.water.size_px());
+    recorder.indirect("surface/water", &arguments, 0, &resources);
+    recorder.indirect("surface/dry", &arguments, lakes::seen::DRY, &[("water", inputs.water.into())]);
 }

@@ -16,7 +16,7 @@ pub mod ink_sums;
 pub mod ink_windows;
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::shared::cover::Balance as BalanceUniform;
 use crate::style::hatching::Hatching;
@@ -67,14 +67,14 @@ pub struct Inputs {
 
 impl Inputs {
     /// For the marks of a style. Cells are counted in the whole picture, so a part may see one more.
-    pub fn new(cx: &mut Cx<'_>, targets: &mut Targets, view: &Resource, hatching: &Hatching) -> Self {
+    pub fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, view: &Resource, hatching: &Hatching) -> Self {
         let cell_px = if hatching.balance { cell_px(hatching) } else { 1 };
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
-        let gpu = cx.gpu();
+        let gpu = recorder.gpu();
         let uniform = BalanceUniform { cell_px: cell_px as i32, pad_a: 0, pad_b: 0, pad_c: 0 };
         Self {
             view: view.clone(),
-            balance: cx.uniform("balance", &uniform),
+            balance: recorder.uniform("balance", &uniform),
             cover: targets.whole(gpu, &COVER),
             sums: hatching.balance.then(|| targets.sized(gpu, &SUMS, cells)),
             more: if hatching.balance {
@@ -98,15 +98,15 @@ pub struct Partner<'a> {
 }
 
 /// Finds what is to be added to the darkness of [`Inputs::cover`], if the style says so.
-pub fn count(cx: &mut Cx<'_>, inputs: &Inputs) {
+pub fn count(recorder: &mut Recorder<'_>, inputs: &Inputs) {
     if let Some(sums) = &inputs.sums {
-        ink_sums::run(cx, inputs, sums);
-        ink_windows::run(cx, inputs, sums);
+        ink_sums::run(recorder, inputs, sums);
+        ink_windows::run(recorder, inputs, sums);
     }
 }
 
 /// Writes [`Inputs::marks`]. An eye of a pair adds the mean of what both eyes would add at the same place of the
 /// surface: so marks are as dark in both.
-pub fn draw(cx: &mut Cx<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
-    balanced_ink::run(cx, inputs, partner.filter(|_| inputs.sums.is_some()));
+pub fn draw(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
+    balanced_ink::run(recorder, inputs, partner.filter(|_| inputs.sums.is_some()));
 }

@@ -4,7 +4,7 @@
 
 use super::light::LightUniform;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::tones::crests::CrestRules;
 use crate::scene::Light;
@@ -31,17 +31,17 @@ pub struct Inputs<'a> {
 }
 
 /// Finds what crests gain and hollows lose.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = CrestRules { most: inputs.style.light.crests };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
         ("view", inputs.view.clone()),
-        ("light", cx.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
-        ("crest_rules", cx.uniform("crest rules", &rules)),
+        ("light", recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
+        ("crest_rules", recorder.uniform("crest rules", &rules)),
         ("position", inputs.position.into()),
         ("shape_normal", normal.into()),
         ("shape_bend", bend.into()),
         ("crest_light", inputs.crest_light.into()),
     ];
-    cx.pixels("tones/crests", inputs.crest_light.size_px(), &resources);
+    recorder.pixels("tones/crests", inputs.crest_light.size_px(), &resources);
 }

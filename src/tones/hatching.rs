@@ -13,7 +13,7 @@ use self::uniform::HatchUniform;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::style::hatching::Hatching;
 
@@ -67,11 +67,11 @@ impl Inputs<'_> {
 }
 
 /// Hatches what the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let made_of = hatching.clone();
     let find = |maps: &MadeMaps| maps.are_of(hatching);
-    let Some(made) = cx.kept_beside(find, move |gpu| MadeMaps::new(gpu, &made_of)) else { return };
+    let Some(made) = recorder.cached_in_background(find, move |gpu| MadeMaps::new(gpu, &made_of)) else { return };
     let Some(maps) = made.maps() else { return };
     let ladder = (axes::FIRST_LEVEL, axes::LEVELS);
     let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, maps.side_px) };
@@ -79,12 +79,12 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let phases = axes::phases(&directions, inputs.origin_m, f64::from(maps.side_px));
     let mut resources = vec![
         ("maps", maps.binding()),
-        ("hatch", cx.uniform("hatch", &uniform)),
-        ("axes", cx.upload(&AXES, &axes::directions(&directions)).binding()),
-        ("phases", cx.upload(&PHASES, &phases).binding()),
+        ("hatch", recorder.uniform("hatch", &uniform)),
+        ("axes", recorder.upload(&AXES, &axes::directions(&directions)).binding()),
+        ("phases", recorder.upload(&PHASES, &phases).binding()),
     ];
     resources.extend(inputs.resources());
     let swells = hatching.layers.iter().filter_map(|layer| layer.recipe.as_ref()).any(uniform::swells);
     let definitions: &[&str] = if swells { &["SWELLING"] } else { &[] };
-    cx.pixels(Compute { name: "tones/hatching", definitions }, inputs.cover.size_px(), &resources);
+    recorder.pixels(Compute { name: "tones/hatching", definitions }, inputs.cover.size_px(), &resources);
 }

@@ -14,7 +14,7 @@ pub mod water;
 pub mod watercolor;
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::scene::Light;
 use crate::style::{Style, Tone};
@@ -82,9 +82,9 @@ pub struct Inputs<'a> {
 }
 
 /// Gives what the inputs show the style's tone.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     match &inputs.style.tone {
-        Tone::Plain(_) => plain::run(cx, inputs),
-        Tone::Toon(toon) => toon::run(cx, toon, inputs),
+        Tone::Plain(_) => plain::run(recorder, inputs),
+        Tone::Toon(toon) => toon::run(recorder, toon, inputs),
     }
 }

@@ -2,11 +2,11 @@
 
 use super::{Inputs, Local};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::tones::plain::Plain as PlainUniform;
 
 /// Tones what the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let [low_m, high_m] = inputs.range_m;
     let uniform = PlainUniform {
         to_sun: inputs.light.to_sun.as_vec3().to_array(),
@@ -23,12 +23,12 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         inputs.terrain.clone(),
-        ("plain", cx.uniform("plain", &uniform)),
+        ("plain", recorder.uniform("plain", &uniform)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));
     let definitions: &[&str] = if inputs.local.is_some() { &["LOCAL_COLOR"] } else { &[] };
-    cx.pixels(Compute { name: "tones/plain", definitions }, inputs.tone.size_px(), &resources);
+    recorder.pixels(Compute { name: "tones/plain", definitions }, inputs.tone.size_px(), &resources);
 }

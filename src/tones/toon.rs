@@ -9,7 +9,7 @@ use super::light::LightUniform;
 use super::{Inputs, Local};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
 use crate::scene::focus::FocusUniform;
 use crate::style::Toon;
@@ -35,8 +35,8 @@ const DEFINITIONS: [&[&str]; 16] = [
 ];
 
 /// Tones what the inputs show.
-pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
-    let made = cx.kept(
+pub fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>) {
+    let made = recorder.kept(
         |ramp: &RampTable| ramp.is_of(toon.ramp.as_ref()),
         |gpu| Ok::<_, Infallible>(RampTable::new(gpu, toon.ramp.as_ref())),
     );
@@ -63,9 +63,9 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("light", cx.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
-        ("focus", FocusUniform::on_gpu(cx, inputs.light.focus.as_ref())),
-        ("toon", cx.uniform("toon", &uniform)),
+        ("light", recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
+        ("focus", FocusUniform::on_gpu(recorder, inputs.light.focus.as_ref())),
+        ("toon", recorder.uniform("toon", &uniform)),
         ("ramp", Resource::Texture("ramp", ramp.view.clone())),
         inputs.terrain.clone(),
         ("position", inputs.position.into()),
@@ -86,5 +86,5 @@ pub fn run(cx: &mut Cx<'_>, toon: &Toon, inputs: &Inputs<'_>) {
     resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));
     resources.extend(inputs.horizon_maps.clone().into_iter().flatten());
-    cx.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
+    recorder.pixels(Compute { name: "tones/toon", definitions }, inputs.tone.size_px(), &resources);
 }

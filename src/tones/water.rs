@@ -5,7 +5,7 @@
 use super::TONE_FORMAT;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::tones::water::WaterLook;
 use crate::style::{Sky, Water};
@@ -38,7 +38,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the water that the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let look = WaterLook {
         tint: style.tint.linear(),
@@ -58,7 +58,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("water_look", cx.uniform("water look", &look)),
+        ("water_look", recorder.uniform("water look", &look)),
         ("position", inputs.position.into()),
         ("water", inputs.water.into()),
         ("tone", inputs.tone.into()),
@@ -68,5 +68,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mirrors = style.mirror > 0.0;
     resources.extend(mirrors.then(|| inputs.terrain.clone()));
     let definitions: &[&str] = if mirrors { &["MIRROR"] } else { &[] };
-    cx.pixels(Compute { name: "tones/water", definitions }, inputs.tone.size_px(), &resources);
+    recorder.pixels(Compute { name: "tones/water", definitions }, inputs.tone.size_px(), &resources);
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::TONE_FORMAT;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::shared::wobble::Anchor;
 pub(crate) use crate::gpu::wgsl::tones::watercolor::Watercolor as WatercolorUniform;
@@ -41,17 +41,17 @@ pub struct Inputs<'a> {
 }
 
 /// Washes what the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Watercolor { edge, edge_px, granulation, flow, warp_px } = inputs.watercolor;
     let [pad_a, pad_b, pad_c] = [0.0; 3];
     let uniform = WatercolorUniform { edge, edge_px, granulation, flow, warp_px, pad_a, pad_b, pad_c };
     let resources = [
         ("view", inputs.view.clone()),
-        ("watercolor", cx.uniform("watercolor", &uniform)),
-        ("anchor", cx.uniform("anchor", &Anchor::new(inputs.origin_m))),
+        ("watercolor", recorder.uniform("watercolor", &uniform)),
+        ("anchor", recorder.uniform("anchor", &Anchor::new(inputs.origin_m))),
         ("position", inputs.position.into()),
         ("tone", inputs.tone.into()),
         ("washed", inputs.washed.into()),
     ];
-    cx.pixels("tones/watercolor", inputs.washed.size_px(), &resources);
+    recorder.pixels("tones/watercolor", inputs.washed.size_px(), &resources);
 }

@@ -26,7 +26,7 @@ use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::composite::PICTURE;
 use crate::composite::present::Shown;
 use crate::file::{FileError, standard};
-use crate::frame::{Frame, Light};
+use crate::frame::{Light, Renderer};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::gpu::pipelines::Builds;
@@ -58,7 +58,7 @@ pub struct Flight {
     // The order is that in which they are dropped: what was made of the GPU goes before it.
     overlay: Overlay,
     screen: Screen,
-    frame: Option<Frame>,
+    renderer: Option<Renderer>,
     world: FlightWorld,
     gpu: Gpu,
     window: Arc<Window>,
@@ -142,7 +142,7 @@ impl Flight {
         Ok(Self {
             overlay,
             screen,
-            frame: None,
+            renderer: None,
             adapter: gpu.description(),
             input: Input::new(),
             camera: start.clone(),
@@ -218,7 +218,7 @@ impl Flight {
         }
 
         // Tiles that came in make a better picture the next time; strokes come and go for a while, and trees sway.
-        let is_settling = self.frame.as_ref().is_some_and(|frame| frame.is_settling() || frame.may_sway());
+        let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway());
         self.stale = rendered
             && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
         let flows = !input.is_still()
@@ -238,7 +238,7 @@ impl Flight {
 
     /// Whether the picture is of the style that is asked for: until all is there that it needs, the one before stays.
     fn shows_asked(&self) -> bool {
-        self.frame.as_ref().is_some_and(|frame| frame.shows(self.style()))
+        self.renderer.as_ref().is_some_and(|renderer| renderer.shows(self.style()))
     }
 
     fn style(&self) -> &Style {
@@ -260,7 +260,7 @@ impl Flight {
         if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
-        while let Some(times) = self.frame.as_mut().and_then(Frame::take_times) {
+        while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
             self.pass_times.add(times);
         }
     }
@@ -313,16 +313,16 @@ impl Flight {
         let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
         self.eyes_move = self.settings.follow_land(nearest_m, step_s);
         let style = &self.styles.list()[self.settings.style];
-        let frame = Frame::or_new(&mut self.frame, &self.gpu)?;
+        let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
         let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
         let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);
         self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
-        frame.set_step_s(step_s);
-        frame.set_antialias(self.settings.antialias);
+        renderer.set_step_s(step_s);
+        renderer.set_antialias(self.settings.antialias);
         // A window never waits for a compiler.
-        frame.set_builds(&self.gpu, Builds::Beside);
-        let prepared = frame.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
-        self.stroke_numbers.ask(&self.gpu, frame.strokes());
+        renderer.set_builds(&self.gpu, Builds::InBackground);
+        let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
+        self.stroke_numbers.ask(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
         self.last.time_s = clock.now_s;
@@ -336,7 +336,7 @@ impl Flight {
         let size_px = self.screen.size_px();
         let mut encoder =
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
-        let eye = |eye: usize| self.frame.as_ref().and_then(|frame| frame.eye_target(eye, &PICTURE));
+        let eye = |eye: usize| self.renderer.as_ref().and_then(|renderer| renderer.eye_target(eye, &PICTURE));
         let shown = match (self.settings.eyes, eye(0), eye(1)) {
             (Eyes::Right, _, Some(right)) => Some(Shown::One(right)),
             (Eyes::Mono | Eyes::Left, Some(left), _) | (_, Some(left), None) => Some(Shown::One(left)),

@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use crate::file::FileError;
 use crate::file::png::PngWriter;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::picture::{self, PictureError, PictureRequest, eyes};
 use crate::scene::stereo::Eyes;
@@ -18,7 +18,7 @@ use crate::world::Surfaces;
 /// When the GPU or the disk fails.
 pub fn take(
     gpu: &Gpu,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     settings: &Settings,
@@ -30,9 +30,9 @@ pub fn take(
     let width = if settings.eyes == Eyes::SideBySide { 2 * width } else { width };
     let mut writer = PngWriter::create(&path, width, height).map_err(PictureError::Sink)?;
     if settings.eyes == Eyes::Mono {
-        picture::render(gpu, frame, world, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+        picture::render(gpu, renderer, world, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
     } else {
-        picture::render_pair(gpu, frame, world, request, &settings.pair, |bands| {
+        picture::render_pair(gpu, renderer, world, request, &settings.pair, |bands| {
             writer.write_rows(&picture::srgb8(&eyes::joined(width, eyes::shown(settings.eyes, bands))))
         })?;
     }

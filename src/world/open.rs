@@ -239,7 +239,7 @@ impl OpenWorld {
     /// # Errors
     /// When the scene or its DEM do not hold, or the scene names files outside of its folder.
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> Result<Self, WorldError> {
-        let scene = scene_of(world, Reach::Beside)?;
+        let scene = scene_of(world, Reach::SceneFolder)?;
         let store = open_store(&scene, &Silent)?;
         Self::on_gpu(gpu, scene, store, options)
     }

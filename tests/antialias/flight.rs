@@ -1,7 +1,7 @@
 //! Frames that follow each other: lines that do not flicker, that stay sharp, and that leave nothing behind.
 
 use glam::{DQuat, DVec3};
-use hachure::frame::{Antialias, Frame};
+use hachure::frame::{Antialias, Renderer};
 use hachure::measure::temporal::{TemporalTotals, compare, read_drawn};
 use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
@@ -19,10 +19,10 @@ const SETTLING: u32 = 12;
 const LOW: &str = "-300,-2500,+60,20,-4,60";
 
 /// A slow path: a metre and an eighth of a degree in a frame, as `--test coherence` has it.
-fn slow(world: &World, frame: u32) -> Pose {
+fn slow(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose(VIEW);
-    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(frame);
-    let turn = DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(frame));
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(renderer);
+    let turn = DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(renderer));
     for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
         *axis = turn * *axis;
     }
@@ -36,29 +36,29 @@ struct Flown {
 }
 
 fn fly(world: &mut World, style: &Style, antialias: Antialias, frames: u32) -> Flown {
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_antialias(antialias);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(antialias);
     let (mut totals, mut before) = (TemporalTotals::default(), None);
     let mut last = slow(world, 0);
     for number in 0..frames {
         let pose = slow(world, number);
         let view = View::whole(std::mem::replace(&mut last, pose), pose, SIZE_PX);
-        let rig = frame.jittered(&Rig::mono(view), style);
-        draw_rig(world, &mut frame, style, &rig);
+        let rig = renderer.jittered(&Rig::mono(view), style);
+        draw_rig(world, &mut renderer, style, &rig);
         if number >= SETTLING {
-            let drawn = read_drawn(&world.gpu, &frame, &rig, 0, style).unwrap();
+            let drawn = read_drawn(&world.gpu, &renderer, &rig, 0, style).unwrap();
             if let Some(before) = &before {
                 totals.add(compare(before, &drawn).unwrap());
             }
             before = Some(drawn);
         }
     }
-    Flown { totals, picture: picture(world, &frame), last }
+    Flown { totals, picture: picture(world, &renderer), last }
 }
 
-fn draw_rig(world: &mut World, frame: &mut Frame, style: &Style, rig: &Rig) {
+fn draw_rig(world: &mut World, renderer: &mut Renderer, style: &Style, rig: &Rig) {
     let prepared = hachure::frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &north_west());
-    frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &north_west()).unwrap();
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &north_west()).unwrap();
     world.gpu.check().unwrap();
 }
 
@@ -100,22 +100,22 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
 fn nothing_is_left_behind() {
     let Some(mut world) = crate::rough() else { return };
     let style = Style::load("ink").unwrap();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_antialias(Antialias::Temporal);
-    let mut one = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(Antialias::Temporal);
+    let mut one = Renderer::new(&world.gpu).unwrap();
     let mut previous = world.pose(LOW);
     let mut off = [0.0; 3];
     let mut stale = None;
     for number in 0..8 {
         let mut pose = world.pose(LOW);
         pose.position_m += pose.right * (30.0 * f64::from(number)) + pose.forward * (10.0 * f64::from(number));
-        for frame in [&mut frame, &mut one] {
+        for renderer in [&mut renderer, &mut one] {
             let view = View::whole(previous, pose, SIZE_PX);
-            draw(&world.gpu, &mut world.surfaces, frame, &view, &style, &north_west());
+            draw(&world.gpu, &mut world.surfaces, renderer, &view, &style, &north_west());
         }
         previous = pose;
         let truth = supersampled(&mut world, &mut None, &style, pose, SAMPLES);
-        let shown = picture(&world, &frame);
+        let shown = picture(&world, &renderer);
         // Planted: the picture of the frame before.
         let stale = stale.replace(shown.clone()).unwrap_or_else(|| shown.clone());
         for (off, picture) in off.iter_mut().zip([&shown, &picture(&world, &one), &stale]) {
@@ -128,16 +128,16 @@ fn nothing_is_left_behind() {
     let there = slow(&world, 0);
     let off = [there, previous].map(|before| {
         let mut cut = View::whole(before, there, SIZE_PX);
-        let rig = frame.jittered(&Rig::mono(cut), &style);
-        draw_rig(&mut world, &mut frame, &style, &rig);
-        let shown = picture(&world, &frame);
+        let rig = renderer.jittered(&Rig::mono(cut), &style);
+        draw_rig(&mut world, &mut renderer, &style, &rig);
+        let shown = picture(&world, &renderer);
         cut.jitter_px = rig.eyes[0].jitter_px;
-        let mut fresh = Frame::new(&world.gpu).unwrap();
+        let mut fresh = Renderer::new(&world.gpu).unwrap();
         fresh.set_antialias(Antialias::Temporal);
         draw_rig(&mut world, &mut fresh, &style, &Rig::mono(cut));
         // Back to where it was.
-        let back = frame.jittered(&Rig::mono(View::whole(there, previous, SIZE_PX)), &style);
-        draw_rig(&mut world, &mut frame, &style, &back);
+        let back = renderer.jittered(&Rig::mono(View::whole(there, previous, SIZE_PX)), &style);
+        draw_rig(&mut world, &mut renderer, &style, &back);
         apart(&shown, &picture(&world, &fresh))
     });
     println!("after a cut off by {off:.5?}: as it is, as if it went on");

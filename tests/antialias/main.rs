@@ -14,7 +14,7 @@ mod still_strokes;
 use common::draw::{halves, north_west};
 use common::{World, grid_of, rough_height_m};
 use hachure::composite::PICTURE;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::picture::{Band, PictureRequest, render};
 use hachure::scene::view::Pose;
 use hachure::style::Style;
@@ -27,14 +27,14 @@ fn rough() -> Option<World> {
 }
 
 /// What the last frame shows.
-fn picture(world: &World, frame: &Frame) -> Vec<[f64; 4]> {
-    halves(&world.gpu, frame.target(&PICTURE).unwrap())
+fn picture(world: &World, renderer: &Renderer) -> Vec<[f64; 4]> {
+    halves(&world.gpu, renderer.target(&PICTURE).unwrap())
 }
 
 /// The picture of so many samples.
 fn supersampled(
     world: &mut World,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     style: &Style,
     pose: Pose,
     samples: u32,
@@ -45,7 +45,7 @@ fn supersampled(
         texels.extend(band.picture.into_iter().map(|texel| texel.map(f64::from)));
         Ok::<_, ()>(())
     };
-    render(&world.gpu, frame, &mut world.surfaces, &request, take).unwrap();
+    render(&world.gpu, renderer, &mut world.surfaces, &request, take).unwrap();
     texels
 }
 

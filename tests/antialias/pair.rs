@@ -1,7 +1,7 @@
 //! Two eyes have one sequence of samples.
 
 use hachure::composite::PICTURE;
-use hachure::frame::{Antialias, Frame};
+use hachure::frame::{Antialias, Renderer};
 use hachure::gpu::readback::read;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Rig, View};
@@ -13,8 +13,8 @@ use crate::{SIZE_PX, VIEW};
 
 /// The pictures of the eyes after a few steps.
 fn flown(world: &mut World, style: &Style, rig_of: impl Fn(&View) -> Rig) -> Vec<Vec<u8>> {
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_antialias(Antialias::Temporal);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(Antialias::Temporal);
     let mut previous = world.pose(VIEW);
     let mut eyes = 0;
     for step in 0..4 {
@@ -22,11 +22,13 @@ fn flown(world: &mut World, style: &Style, rig_of: impl Fn(&View) -> Rig) -> Vec
         pose.position_m += pose.forward * (4.0 * f64::from(step));
         let rig = rig_of(&View::whole(previous, pose, SIZE_PX));
         eyes = rig.eyes.len();
-        frame.render_eyes(&world.gpu, &mut world.surfaces, &rig, style, &north_west()).unwrap();
+        renderer.render_eyes(&world.gpu, &mut world.surfaces, &rig, style, &north_west()).unwrap();
         world.gpu.check().unwrap();
         previous = pose;
     }
-    (0..eyes).map(|eye| read(&world.gpu, frame.eye_target(eye, &PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()).collect()
+    (0..eyes)
+        .map(|eye| read(&world.gpu, renderer.eye_target(eye, &PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap())
+        .collect()
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Strokes cover their borders exactly, and stay where they are when the picture is moved by a part of a pixel.
 
 use glam::DVec2;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::stroke::INK;
 use hachure::scene::view::View;
@@ -14,9 +14,9 @@ use crate::common::{self, World};
 fn ink(world: &mut World, style: &Style, jitter_px: DVec2) -> Vec<f64> {
     let pose = world.pose(crate::VIEW);
     let view = View { jitter_px, ..View::whole(pose, pose, SIZE_PX) };
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-    let halves: Vec<u16> = read_as(&world.gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let halves: Vec<u16> = read_as(&world.gpu, renderer.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     halves.into_iter().map(|bits| half::f16::from_bits(bits).to_f64()).collect()
 }
 

@@ -17,7 +17,7 @@ use hachure::gpu::Gpu;
 use hachure::gpu::buffer::{Buffer, BufferKind};
 use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
-use hachure::gpu::recorder::{Cx, Submits};
+use hachure::gpu::recorder::{Recorder, Submits};
 use hachure::gpu::timer::Timer;
 use hachure::lines::strokes::chain;
 use hachure::lines::strokes::twin::Chained;
@@ -53,9 +53,9 @@ impl Bench {
 
     fn run(&mut self) {
         let Self { gpu, timer, pools, capacity, rules, segments, counts } = self;
-        let mut cx = Cx::new(gpu, pools, timer, Submits::default(), false);
-        chain::run(&mut cx, &chain::Inputs { rules: *rules, capacity: *capacity, segments, counts });
-        cx.submit();
+        let mut recorder = Recorder::new(gpu, pools, timer, Submits::default(), false);
+        chain::run(&mut recorder, &chain::Inputs { rules: *rules, capacity: *capacity, segments, counts });
+        recorder.submit();
         self.gpu.wait();
     }
 

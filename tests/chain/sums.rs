@@ -3,7 +3,7 @@
 use hachure::gpu::buffer::{Buffer, BufferKind};
 use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
-use hachure::gpu::recorder::{Cx, Submits};
+use hachure::gpu::recorder::{Recorder, Submits};
 use hachure::gpu::scan::{self, MAX_VALUES};
 use hachure::gpu::timer::Timer;
 
@@ -32,9 +32,9 @@ fn prefix_sums() {
         let mut expected: Vec<u32> = (0..=MAX_VALUES as i64).map(|i| (random(i, 4) * 4e9) as u32).collect();
         gpu.queue.write_buffer(&values.raw, 0, bytemuck::cast_slice(&expected));
         gpu.queue.write_buffer(&numbers.raw, 0, bytemuck::cast_slice(&[7, 7, 7, count]));
-        let mut cx = Cx::new(&gpu, &mut pools, &mut timer, Submits::default(), false);
-        scan::run(&mut cx, &scan::Inputs { numbers: &numbers, index: 3, capacity, values: &values });
-        cx.submit();
+        let mut recorder = Recorder::new(&gpu, &mut pools, &mut timer, Submits::default(), false);
+        scan::run(&mut recorder, &scan::Inputs { numbers: &numbers, index: 3, capacity, values: &values });
+        recorder.submit();
         let mut sum = 0_u32;
         let used = count.min(capacity).min(MAX_VALUES) as usize;
         for value in &mut expected[..=used] {

@@ -40,7 +40,7 @@ fn what_found_no_room_is_told_without_waiting() {
         // More than are open at once; between updates too, where nothing is counted anew.
         for frame in 0..12 {
             let (_, counts, _) = flight.fly(&mut world, frame);
-            let passes = flight.frame.strokes();
+            let passes = flight.renderer.strokes();
             numbers.ask(&world.gpu, passes);
             let left_out = passes.unwrap().left_out(&world.gpu).unwrap();
             assert_eq!(left_out.strokes, counts.left_out);
@@ -50,11 +50,11 @@ fn what_found_no_room_is_told_without_waiting() {
         }
         let last = numbers.last().unwrap().left_out;
         // Nobody polls in between: questions that are too many are not asked, and the others are answered.
-        (0..20).for_each(|_| numbers.ask(&world.gpu, flight.frame.strokes()));
+        (0..20).for_each(|_| numbers.ask(&world.gpu, flight.renderer.strokes()));
         world.gpu.wait();
         assert_eq!(numbers.last().unwrap().left_out, last);
         // A style without strokes: what was asked before does not come.
-        numbers.ask(&world.gpu, flight.frame.strokes());
+        numbers.ask(&world.gpu, flight.renderer.strokes());
         numbers.ask(&world.gpu, None);
         world.gpu.wait();
         assert_eq!(numbers.last(), None);

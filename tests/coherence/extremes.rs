@@ -13,7 +13,7 @@ use crate::{Flight, SIZE_PX, START, mountains, strokes};
 
 /// The ink of the last frame, and whose it is.
 fn pictures(world: &World, flight: &Flight) -> (Vec<f32>, Vec<u32>) {
-    let target = |kind| flight.frame.target(kind).unwrap();
+    let target = |kind| flight.renderer.target(kind).unwrap();
     let ink: Vec<u16> = read_as(&world.gpu, target(&INK), [0, 0], SIZE_PX).unwrap();
     let ids = read_as(&world.gpu, target(&STROKE_IDS), [0, 0], SIZE_PX).unwrap();
     (ink.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect(), ids)

@@ -33,7 +33,7 @@ fn new_lines_grow_and_old_ones_shrink() {
     // At rest all of it ends.
     let rest = pose(&world, 96);
     let mut frames = 0;
-    while flight.frame.is_settling() && frames < 200 {
+    while flight.renderer.is_settling() && frames < 200 {
         flight.draw(&mut world, rest);
         frames += 1;
     }

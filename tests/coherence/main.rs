@@ -15,7 +15,7 @@ mod steady;
 
 use common::World;
 use glam::DVec3;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::scene::view::{Pose, View};
 use hachure::source::{Silent, procedural};
@@ -40,10 +40,10 @@ fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
 }
 
 /// The pose of a frame of the flight.
-fn pose(world: &World, frame: u32) -> Pose {
+fn pose(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose(START);
-    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(frame));
-    let turn = glam::DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(frame));
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(renderer));
+    let turn = glam::DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(renderer));
     for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
         *axis = turn * *axis;
     }
@@ -52,19 +52,19 @@ fn pose(world: &World, frame: u32) -> Pose {
 
 struct Flight {
     style: Style,
-    frame: Frame,
+    renderer: Renderer,
     last: Option<View>,
 }
 
 impl Flight {
     fn new(world: &World, style: Style) -> Self {
-        let frame = Frame::new(&world.gpu).unwrap();
-        Self { style, frame, last: None }
+        let renderer = Renderer::new(&world.gpu).unwrap();
+        Self { style, renderer, last: None }
     }
 
     /// A frame of the slow flight.
-    fn fly(&mut self, world: &mut World, frame: u32) -> (View, SampleCounts, Vec<Sample>) {
-        let pose = pose(world, frame);
+    fn fly(&mut self, world: &mut World, renderer: u32) -> (View, SampleCounts, Vec<Sample>) {
+        let pose = pose(world, renderer);
         self.draw(world, pose)
     }
 
@@ -72,8 +72,8 @@ impl Flight {
         let previous = self.last.map_or(pose, |last| last.pose);
         let view = View::whole(previous, pose, SIZE_PX);
         self.last = Some(view);
-        draw(&world.gpu, &mut world.surfaces, &mut self.frame, &view, &self.style, &NOON);
-        let (counts, samples) = self.frame.strokes().unwrap().samples().read(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut self.renderer, &view, &self.style, &NOON);
+        let (counts, samples) = self.renderer.strokes().unwrap().samples().read(&world.gpu).unwrap();
         (view, counts, samples)
     }
 }

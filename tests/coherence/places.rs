@@ -120,7 +120,7 @@ fn strokes_are_thin_where_the_step_behind_them_is_small() {
     let style = strokes(|own| (own.step_width, own.depth_width, own.width_px) = (1.0, 0.0, 4.0));
     let mut flight = Flight::new(&world, style);
     let (view, _, samples) = flight.fly(&mut world, 0);
-    let places = places_m(&world.gpu, &flight.frame, view.pose.position_m);
+    let places = places_m(&world.gpu, &flight.renderer, view.pose.position_m);
     // The nearness of what a pixel shows; that of the sky is 0.
     let nearness = |px: Vec2| {
         let pixel = px.floor().clamp(Vec2::ZERO, Vec2::from(SIZE_PX.map(|side| side as f32 - 1.0))).as_uvec2();

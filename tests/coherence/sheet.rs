@@ -1,6 +1,6 @@
 //! The border of the sheet: strokes run off it, and land that comes in from outside has its strokes at once.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::stroke::INK;
 use hachure::scene::view::{Pose, View};
@@ -13,8 +13,8 @@ use crate::{Flight, SIZE_PX, mountains, strokes};
 const BORDER_PX: usize = 6;
 
 /// Ink of strokes, by rows.
-fn ink(world: &World, frame: &Frame) -> Vec<f64> {
-    let ink = frame.target(&INK).unwrap();
+fn ink(world: &World, renderer: &Renderer) -> Vec<f64> {
+    let ink = renderer.target(&INK).unwrap();
     let halves: Vec<u16> = read_as(&world.gpu, ink, [0, 0], ink.size_px()).unwrap();
     halves.into_iter().map(|bits| half::f16::from_bits(bits).to_f64()).collect()
 }
@@ -39,9 +39,9 @@ fn strokes_run_off_the_sheet() {
     for camera in ["-300,-2500,+350,20,-6,60", "900,-1800,+250,-70,-8,60", "0,3000,+400,170,-10,50"] {
         let pose = world.pose(camera);
         let mut drawn = |pose: Pose, size_px: [u32; 2]| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &View::whole(pose, pose, size_px), &style, &NOON);
-            ink(&world, &frame)
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &View::whole(pose, pose, size_px), &style, &NOON);
+            ink(&world, &renderer)
         };
         let sheet = drawn(pose, SIZE_PX);
         let (wider_pose, wider_px) = wider(pose);
@@ -62,9 +62,9 @@ fn strokes_run_off_the_sheet() {
 }
 
 /// A frame of a turn to the right of 30 degrees in a second.
-pub fn turned(world: &World, frame: u32) -> Pose {
+pub fn turned(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose("-300,-2500,+350,-40,-6,60");
-    let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(frame));
+    let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(renderer));
     for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
         *axis = turn * *axis;
     }
@@ -75,14 +75,14 @@ pub fn turned(world: &World, frame: u32) -> Pose {
 /// one if nothing were drawn on its outer eight columns.
 fn turn(world: &mut World, style: &Style) -> [f64; 6] {
     let mut flight = Flight::new(world, style.clone());
-    let mut frame_anew = Frame::new(&world.gpu).unwrap();
+    let mut frame_anew = Renderer::new(&world.gpu).unwrap();
     let width = SIZE_PX[0] as usize;
     let mut sums = [[0.0; 2]; 6];
-    for frame in 0..32 {
-        let pose = turned(world, frame);
+    for renderer in 0..32 {
+        let pose = turned(world, renderer);
         flight.draw(world, pose);
-        if frame > 6 && frame % 3 == 1 {
-            let carried = ink(world, &flight.frame);
+        if renderer > 6 && renderer % 3 == 1 {
+            let carried = ink(world, &flight.renderer);
             // A cut: nothing is taken over.
             let view = View::whole(pose, pose, SIZE_PX);
             draw(&world.gpu, &mut world.surfaces, &mut frame_anew, &view, style, &NOON);

@@ -25,7 +25,7 @@ fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl F
     let mut before = None;
     for (frame, pose) in poses.iter().enumerate() {
         let (view, ..) = flight.draw(world, *pose);
-        let mut now = read_drawn(&world.gpu, &flight.frame, &Rig::mono(view), 0, &flight.style).unwrap();
+        let mut now = read_drawn(&world.gpu, &flight.renderer, &Rig::mono(view), 0, &flight.style).unwrap();
         change(frame, &mut now);
         if let Some(before) = &before {
             totals.add(compare(before, &now).unwrap());

@@ -2,7 +2,7 @@
 
 use bytemuck::Pod;
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::gpu::Gpu;
 use hachure::gpu::buffer::BufferKind;
 use hachure::gpu::readback::{read, read_buffer};
@@ -30,20 +30,20 @@ pub fn still(pose: Pose, size_px: [u32; 2]) -> View {
 pub fn draw(
     gpu: &Gpu,
     surfaces: &mut Surfaces,
-    frame: &mut Frame,
+    renderer: &mut Renderer,
     view: &View,
     style: &Style,
     light: &Light,
 ) -> Prepared {
-    let prepared = frame.render(gpu, surfaces, view, style, light).unwrap();
+    let prepared = renderer.render(gpu, surfaces, view, style, light).unwrap();
     gpu.wait();
     gpu.check().unwrap_or_else(|error| panic!("{}: {error}", style.name));
     prepared
 }
 
 /// The first records of a list that strokes left.
-pub fn strokes_left<T: Pod>(gpu: &Gpu, frame: &Frame, kind: &BufferKind, count: usize) -> Vec<T> {
-    read_buffer(gpu, &frame.strokes().unwrap().buffer(kind).unwrap().raw, count).unwrap()
+pub fn strokes_left<T: Pod>(gpu: &Gpu, renderer: &Renderer, kind: &BufferKind, count: usize) -> Vec<T> {
+    read_buffer(gpu, &renderer.strokes().unwrap().buffer(kind).unwrap().raw, count).unwrap()
 }
 
 /// A picture of four 16-bit floats.
@@ -61,7 +61,7 @@ pub fn floats<const N: usize>(gpu: &Gpu, target: &Target) -> Vec<[f32; N]> {
 }
 
 /// Where in the world the surface is that each pixel shows; none is the sky.
-pub fn places_m(gpu: &Gpu, frame: &Frame, eye_m: DVec3) -> Vec<Option<DVec3>> {
+pub fn places_m(gpu: &Gpu, renderer: &Renderer, eye_m: DVec3) -> Vec<Option<DVec3>> {
     let place_m = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + eye_m);
-    floats(gpu, frame.target(&POSITION).unwrap()).into_iter().map(place_m).collect()
+    floats(gpu, renderer.target(&POSITION).unwrap()).into_iter().map(place_m).collect()
 }

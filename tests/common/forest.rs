@@ -5,7 +5,7 @@ use glam::{DVec3, IVec2};
 use hachure::forest::blocks::first_rank;
 use hachure::forest::points::Points;
 use hachure::forest::{POINTS, TILE_M};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_buffer;
 use hachure::scene::CoverFiles;
 use hachure::scene::Forest;
@@ -44,25 +44,25 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
 }
 
 /// The trees that a camera's second frame draws, list by list; tiles come with its first.
-pub fn drawn_trees(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
-    drawn_once(world, frame, pose, size_px);
-    drawn_once(world, frame, pose, size_px)
+pub fn drawn_trees(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
+    drawn_once(world, renderer, pose, size_px);
+    drawn_once(world, renderer, pose, size_px)
 }
 
 /// The same where the tiles are there.
-pub fn drawn_once(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
+pub fn drawn_once(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
     let style = Style::load("plain").unwrap();
-    draw(&world.gpu, &mut world.surfaces, frame, &still(pose, size_px), &style, &NOON);
-    listed(world, frame, pose.position_m)
+    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, size_px), &style, &NOON);
+    listed(world, renderer, pose.position_m)
 }
 
 /// The trees of the last frame of an eye.
-pub fn listed(world: &World, frame: &Frame, origin_m: DVec3) -> Vec<DrawnTree> {
+pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnTree> {
     let species = world.surfaces.forest().unwrap().species.len() as u32;
     let buckets = species * TREE_LEVELS;
     let lists = species * TREE_LISTS;
     let words: Vec<u32> =
-        read_buffer(&world.gpu, &frame.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (lists + 1)) as usize).unwrap();
+        read_buffer(&world.gpu, &renderer.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (lists + 1)) as usize).unwrap();
     let count = words[(lists * DRAW_WORDS) as usize] as usize;
     let capacity = hachure::surface::trees::place::MOST_TREES as usize;
     assert!(count <= capacity, "{count}");
@@ -71,10 +71,10 @@ pub fn listed(world: &World, frame: &Frame, origin_m: DVec3) -> Vec<DrawnTree> {
     }
     let mut instances = vec![TreeInstance::zeroed(); count];
     instances.copy_from_slice(
-        &read_buffer::<TreeInstance>(&world.gpu, &frame.buffer(&INSTANCES).unwrap().raw, count).unwrap(),
+        &read_buffer::<TreeInstance>(&world.gpu, &renderer.buffer(&INSTANCES).unwrap().raw, count).unwrap(),
     );
     let order: Vec<u32> =
-        read_buffer(&world.gpu, &frame.buffer(&ORDER).unwrap().raw, buckets as usize * capacity).unwrap();
+        read_buffer(&world.gpu, &renderer.buffer(&ORDER).unwrap().raw, buckets as usize * capacity).unwrap();
     let of_bucket = |bucket: u32| {
         let first = bucket as usize * capacity;
         let own = &order[first..first + words[(bucket * DRAW_WORDS + 1) as usize] as usize];

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::picture::aov;
 use hachure::picture::{self, PartRule, PictureReport, PictureRequest};
 use hachure::scene::view::{Pose, View};
@@ -37,14 +37,14 @@ pub struct Shot {
 }
 
 /// Renders `pose` with the footprint's ε.
-pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: [u32; 2]) -> Shot {
-    shoot_style(world, frame, pose, pose, size_px, &ink("footprint"), &PartRule::default())
+pub fn shoot(world: &mut World, renderer: &mut Option<Renderer>, pose: Pose, size_px: [u32; 2]) -> Shot {
+    shoot_style(world, renderer, pose, pose, size_px, &ink("footprint"), &PartRule::default())
 }
 
 /// Renders `pose`.
 pub fn shoot_style(
     world: &mut World,
-    frame: &mut Option<Frame>,
+    renderer: &mut Option<Renderer>,
     pose: Pose,
     previous: Pose,
     size_px: [u32; 2],
@@ -67,7 +67,7 @@ pub fn shoot_style(
         }
         Ok::<_, std::convert::Infallible>(())
     };
-    let report = picture::render_in_parts(&world.gpu, frame, &mut world.surfaces, &request, parts, take).unwrap();
+    let report = picture::render_in_parts(&world.gpu, renderer, &mut world.surfaces, &request, parts, take).unwrap();
     let place = |name: &str| planes.iter().position(|plane| plane.name == name).unwrap();
     let mut plane = |name: &str| std::mem::take(&mut floats[place(name)]);
     let zip = |x: Vec<f64>, y: Vec<f64>, z: Vec<f64>| -> Vec<DVec3> {

@@ -1,7 +1,7 @@
 //! Apparent ridges and valleys against the view-dependent curvature of closed forms, evaluated for each pixel in f64.
 
 use glam::{DMat2, DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::surface::edges::{KIND_RIDGE, KIND_VALLEY};
 
 use crate::common::draw::{NOON, draw, places_m, still};
@@ -143,10 +143,10 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
         for camera in ["0,-1500,900,0,-30,50", "-900,-1300,1300,35,-37,50"] {
             let pose = world.pose(camera);
             let view = still(pose, SIZE_PX);
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &NOON);
-            let found = [KIND_RIDGE, KIND_VALLEY].map(|kind| drawn(&world, &frame, &view, pose, kind));
-            let mut places_m = places_m(&world.gpu, &frame, pose.position_m);
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
+            let found = [KIND_RIDGE, KIND_VALLEY].map(|kind| drawn(&world, &renderer, &view, pose, kind));
+            let mut places_m = places_m(&world.gpu, &renderer, pose.position_m);
             let is_inside = |place_m: &DVec3| place_m.truncate().abs().max_element() < 70.0 * SPACING_M;
             places_m.iter_mut().for_each(|place| *place = place.filter(is_inside));
             let [width, height] = SIZE_PX;

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use hachure::composite::PICTURE;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read;
 use hachure::style::{Style, Tone};
 use hachure::surface::curvature::{SHAPE_BEND, SHAPE_NORMAL};
@@ -25,22 +25,22 @@ fn style(crests: f32, level_deg: f32) -> Style {
     style
 }
 
-fn picture(world: &mut World, camera: &str, style: &Style) -> (Frame, Vec<u8>) {
-    let mut frame = Frame::new(&world.gpu).unwrap();
+fn picture(world: &mut World, camera: &str, style: &Style) -> (Renderer, Vec<u8>) {
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(world.pose(camera), SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-    let picture = read(&world.gpu, frame.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap();
-    (frame, picture)
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let picture = read(&world.gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap();
+    (renderer, picture)
 }
 
 #[test]
 fn crests_gain_what_their_mean_curvature_says() {
     for land in &LANDS {
         let Some(mut world) = world_of(land, 0.02 * RADIUS_M) else { return };
-        let (frame, _) = picture(&mut world, "0,-1400,1400,0,-45,40", &style(CRESTS, 0.0));
-        let gains = floats::<1>(&world.gpu, frame.target(&CREST_LIGHT).unwrap());
+        let (renderer, _) = picture(&mut world, "0,-1400,1400,0,-45,40", &style(CRESTS, 0.0));
+        let gains = floats::<1>(&world.gpu, renderer.target(&CREST_LIGHT).unwrap());
         let [normals, bends] =
-            [&SHAPE_NORMAL, &SHAPE_BEND].map(|kind| floats::<4>(&world.gpu, frame.target(kind).unwrap()));
+            [&SHAPE_NORMAL, &SHAPE_BEND].map(|kind| floats::<4>(&world.gpu, renderer.target(kind).unwrap()));
         let (pose, view) = (world.pose("0,-1400,1400,0,-45,40"), still(world.pose("0,-1400,1400,0,-45,40"), SIZE_PX));
         let (mut worst, mut planted, mut count) = (0.0_f64, 0.0_f64, 0);
         let wide = SIZE_PX[0].div_ceil(4) as usize + 1;

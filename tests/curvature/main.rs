@@ -16,7 +16,7 @@ use std::sync::Arc;
 use common::draw::{NOON, draw, floats, still};
 use common::{World, grid_of, shapes};
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::style::Style;
 use hachure::surface::curvature::{SHAPE_BEND, SHAPE_CHANGE, SHAPE_NORMAL};
 
@@ -156,10 +156,10 @@ fn style(feature_px: f32) -> Style {
 
 fn blocks(world: &mut World, camera: &str, feature_px: f32) -> (Vec<Block>, DVec3) {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(pose, SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style(feature_px), &NOON);
-    let of = |kind| floats::<4>(&world.gpu, frame.target(kind).unwrap());
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style(feature_px), &NOON);
+    let of = |kind| floats::<4>(&world.gpu, renderer.target(kind).unwrap());
     let (normals, bends, changes) = (of(&SHAPE_NORMAL), of(&SHAPE_BEND), of(&SHAPE_CHANGE));
     let wide = SIZE_PX[0].div_ceil(4) as usize + 1;
     let focal_px = view.focal_px();

@@ -1,7 +1,7 @@
 //! Ridges and valleys against those of a ring of Gaussian profile, whose curvature is known along its radius.
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::style::Style;
 use hachure::surface::edges::{KIND_RIDGE, KIND_VALLEY};
 
@@ -60,10 +60,10 @@ fn crests_of_curvature_are_ridges_and_valleys() {
         let pose = world.pose(camera);
         let view = still(pose, SIZE_PX);
         let mut edges = |style: &Style| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-            let places_m = draw::places_m(&world.gpu, &frame, pose.position_m);
-            ([KIND_RIDGE, KIND_VALLEY].map(|kind| drawn(&world, &frame, &view, pose, kind)), places_m)
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+            let places_m = draw::places_m(&world.gpu, &renderer, pose.position_m);
+            ([KIND_RIDGE, KIND_VALLEY].map(|kind| drawn(&world, &renderer, &view, pose, kind)), places_m)
         };
         let (found, places_m) = edges(&style(|_| {}));
         let on_picture = |at_m: DVec3| {

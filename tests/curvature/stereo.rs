@@ -1,7 +1,7 @@
 //! Each eye of a pair leaves out suggestive contours that are none for the other eye, and no others.
 
 use glam::{DVec2, DVec3};
-use hachure::frame::{self, Frame};
+use hachure::frame::{self, Renderer};
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
@@ -45,15 +45,15 @@ struct Alone {
 
 /// The eye of `rig` that is drawn last.
 fn look(world: &mut World, style: &Style, rig: &Rig) -> Alone {
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &NOON);
-    frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &NOON).unwrap();
-    let count = strokes_left::<u32>(&world.gpu, &frame, &EDGE_DRAW, 1)[0] as usize / 2;
-    let edges: Vec<Edge> = strokes_left(&world.gpu, &frame, &EDGES, count);
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &NOON).unwrap();
+    let count = strokes_left::<u32>(&world.gpu, &renderer, &EDGE_DRAW, 1)[0] as usize / 2;
+    let edges: Vec<Edge> = strokes_left(&world.gpu, &renderer, &EDGES, count);
     let place_m = |at_m: [f32; 3]| DVec3::from(at_m.map(f64::from)) + rig.origin_m;
     let own = edges.iter().filter(|edge| edge.kind & 0xff == KIND_SUGGESTIVE);
     let middles_m = own.map(|edge| (place_m(edge.a_m) + place_m(edge.b_m)) * 0.5).collect();
-    Alone { middles_m, places_m: places_m(&world.gpu, &frame, rig.origin_m) }
+    Alone { middles_m, places_m: places_m(&world.gpu, &renderer, rig.origin_m) }
 }
 
 #[test]

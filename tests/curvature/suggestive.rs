@@ -2,7 +2,7 @@
 //! heights under a B-spline that is evaluated here.
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::scene::view::{Pose, View};
 use hachure::source::HeightGrid;
 use hachure::style::Style;
@@ -85,9 +85,9 @@ fn zeros(
 }
 
 /// Along the edges of a kind, half a pixel apart.
-pub fn drawn(world: &World, frame: &Frame, view: &View, pose: Pose, kind: u32) -> Vec<DVec2> {
-    let count = strokes_left::<u32>(&world.gpu, frame, &EDGE_DRAW, 1)[0] as usize / 2;
-    let edges: Vec<Edge> = strokes_left(&world.gpu, frame, &EDGES, count);
+pub fn drawn(world: &World, renderer: &Renderer, view: &View, pose: Pose, kind: u32) -> Vec<DVec2> {
+    let count = strokes_left::<u32>(&world.gpu, renderer, &EDGE_DRAW, 1)[0] as usize / 2;
+    let edges: Vec<Edge> = strokes_left(&world.gpu, renderer, &EDGES, count);
     let on_picture = |at_m: [f32; 3]| {
         let at_m = DVec3::from(at_m.map(f64::from));
         let depth_m = at_m.dot(pose.forward);
@@ -129,17 +129,17 @@ struct Shape<'a> {
 fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, eye_off_m: DVec3) -> Found {
     let is_known = shape.is_known;
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(pose, SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-    let mut places_m = places_m(&world.gpu, &frame, pose.position_m);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let mut places_m = places_m(&world.gpu, &renderer, pose.position_m);
     places_m.iter_mut().for_each(|place| *place = place.filter(|place_m| is_known(place_m.truncate())));
     let strokes = style.strokes.as_ref().unwrap();
     let (rise, facing) = (f64::from(strokes.suggestive_rise), f64::from(strokes.suggestive_deg).to_radians().cos());
     let eye_m = pose.position_m + eye_off_m;
     let sure = zeros(shape, &places_m, eye_m, rise * BESIDE, facing - 0.03, shape.least_px);
     let all = zeros(shape, &places_m, eye_m, rise / BESIDE, facing + 0.03, 0.0);
-    let mut drawn = drawn(world, &frame, &view, pose, KIND_SUGGESTIVE);
+    let mut drawn = drawn(world, &renderer, &view, pose, KIND_SUGGESTIVE);
     let is_seen = |px: &DVec2| {
         let inside = px.cmpge(DVec2::ZERO).all() && px.x < f64::from(SIZE_PX[0]) && px.y < f64::from(SIZE_PX[1]);
         inside && places_m[px.y as usize * SIZE_PX[0] as usize + px.x as usize].is_some()

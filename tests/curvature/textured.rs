@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::lines::curvature::CURVATURE_LINE;
 use hachure::lines::strokes::texture::{Brush, grow};
 use hachure::style::texture::Recipe;
@@ -74,9 +74,9 @@ fn textures_run_along_lines_of_pixels() {
     let view = still(pose, SIZE_PX);
     let radius_px = view.focal_px() * (RADIUS_M / AWAY_M).asin().tan();
     let mut outline = |texture| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style(texture), &NOON);
-        let line = floats::<1>(&world.gpu, frame.target(&CURVATURE_LINE).unwrap());
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style(texture), &NOON);
+        let line = floats::<1>(&world.gpu, renderer.target(&CURVATURE_LINE).unwrap());
         Outline { line: line.into_iter().map(|[ink]| ink.into()).collect(), radius_px }
     };
     let solid = outline(None);

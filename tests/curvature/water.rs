@@ -1,6 +1,6 @@
 //! Water does not bend, whatever the form of the land is there.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::style::Style;
 use hachure::surface::curvature::SHAPE_NORMAL;
 use hachure::surface::water::WATER;
@@ -27,16 +27,16 @@ fn lakes_do_not_bend() {
     let mut lake: Option<Vec<usize>> = None;
     let wide = SIZE_PX[0].div_ceil(4) as usize + 1;
     let mut bent = |style: &Style| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, &NOON);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &NOON);
         let lake = lake.get_or_insert_with(|| {
-            let water = floats::<1>(&world.gpu, frame.target(&WATER).unwrap());
+            let water = floats::<1>(&world.gpu, renderer.target(&WATER).unwrap());
             let of_block = |pixel: usize| pixel / SIZE_PX[0] as usize / 4 * wide + pixel % SIZE_PX[0] as usize / 4;
             let is_middle =
                 |pixel: &usize| pixel % SIZE_PX[0] as usize % 4 == 2 && pixel / SIZE_PX[0] as usize % 4 == 2;
             (0..water.len()).filter(is_middle).filter(|pixel| water[*pixel][0] > 0.0).map(of_block).collect()
         });
-        let normals = floats::<4>(&world.gpu, frame.target(&SHAPE_NORMAL).unwrap());
+        let normals = floats::<4>(&world.gpu, renderer.target(&SHAPE_NORMAL).unwrap());
         (lake.iter().filter(|block| normals[**block][3] > 0.0).count(), lake.len())
     };
     let (found, count) = bent(&style);

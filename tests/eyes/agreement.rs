@@ -31,8 +31,8 @@ fn places(real: usize) -> Vec<(String, World, Pose)> {
 
 /// A thirtieth of the nearest land.
 fn wide_m(world: &mut World, pose: Pose, style: &Style) -> f64 {
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    nearest_m(&world.gpu, &mut frame, &mut world.surfaces, pose, style).unwrap().unwrap() / 30.0
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, style).unwrap().unwrap() / 30.0
 }
 
 fn of(metrics: &Metrics, name: &str) -> f64 {

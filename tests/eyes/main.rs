@@ -10,7 +10,7 @@ mod extremes;
 mod near;
 
 use glam::DVec3;
-use hachure::frame::{self, Frame, Light};
+use hachure::frame::{self, Light, Renderer};
 use hachure::gpu::Gpu;
 use hachure::measure::report::Metrics;
 use hachure::measure::stereo::StereoTotals;
@@ -28,18 +28,18 @@ fn rig(pose: Pose, ipd_m: f64, size_px: [u32; 2]) -> Rig {
 }
 
 /// The first frame of a style.
-fn frame_of(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Frame {
-    let mut frame = Frame::new(gpu).unwrap();
+fn frame_of(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Renderer {
+    let mut renderer = Renderer::new(gpu).unwrap();
     let prepared = frame::prepare(gpu, surfaces, rig, style, &LIGHT);
-    frame.render_rig(gpu, surfaces, &prepared, rig, style, &LIGHT).unwrap();
+    renderer.render_rig(gpu, surfaces, &prepared, rig, style, &LIGHT).unwrap();
     gpu.check().unwrap();
-    frame
+    renderer
 }
 
 /// What all eyes draw of it.
 fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
-    let frame = frame_of(gpu, surfaces, style, rig);
-    (0..rig.eyes.len()).map(|eye| read_drawn(gpu, &frame, rig, eye, style).unwrap()).collect()
+    let renderer = frame_of(gpu, surfaces, style, rig);
+    (0..rig.eyes.len()).map(|eye| read_drawn(gpu, &renderer, rig, eye, style).unwrap()).collect()
 }
 
 fn agreement(eyes: &[DrawnFrame]) -> Metrics {

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn both_eyes_see_trees_lean_alike() {
     let Some(mut world) = wooded(Form::Broadleaf, 60.0, Some(Wind { speed_m_s: 18.0, ..WIND })) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose("-300,-900,12,340,2,50");
     let clock = Clock { now_s: 71.0, before_s: 70.9 };
     let rig = Pair { ipd_m: 0.1, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX).at(clock));
@@ -13,11 +13,11 @@ fn both_eyes_see_trees_lean_alike() {
     let style = Style::load("plain").unwrap();
     let mut same = |rig: &Rig| {
         for _ in 0..2 {
-            frame.render_eyes(&world.gpu, &mut world.surfaces, rig, &style, &north_west()).unwrap();
+            renderer.render_eyes(&world.gpu, &mut world.surfaces, rig, &style, &north_west()).unwrap();
             world.gpu.wait();
         }
         let [left, right] = [0, 1].map(|eye| {
-            let target = |kind| frame.eye_target(eye, kind).unwrap();
+            let target = |kind| renderer.eye_target(eye, kind).unwrap();
             let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], SIZE_PX).unwrap();
             let ids: Vec<u32> =
                 ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
@@ -57,15 +57,15 @@ fn both_eyes_see_trees_lean_alike() {
 fn what_leans_into_the_picture_is_not_culled() {
     let storm = Wind { speed_m_s: 60.0, from_deg: 250.0 };
     let Some(mut world) = wooded(Form::Conifer, 60.0, Some(storm)) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     world.surfaces.set_tree_detail(4.0);
     // Tall ones, of which only the tops are in the part.
     world.surfaces.set_forest(Some(of(Form::Conifer, 60.0, 40.0)));
     let pose = world.pose("-300,-900,35,340,0,70");
     let clock = Clock::still(9.0);
-    let whole = shown(&mut world, &mut frame, View::whole(pose, pose, SIZE_PX).at(clock));
+    let whole = shown(&mut world, &mut renderer, View::whole(pose, pose, SIZE_PX).at(clock));
     let part = Part { origin_px: [140, 0], size_px: [24, 80] };
-    let of_part = shown(&mut world, &mut frame, View::of_part(pose, pose, SIZE_PX, part).at(clock));
+    let of_part = shown(&mut world, &mut renderer, View::of_part(pose, pose, SIZE_PX, part).at(clock));
     let (mut all, mut other, mut outside) = (0, 0, 0);
     let trees = whole.by_id();
     for y in 0..80_usize {
@@ -94,17 +94,17 @@ fn a_camera_at_rest_in_wind_goes_on_and_one_without_trees_in_view_rests() {
         (world.pose(CAMERA), world.pose("-300,-900,150,15,60,50"), world.pose("0,0,9000,0,-90,40"));
     let mut settles = |pose: Pose, wind: Option<Wind>| {
         world.surfaces.set_wind(wind);
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_antialias(Antialias::Temporal);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_antialias(Antialias::Temporal);
         let size_px = [96, 54];
         let mut clock = Clock::still(0.0);
         for number in 0..SAMPLES_AT_REST + 4 {
             let view = View::whole(pose, pose, size_px).at(clock);
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
             clock = Clock { now_s: f64::from(number + 1) / 30.0, before_s: clock.now_s };
         }
-        let is_due = frame.is_settling() || frame.may_sway();
-        assert_eq!(frame.is_settling(), frame.may_sway(), "samples go on as long as trees sway");
+        let is_due = renderer.is_settling() || renderer.may_sway();
+        assert_eq!(renderer.is_settling(), renderer.may_sway(), "samples go on as long as trees sway");
         !is_due
     };
     assert!(!settles(among, Some(WIND)), "trees sway");
@@ -121,8 +121,8 @@ fn the_history_follows_trees_that_sway() {
     let pose = world.pose(CAMERA);
     let step_s = 1.0 / 30.0;
     let mut flown = |frames: i32, jumps: bool| {
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_antialias(Antialias::Temporal);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_antialias(Antialias::Temporal);
         for number in (0..frames).rev() {
             let now_s = 50.0 - f64::from(number) * step_s;
             // Planted: trees that stood elsewhere, of which motion is not told.
@@ -131,19 +131,19 @@ fn the_history_follows_trees_that_sway() {
                 world.surfaces.set_wind(Some(elsewhere));
             }
             let view = View::whole(pose, pose, SIZE_PX).at(Clock { now_s, before_s: now_s - step_s });
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
         }
         world.surfaces.set_wind(Some(WIND));
-        halves(&world.gpu, frame.target(&PICTURE).unwrap())
+        halves(&world.gpu, renderer.target(&PICTURE).unwrap())
     };
     let (followed, lost, alone) = (flown(16, false), flown(16, true), flown(1, false));
     let view = View::whole(pose, pose, SIZE_PX).at(Clock::still(50.0));
     let mut truth = vec![[0.0; 4]; followed.len()];
     for sample in 0..16 {
         let jitter_px = hachure::picture::supersampling::jitter_px(sample + 1);
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut frame, &View { jitter_px, ..view }, &style, &north_west());
-        for (sum, texel) in truth.iter_mut().zip(halves(&world.gpu, frame.target(&PICTURE).unwrap())) {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &View { jitter_px, ..view }, &style, &north_west());
+        for (sum, texel) in truth.iter_mut().zip(halves(&world.gpu, renderer.target(&PICTURE).unwrap())) {
             (0..3).for_each(|i| sum[i] += texel[i] / 16.0);
         }
     }

@@ -14,7 +14,7 @@ use common::forest::{DrawnTree, listed, of};
 use common::{grid_of, quantile};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
-use hachure::frame::{Antialias, Frame, SAMPLES_AT_REST};
+use hachure::frame::{Antialias, Renderer, SAMPLES_AT_REST};
 use hachure::gpu::readback::read;
 use hachure::scene::Wind;
 use hachure::scene::forest::Form;
@@ -66,19 +66,19 @@ fn centre(pixel: usize) -> DVec2 {
 }
 
 /// Draws a view; tiles come with the first of two frames.
-fn shown(world: &mut World, frame: &mut Frame, view: View) -> Shown {
+fn shown(world: &mut World, renderer: &mut Renderer, view: View) -> Shown {
     let style = Style::load("plain").unwrap();
-    frame.set_wants_motion(true);
+    renderer.set_wants_motion(true);
     for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, frame, &view, &style, &north_west());
+        draw(&world.gpu, &mut world.surfaces, renderer, &view, &style, &north_west());
     }
-    let target = |kind| frame.target(kind).unwrap();
+    let target = |kind| renderer.target(kind).unwrap();
     let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], target(&SURFACE_ID).size_px()).unwrap();
     Shown {
         ids: ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect(),
         position: floats::<4>(&world.gpu, target(&POSITION)),
         motion: floats::<2>(&world.gpu, target(&MOTION)),
-        trees: listed(world, frame, view.pose.position_m),
+        trees: listed(world, renderer, view.pose.position_m),
         view,
     }
 }
@@ -90,13 +90,13 @@ fn without_wind_the_clock_is_nothing() {
     let style = Style::load("ink").unwrap();
     let mut picture = |wind: Option<Wind>, now_s: f64| {
         world.surfaces.set_wind(wind);
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let view = View::whole(pose, pose, SIZE_PX).at(Clock::still(now_s));
         for _ in 0..2 {
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &north_west());
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
         }
-        assert_eq!(frame.may_sway(), wind.is_some_and(|wind| wind.speed_m_s > 0.0));
-        halves(&world.gpu, frame.target(&PICTURE).unwrap())
+        assert_eq!(renderer.may_sway(), wind.is_some_and(|wind| wind.speed_m_s > 0.0));
+        halves(&world.gpu, renderer.target(&PICTURE).unwrap())
     };
     let calm = picture(None, 0.0);
     assert!(picture(None, 1234.5) == calm, "another time");
@@ -135,13 +135,13 @@ fn off_px(shown: &Shown, wind: Wind, clock: Clock) -> [Vec<f64>; 4] {
 #[test]
 fn motion_is_what_wind_does_to_each_tree() {
     let Some(mut world) = wooded(Form::Conifer, 200.0, Some(WIND)) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose(CAMERA);
     let previous = Pose { position_m: pose.position_m - DVec3::new(0.3, 1.0, 0.1), ..pose };
     // A frame of a film, and a long one.
     for (step_s, least) in [(0.04, 0.01), (1.0, 0.25)] {
         let clock = Clock { now_s: 3000.0, before_s: 3000.0 - step_s };
-        let shown = shown(&mut world, &mut frame, View::whole(previous, pose, SIZE_PX).at(clock));
+        let shown = shown(&mut world, &mut renderer, View::whole(previous, pose, SIZE_PX).at(clock));
         let off = off_px(&shown, WIND, clock);
         // Planted: a world that stands still.
         let still = off_px(&shown, WIND, Clock::still(3000.0));
@@ -193,12 +193,12 @@ fn motion_leads_to_the_same_tree_in_the_frame_before() {
     // Some trees apart from each other, so that what is behind does not show.
     let wind = Wind { speed_m_s: 18.0, ..WIND };
     let Some(mut world) = wooded(Form::Broadleaf, 40.0, Some(wind)) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose("-300,-900,12,340,2,50");
     let previous = Pose { position_m: pose.position_m - DVec3::new(0.2, 0.5, 0.0), ..pose };
     let clock = Clock { now_s: 71.0, before_s: 69.0 };
-    let before = shown(&mut world, &mut frame, View::whole(previous, previous, SIZE_PX).at(Clock::still(69.0)));
-    let now = shown(&mut world, &mut frame, View::whole(previous, pose, SIZE_PX).at(clock));
+    let before = shown(&mut world, &mut renderer, View::whole(previous, previous, SIZE_PX).at(Clock::still(69.0)));
+    let now = shown(&mut world, &mut renderer, View::whole(previous, pose, SIZE_PX).at(clock));
     let (right, all) = same_tree(&now, &before, |pixel| {
         let [x, y] = now.motion[pixel].map(f64::from);
         DVec2::new(x, y)
@@ -250,13 +250,13 @@ fn columns(shown: &Shown, band: [f64; 2]) -> BTreeMap<u32, f64> {
 #[test]
 fn tops_lean_as_far_as_the_wind_says() {
     let Some(mut world) = wooded(Form::Conifer, 20.0, Some(WIND)) else { return };
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     // Across the wind.
     let pose = world.pose("-300,-900,10,340,3,40");
     let view = View::whole(pose, pose, SIZE_PX).at(Clock::still(500.0));
-    let windy = shown(&mut world, &mut frame, view);
+    let windy = shown(&mut world, &mut renderer, view);
     world.surfaces.set_wind(None);
-    let calm = shown(&mut world, &mut frame, view);
+    let calm = shown(&mut world, &mut renderer, view);
     // The top fifth leans as what is nine tenths up.
     let (leant, upright) = (columns(&windy, [0.8, 1.0]), columns(&calm, [0.8, 1.0]));
     let mut off = Vec::new();
@@ -287,7 +287,7 @@ fn a_mesh_and_its_impostor_lean_alike() {
     for (form, speed_m_s) in [(Form::Broadleaf, 10.0), (Form::Conifer, 25.0)] {
         let wind = Wind { speed_m_s, ..WIND };
         let Some(mut world) = wooded(form, 12.0, Some(wind)) else { return };
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let bands = [[0.1, 0.4], [0.4, 0.7], [0.7, 1.0]];
         let (mut all, mut all_planted): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();
         for number in 0..14 {
@@ -297,7 +297,7 @@ fn a_mesh_and_its_impostor_lean_alike() {
             let mut of = |detail: f64, wind: Option<Wind>, now_s: f64| {
                 world.surfaces.set_wind(wind);
                 world.surfaces.set_tree_detail(detail);
-                shown(&mut world, &mut frame, View::whole(pose, pose, SIZE_PX).at(Clock::still(now_s)))
+                shown(&mut world, &mut renderer, View::whole(pose, pose, SIZE_PX).at(Clock::still(now_s)))
             };
             // All of them are meshes, then what is small enough are impostors.
             let meshes = of(4.0, Some(wind), 77.0);

@@ -31,7 +31,7 @@ fn everything_is_finite_at_the_extremes() {
     // A wall of 900 m in one sample, and a plain.
     let grid = grid_of(129, 129, 30.0, |x, _| if x > 0.0 { 900.0 } else { 0.0 });
     let Some(mut world) = World::new(grid, 1.0) else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let layers = ["fixed", "slope", "contour", "sight"]
         .map(|direction| format!("[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\nfrom = 0.2\n"));
     for scale in ["blend", "add"] {
@@ -46,7 +46,7 @@ fn everything_is_finite_at_the_extremes() {
             "-5,0,450,90,0,90",
         ] {
             let pose = world.pose(camera);
-            let shot = shoot(&mut world, &mut frame, pose, [160, 90], &style);
+            let shot = shoot(&mut world, &mut renderer, pose, [160, 90], &style);
             all_within(&shot).unwrap_or_else(|why| panic!("{scale} {camera}: {why}"));
         }
     }

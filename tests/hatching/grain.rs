@@ -1,7 +1,7 @@
 //! Land that is known everywhere, and which way marks run on it, as the picture has them.
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::scene::view::Pose;
 use hachure::style::Style;
 
@@ -12,7 +12,7 @@ use crate::plane::{Inked, shoot};
 /// Heights by a formula.
 pub struct Land {
     pub world: World,
-    frame: Option<Frame>,
+    renderer: Option<Renderer>,
     height_m: Box<dyn Fn(f64, f64) -> f64>,
 }
 
@@ -30,7 +30,7 @@ impl Land {
     /// On a square grid about the origin.
     pub fn new(samples: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64 + 'static) -> Option<Self> {
         let world = World::new(grid_of(samples, samples, spacing_m, &height_m), 1.0)?;
-        Some(Self { world, frame: None, height_m: Box::new(height_m) })
+        Some(Self { world, renderer: None, height_m: Box::new(height_m) })
     }
 
     /// The hill, `size` times as large.
@@ -54,7 +54,7 @@ impl Land {
     }
 
     pub fn look(&mut self, pose: Pose, style: &Style) -> Inked {
-        shoot(&mut self.world, &mut self.frame, pose, SIZE_PX, style)
+        shoot(&mut self.world, &mut self.renderer, pose, SIZE_PX, style)
     }
 
     pub fn shoot(&mut self, camera: &str, style: &Style) -> Inked {

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::picture::{self, PartRule, PictureRequest, aov};
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
@@ -15,7 +15,7 @@ pub const HALF_M: f64 = 60_000.0;
 /// A plane through the world's origin that rises toward the north by `tilt_deg`.
 pub struct Plane {
     pub world: World,
-    frame: Option<Frame>,
+    renderer: Option<Renderer>,
     tilt_rad: f64,
 }
 
@@ -42,7 +42,7 @@ impl Plane {
     pub fn new(tilt_deg: f64) -> Option<Self> {
         let slope = tilt_deg.to_radians().tan();
         let grid = grid_of(241, 241, HALF_M / 120.0, |_, y| y * slope);
-        Some(Self { world: World::new(grid, 1.0)?, frame: None, tilt_rad: tilt_deg.to_radians() })
+        Some(Self { world: World::new(grid, 1.0)?, renderer: None, tilt_rad: tilt_deg.to_radians() })
     }
 
     pub fn normal(&self) -> DVec3 {
@@ -71,7 +71,7 @@ impl Plane {
     }
 
     pub fn shoot(&mut self, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
-        shoot(&mut self.world, &mut self.frame, pose, size_px, style)
+        shoot(&mut self.world, &mut self.renderer, pose, size_px, style)
     }
 
     /// Where a place of the picture meets the plane, in the world.
@@ -82,7 +82,13 @@ impl Plane {
     }
 }
 
-pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: [u32; 2], style: &Style) -> Inked {
+pub fn shoot(
+    world: &mut World,
+    renderer: &mut Option<Renderer>,
+    pose: Pose,
+    size_px: [u32; 2],
+    style: &Style,
+) -> Inked {
     let planes = aov::planes("hatch,position,surface", style).unwrap();
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e12, haze_srgb: None, focus: None };
     let request = PictureRequest { planes: &planes, ..PictureRequest::still(pose, size_px, style, light) };
@@ -97,7 +103,7 @@ pub fn shoot(world: &mut World, frame: &mut Option<Frame>, pose: Pose, size_px: 
         }
         Ok::<_, std::convert::Infallible>(())
     };
-    picture::render_in_parts(&world.gpu, frame, &mut world.surfaces, &request, &PartRule::default(), take).unwrap();
+    picture::render_in_parts(&world.gpu, renderer, &mut world.surfaces, &request, &PartRule::default(), take).unwrap();
     let [tone, x, y, z] = floats;
     let place = |i: usize| (patch[i] != 0).then(|| pose.position_m + DVec3::new(x[i], y[i], z[i]));
     Inked {

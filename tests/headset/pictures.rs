@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use hachure::composite::PICTURE;
-use hachure::frame::{self, Frame};
+use hachure::frame::{self, Renderer};
 use hachure::scene::view::{Lens, Part, Pose, Rig, View};
 use hachure::style::Style;
 use hachure::tiles::terrain::TerrainOptions;
@@ -96,14 +96,14 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
     let apart_m = rig.eyes[0].pose.position_m.distance(rig.eyes[1].pose.position_m);
     assert!((apart_m - 0.063 * scale).abs() < 1e-3 * scale, "{apart_m} m");
     let (light, style) = (world.light(), Style::load(style).unwrap());
-    let mut frame = Frame::new(&gpu).unwrap();
+    let mut renderer = Renderer::new(&gpu).unwrap();
     // Tiles and horizons come at once; the second frame has all of them.
     for _ in 0..2 {
         let prepared = frame::prepare(&gpu, &mut world.surfaces, &rig, &style, &light);
-        frame.render_rig(&gpu, &world.surfaces, &prepared, &rig, &style, &light).unwrap();
+        renderer.render_rig(&gpu, &world.surfaces, &prepared, &rig, &style, &light).unwrap();
     }
     gpu.check().unwrap();
-    let drawn = [0, 1].map(|eye| halves(&gpu, frame.eye_target(eye, &PICTURE).unwrap()));
+    let drawn = [0, 1].map(|eye| halves(&gpu, renderer.eye_target(eye, &PICTURE).unwrap()));
     for eye in [0, 1] {
         let off = off(&shown[eye].1, &drawn[eye]);
         println!("{} at 1:{scale}, eye {eye}: {off} of the pixels differ", style.name);
@@ -116,9 +116,9 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
         (view.picture_px, view.part) = (size_px, Part::whole(size_px));
     }
     let prepared = frame::prepare(&gpu, &mut world.surfaces, &exchanged, &style, &light);
-    frame.render_rig(&gpu, &world.surfaces, &prepared, &exchanged, &style, &light).unwrap();
+    renderer.render_rig(&gpu, &world.surfaces, &prepared, &exchanged, &style, &light).unwrap();
     for (eye, (_, shown)) in shown.iter().enumerate() {
-        let off = off(shown, &halves(&gpu, frame.eye_target(eye, &PICTURE).unwrap()));
+        let off = off(shown, &halves(&gpu, renderer.eye_target(eye, &PICTURE).unwrap()));
         assert!(off > 0.03, "{}: exchanged eyes are not noticed ({off})", style.name);
     }
 }

@@ -161,8 +161,8 @@ fn the_composite_is_its_twin() {
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb, focus: None };
         let picture = bench.out(&PICTURE);
-        bench.run(|cx| {
-            let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
+        bench.run(|recorder| {
+            let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
             let (style, light, lines) = (&style, &light, style.lines.as_ref());
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
@@ -179,7 +179,7 @@ fn the_composite_is_its_twin() {
                 is_sample: false,
                 picture,
             };
-            composite::run(cx, &inputs);
+            composite::run(recorder, &inputs);
         });
         let found: Vec<f64> =
             bench.halves(&picture).into_iter().flat_map(|[red, green, blue, _]| [red, green, blue]).collect();

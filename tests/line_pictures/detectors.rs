@@ -40,11 +40,11 @@ fn errors_of(bench: &mut Bench, detector: Detector) -> Vec<f64> {
     let normal = bench.picture(&NORMAL, SIZE_PX, &normals);
     let errors = bench.out(&ERRORS);
     let lines = Lines { detector, ..Style::load("ink").unwrap().lines.unwrap() };
-    bench.run(|cx| {
-        let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
+    bench.run(|recorder| {
+        let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
         let (position, normal, errors) = (&position, &normal, &errors);
         let inputs = detector::Inputs { view, position, normal, errors, directions: None };
-        detector::run(cx, &lines, &inputs);
+        detector::run(recorder, &lines, &inputs);
     });
     let found = bench.halves(&errors);
     assert!(found.iter().all(|[a, b, c, d]| a == b && b == c && c == d), "it knows no axes");
@@ -170,10 +170,10 @@ fn the_density_filter_is_its_twin() {
         for density in [0.0, 1.0, 2.0] {
             let lines = Lines { detector, density, ramp: [0.1, 0.6], ..Style::load("ink").unwrap().lines.unwrap() };
             let line = bench.out(&LINE);
-            bench.run(|cx| {
-                let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
+            bench.run(|recorder| {
+                let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
                 let inputs = threshold::Inputs { view, errors: &picture, directions: None, line: &line };
-                threshold::run(cx, &lines, &inputs);
+                threshold::run(recorder, &lines, &inputs);
             });
             let found = bench.floats(&line);
             assert_eq!(off(&found, &thresholded(&exact, &lines, 2), 1e-4), 0, "{detector:?}, density {density}");
@@ -234,10 +234,10 @@ fn the_density_filter_of_eight_directions_is_its_twin() {
     let directions = bench.picture(&DIRECTIONS, SIZE_PX, &words);
     let lines = Lines { density: 2.0, ramp: [0.0, 0.6], ..Style::load("ink").unwrap().lines.unwrap() };
     let line = bench.out(&LINE);
-    bench.run(|cx| {
-        let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
+    bench.run(|recorder| {
+        let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
         let inputs = threshold::Inputs { view, errors: &picture, directions: Some(&directions), line: &line };
-        threshold::run(cx, &lines, &inputs);
+        threshold::run(recorder, &lines, &inputs);
     });
     let found = bench.floats(&line);
     assert_eq!(off(&found, &thresholded_eight(&exact, &lines), 1e-4), 0);

@@ -13,7 +13,7 @@ mod smooth;
 use glam::DVec3;
 use hachure::gpu::Gpu;
 use hachure::gpu::pools::Pools;
-use hachure::gpu::recorder::{Cx, Submits};
+use hachure::gpu::recorder::{Recorder, Submits};
 use hachure::gpu::target::{Target, TargetKind};
 use hachure::gpu::timer::Timer;
 use hachure::scene::view::{Pose, View};
@@ -37,11 +37,11 @@ impl Bench {
     }
 
     /// Records and waits.
-    fn run(&mut self, record: impl FnOnce(&mut Cx<'_>)) {
-        let mut cx = Cx::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
-        record(&mut cx);
-        let is_complete = cx.is_complete();
-        cx.submit();
+    fn run(&mut self, record: impl FnOnce(&mut Recorder<'_>)) {
+        let mut recorder = Recorder::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
+        record(&mut recorder);
+        let is_complete = recorder.is_complete();
+        recorder.submit();
         assert!(is_complete, "{:?}", self.pools.pipelines.troubles());
         self.gpu.wait();
         self.gpu.check().unwrap();

@@ -9,9 +9,9 @@ use crate::{Bench, SIZE_PX, chance, inside, off, places, view};
 fn smoothed(bench: &mut Bench, line: &[f32]) -> Vec<f64> {
     let picture = bench.picture(&LINE, SIZE_PX, line);
     let out = bench.out(&SMOOTHED);
-    bench.run(|cx| {
-        let view = &cx.uniform("view", &view().uniform(DVec3::ZERO));
-        smooth::run(cx, &smooth::Inputs { view, line: &picture, smoothed: &out });
+    bench.run(|recorder| {
+        let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
+        smooth::run(recorder, &smooth::Inputs { view, line: &picture, smoothed: &out });
     });
     bench.floats(&out)
 }

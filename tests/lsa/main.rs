@@ -33,11 +33,11 @@ fn agreement(shot: &Shot, reading: Reading, from: f64) -> (f64, usize) {
 
 fn equations_hold(name: &str, world: Option<World>, views: &[&str]) {
     let Some(mut world) = world else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let (mut swapped_agreed, mut edges) = (true, 0);
     for view in views {
         let pose = world.pose(view);
-        let shot = shoot_style(&mut world, &mut frame, pose, pose, [320, 180], &ink("paper"), &PartRule::default());
+        let shot = shoot_style(&mut world, &mut renderer, pose, pose, [320, 180], &ink("paper"), &PartRule::default());
         let (part, count) = agreement(&shot, Reading::Text, 0.0);
         let (at_lines, lines) = agreement(&shot, Reading::Text, 0.1);
         let (swapped, _) = agreement(&shot, Reading::Swapped, 0.1);
@@ -87,11 +87,11 @@ fn equation_8_holds(name: &str, world: Option<World>, views: &[&str]) {
     let lines = style.lines.as_mut().unwrap();
     lines.geometric_antialias = true;
     let ramp = lines.ramp.map(f64::from);
-    let (mut frame, mut counted) = (None, 0);
+    let (mut renderer, mut counted) = (None, 0);
     let mut planted_agree = [true; 3];
     for view in views {
         let pose = world.pose(view);
-        let shot = shoot_style(&mut world, &mut frame, pose, pose, [320, 180], &style, &PartRule::default());
+        let shot = shoot_style(&mut world, &mut renderer, pose, pose, [320, 180], &style, &PartRule::default());
         let of = |far| agreement_with(&shot, |pixel| equations::antialiased_error(&shot, pixel, 1e-5, ramp, far));
         let (part, count) = of(Far::Least);
         // Planted: without Eq. 8; the greater of the far errors; both far pixels at once.
@@ -161,13 +161,13 @@ impl Counts {
 
 fn hill_is_drawn(name: &str, hill: Hill, world: Option<World>, half_m: DVec2, views: &[&str]) {
     let Some(mut world) = world else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let mut failures = Vec::new();
     let (mut interior, mut contour) = (0, 0);
     for (i, view) in views.iter().enumerate() {
         let pose = world.pose(view);
         let size_px = [320, 180];
-        let shot = shoot_style(&mut world, &mut frame, pose, pose, size_px, &ink("footprint"), &PartRule::default());
+        let shot = shoot_style(&mut world, &mut renderer, pose, pose, size_px, &ink("footprint"), &PartRule::default());
         let truth = Silhouette::of(&hill, &shot, half_m);
         let counts = count(&shot, &truth, &shot.line);
         println!(

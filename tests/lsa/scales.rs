@@ -5,7 +5,7 @@
 //! its line pixels with a jump, however small, within 2 px.
 
 use glam::DVec2;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::picture::PartRule;
 use hachure::scene::view::{Pose, View};
@@ -100,9 +100,9 @@ fn quality(line: &[f64], size_px: [u32; 2], truth: &Truth) -> [f64; 2] {
 }
 
 /// The lines of a picture.
-fn lines(world: &mut World, frame: &mut Frame, pose: Pose, size_px: [u32; 2], style: &Style) -> Vec<f64> {
-    draw(&world.gpu, &mut world.surfaces, frame, &View::whole(pose, pose, size_px), style, &NOON);
-    let line = frame.line_target(0, style).unwrap();
+fn lines(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2], style: &Style) -> Vec<f64> {
+    draw(&world.gpu, &mut world.surfaces, renderer, &View::whole(pose, pose, size_px), style, &NOON);
+    let line = renderer.line_target(0, style).unwrap();
     let texels: Vec<f32> = read_as(&world.gpu, line, [0, 0], size_px).unwrap();
     texels.into_iter().map(f64::from).collect()
 }
@@ -127,14 +127,14 @@ fn detectors() -> Vec<(&'static str, Style)> {
 
 fn table(name: &str, world: Option<World>, views: &[&str]) {
     let Some(mut world) = world else { return };
-    let mut frame = None;
-    let mut drawn = Frame::new(&world.gpu).unwrap();
+    let mut renderer = None;
+    let mut drawn = Renderer::new(&world.gpu).unwrap();
     let detectors = detectors();
     let mut sums = vec![[[0.0; 2]; SCALES.len()]; detectors.len()];
     for view in views {
         let pose = world.pose(view);
         let fine_px = SIZE_PX.map(|side| FINER * side);
-        let fine = shoot_style(&mut world, &mut frame, pose, pose, fine_px, &ink("footprint"), &PartRule::default());
+        let fine = shoot_style(&mut world, &mut renderer, pose, pose, fine_px, &ink("footprint"), &PartRule::default());
         let truth = truth(&fine);
         assert!(truth.contours.len() > 1000, "{name}, {view}: {} contours say little", truth.contours.len());
         for ((detector, style), sums) in detectors.iter().zip(&mut sums) {

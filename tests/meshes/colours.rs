@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read;
 use hachure::mesh::paint::Paint;
 use hachure::mesh::placed::Placed;
@@ -49,15 +49,15 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
             // Else all of it is in the darkest step.
             (style.light.wrap, style.light.contrast) = (1.0, 1.0);
         }
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let mut tones = Vec::new();
         for mesh in meshes.iter().chain([&bare]) {
             let mut placed = Placed::default();
             placed.add(mesh, &shapes::stance(at_m, 0.0, 20.0)).unwrap();
             world.surfaces.set_meshes(placed);
-            draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style, &north_west());
-            let normals: Vec<[f32; 4]> = floats(&world.gpu, frame.target(&NORMAL).unwrap());
-            let ids = read(&world.gpu, frame.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &north_west());
+            let normals: Vec<[f32; 4]> = floats(&world.gpu, renderer.target(&NORMAL).unwrap());
+            let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
             let is_mesh: Vec<bool> = ids.chunks_exact(4).map(|id| id[3] >> 6 == 2).collect();
             let wanted = mesh.materials.last().unwrap().lightness();
             let fits = |(normal, is_mesh): (&[f32; 4], &bool)| match is_mesh {
@@ -65,7 +65,7 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
                 false => normal[3] == 1.0 || normal[3] == 0.0,
             };
             assert!(normals.iter().zip(&is_mesh).all(fits), "{name}");
-            let shown = halves(&world.gpu, frame.target(&TONE).unwrap());
+            let shown = halves(&world.gpu, renderer.target(&TONE).unwrap());
             let own = shown.iter().zip(&is_mesh).filter(|own| *own.1).map(|own| own.0[3]);
             let own: Vec<f64> = own.collect();
             assert!(own.len() > 1500);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::mesh::levels::coarser;
@@ -43,10 +43,10 @@ pub fn town() -> Placed {
 }
 
 /// What the GPU has in its list: the mesh, the level that has so many triangles, and whether its edges are looked for.
-pub fn listed(gpu: &Gpu, frame: &Frame, placed: &Placed) -> Vec<VisibleInstance> {
+pub fn listed(gpu: &Gpu, renderer: &Renderer, placed: &Placed) -> Vec<VisibleInstance> {
     const WORDS: usize = 24;
-    let count = frame.drawn_meshes(gpu).unwrap().unwrap().instances as usize;
-    let buffer = frame.buffer(&INSTANCES).unwrap();
+    let count = renderer.drawn_meshes(gpu).unwrap().unwrap().instances as usize;
+    let buffer = renderer.buffer(&INSTANCES).unwrap();
     let words: Vec<u32> = read_buffer(gpu, &buffer.raw, count * WORDS).unwrap();
     let of = |instance: &[u32]| {
         let standing = instance[22] as usize;
@@ -75,15 +75,15 @@ fn the_gpu_sees_the_meshes_that_its_twin_sees() {
         let options = TerrainOptions { inverse_radius, ..TerrainOptions::default() };
         let mut surfaces = Surfaces::from(Terrain::new(&gpu, Arc::clone(&store), options).unwrap());
         surfaces.set_meshes(placed.clone());
-        let mut frame = Frame::new(&gpu).unwrap();
+        let mut renderer = Renderer::new(&gpu).unwrap();
         let (mut most, mut least) = (0, usize::MAX);
         let mut of_level = [0; 3];
         for camera in ["0,0,60,0,-10,60", "-700,350,400,110,-35,40", "9000,-9000,900,315,0,20", "5,5,2500,0,-90,70"] {
             let pose = crate::common::pose_of(&camera.parse().unwrap());
             let view = still(pose, SIZE_PX);
-            draw(&gpu, &mut surfaces, &mut frame, &view, &style, &NOON);
+            draw(&gpu, &mut surfaces, &mut renderer, &view, &style, &NOON);
             let wanted = seen(&placed, &view, &surfaces.terrain.earth_curvature(pose.position_m.z));
-            let found = listed(&gpu, &frame, &placed);
+            let found = listed(&gpu, &renderer, &placed);
             let off = differing(&wanted, &found);
             assert!(found.is_sorted_by(|a, b| a.standing < b.standing));
             println!("1/R {inverse_radius:.1e}, {camera}: {} seen, {off} differ", wanted.len());

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::mesh::build::Soup;
 use hachure::mesh::{Across, Mesh};
 use hachure::style::Style;
@@ -34,7 +34,7 @@ fn ends(a: Bits, b: Bits) -> [Bits; 2] {
 
 struct Bench {
     world: World,
-    frame: Frame,
+    renderer: Renderer,
     style: Style,
 }
 
@@ -48,8 +48,8 @@ impl Bench {
         strokes.update_every = 1;
         // Frames are made for scenes with meshes.
         shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(DVec3::ZERO, 0.0, 1.0));
-        let frame = Frame::new(&world.gpu).unwrap();
-        Some(Self { world, frame, style })
+        let renderer = Renderer::new(&world.gpu).unwrap();
+        Some(Self { world, renderer, style })
     }
 
     /// The edges of a mesh in the sky, so far away that nothing else is in view, and its vertices as drawn.
@@ -60,10 +60,10 @@ impl Bench {
         shapes::place(&mut self.world, &mesh, &shapes::stance(middle_m, 13.0, 1.0));
         let view = still(pose, SIZE_PX);
         let gpu = &self.world.gpu;
-        draw(gpu, &mut self.world.surfaces, &mut self.frame, &view, &self.style, &NOON);
-        let vertices: u32 = strokes_left(gpu, &self.frame, &EDGE_DRAW, 1)[0];
-        let edges = strokes_left(gpu, &self.frame, &EDGES, vertices as usize / 2);
-        let drawn = self.frame.drawn_mesh_vertices(gpu, &self.world.surfaces).unwrap().unwrap();
+        draw(gpu, &mut self.world.surfaces, &mut self.renderer, &view, &self.style, &NOON);
+        let vertices: u32 = strokes_left(gpu, &self.renderer, &EDGE_DRAW, 1)[0];
+        let edges = strokes_left(gpu, &self.renderer, &EDGES, vertices as usize / 2);
+        let drawn = self.renderer.drawn_mesh_vertices(gpu, &self.world.surfaces).unwrap().unwrap();
         (edges, drawn.into_iter().map(|[x, y, z, _]| [x, y, z]).collect())
     }
 }
@@ -262,7 +262,7 @@ fn what_is_far_has_no_edges_and_then_is_not_drawn() {
         bench.find(&mesh, 0.0, away_m);
         let gpu = &bench.world.gpu;
         let ids: Vec<u32> =
-            hachure::gpu::readback::read_as(gpu, bench.frame.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
+            hachure::gpu::readback::read_as(gpu, bench.renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
         ids.into_iter().filter(|id| id >> 31 == 1).count()
     };
     assert!(pixels(&mut bench, 0.5 * gone_m) > 0);

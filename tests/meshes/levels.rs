@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hachure::frame::{DrawnMeshCounts, Frame, prepare};
+use hachure::frame::{DrawnMeshCounts, Renderer, prepare};
 use hachure::gpu::readback::read;
 use hachure::mesh::Mesh;
 use hachure::mesh::levels::{Level, coarser};
@@ -29,27 +29,27 @@ const CAMERA: &str = "100,200,3000,20,30,50";
 /// A world, and what is drawn of it.
 struct Bench {
     world: World,
-    frame: Frame,
+    renderer: Renderer,
     style: Style,
 }
 
 impl Bench {
     fn new() -> Option<Self> {
         let (_, world) = shapes::hill()?;
-        let frame = Frame::new(&world.gpu).unwrap();
-        Some(Self { world, frame, style: Style::load("plain").unwrap() })
+        let renderer = Renderer::new(&world.gpu).unwrap();
+        Some(Self { world, renderer, style: Style::load("plain").unwrap() })
     }
 
     /// The number of the triangle that each pixel shows, and what was drawn.
     fn numbers(&mut self, placed: &Placed, pose: Pose) -> (Vec<Option<u32>>, DrawnMeshCounts) {
-        let Self { world, frame, style } = self;
+        let Self { world, renderer, style } = self;
         world.surfaces.set_meshes(placed.clone());
         let view = still(pose, SIZE_PX);
-        draw(&world.gpu, &mut world.surfaces, frame, &view, style, &NOON);
-        let ids = read(&world.gpu, frame.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
+        draw(&world.gpu, &mut world.surfaces, renderer, &view, style, &NOON);
+        let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
         let ids = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
         let numbers = ids.map(|id| (id >> 30 == 2).then_some(id & 0x3fff_ffff)).collect();
-        (numbers, frame.drawn_meshes(&world.gpu).unwrap().unwrap())
+        (numbers, renderer.drawn_meshes(&world.gpu).unwrap().unwrap())
     }
 }
 
@@ -163,7 +163,7 @@ fn the_numbers_of_triangles_stay_whatever_else_is_in_view() {
     // The numbers of a mesh at a level begin at one place in every view.
     for camera in ["0,0,60,0,-10,60", "-3,8,61,4,-10,60", "-700,350,400,110,-35,40"] {
         let (numbers, _) = bench.numbers(&placed, bench.world.pose(camera));
-        let list = listed(&bench.world.gpu, &bench.frame, &placed);
+        let list = listed(&bench.world.gpu, &bench.renderer, &placed);
         let ranges: Vec<(u32, usize, usize)> =
             list.iter().map(|seen| (firsts[seen.standing][seen.level], seen.standing, seen.level)).collect();
         let triangles = |standing: usize, level: usize| {
@@ -256,11 +256,11 @@ fn both_eyes_draw_the_same_levels() {
     let firsts = firsts(&placed);
     bench.world.surfaces.set_meshes(placed);
     let mut levels_of = |rig: &Rig| -> Vec<HashMap<usize, usize>> {
-        let Bench { world, frame, style } = &mut bench;
+        let Bench { world, renderer, style } = &mut bench;
         let prepared = prepare(&world.gpu, &mut world.surfaces, rig, style, &NOON);
-        frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &NOON).unwrap();
+        renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &NOON).unwrap();
         let of = |eye: usize| {
-            let ids = read(&world.gpu, frame.eye_target(eye, &SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
+            let ids = read(&world.gpu, renderer.eye_target(eye, &SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
             let ids = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
             let level_of = |number: u32| {
                 let standing = firsts.partition_point(|levels| levels[0] <= number) - 1;
@@ -305,15 +305,15 @@ fn what_a_thousand_cost() {
     let pose = world.pose("0,-700,+40,0,-4,60");
     for name in ["ink", "pen"] {
         let style = Style::load(name).unwrap();
-        let mut frames = [(); 3].map(|()| Frame::new(&world.gpu).unwrap());
+        let mut frames = [(); 3].map(|()| Renderer::new(&world.gpu).unwrap());
         let mut times_ms = [(); 3].map(|()| Vec::new());
         for turn in 0..12 {
-            for (town, (frame, times_ms)) in towns.iter().zip(frames.iter_mut().zip(&mut times_ms)) {
+            for (town, (renderer, times_ms)) in towns.iter().zip(frames.iter_mut().zip(&mut times_ms)) {
                 world.surfaces.set_meshes((**town).clone());
                 // What is on the GPU is made anew for each of them.
                 for is_timed in [false, true] {
                     let start = std::time::Instant::now();
-                    draw(&world.gpu, &mut world.surfaces, frame, &still(pose, SIZE_PX), &style, &NOON);
+                    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);
                     if is_timed && turn > 1 {
                         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
                     }
@@ -321,7 +321,7 @@ fn what_a_thousand_cost() {
             }
         }
         let medians = times_ms.each_mut().map(|times_ms| crate::common::quantile(times_ms, 0.5));
-        let drawn = frames.each_ref().map(|frame| frame.drawn_meshes(&world.gpu).unwrap().unwrap());
+        let drawn = frames.each_ref().map(|renderer| renderer.drawn_meshes(&world.gpu).unwrap().unwrap());
         println!("{name}: {medians:.1?} ms, ratio {:.2} and {:.2}", medians[1] / medians[0], medians[2] / medians[0]);
         println!("    {drawn:?}");
     }

@@ -183,11 +183,12 @@ fn a_list_is_the_same_as_entry_after_entry() {
         let path = folder.path().join("scene.toml");
         let mut world = OpenWorld::open(&gpu, path.to_str(), TerrainOptions::default()).unwrap();
         let pose = world.pose(&"0,-300,+60,0,-12,60".parse().unwrap());
-        let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
+        let mut renderer = hachure::frame::Renderer::new(&gpu).unwrap();
         let style = hachure::style::Style::load("ink").unwrap();
         let view = crate::common::draw::still(pose, [320, 180]);
-        crate::common::draw::draw(&gpu, &mut world.surfaces, &mut frame, &view, &style, &crate::common::draw::NOON);
-        let read = |kind| hachure::gpu::readback::read(&gpu, frame.target(kind).unwrap(), [0, 0], [320, 180]).unwrap();
+        crate::common::draw::draw(&gpu, &mut world.surfaces, &mut renderer, &view, &style, &crate::common::draw::NOON);
+        let read =
+            |kind| hachure::gpu::readback::read(&gpu, renderer.target(kind).unwrap(), [0, 0], [320, 180]).unwrap();
         let pictures = [read(&hachure::surface::SURFACE_ID), read(&hachure::composite::PICTURE)];
         (world.surfaces.meshes().unwrap().standing.clone(), pictures)
     };

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::lines::strokes::COUNTS;
 use hachure::lines::strokes::StrokeCounts;
 use hachure::lines::strokes::points::POINTS;
@@ -31,10 +31,10 @@ fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
 fn strokes_of(world: &mut World, camera: &str, style: &Style) -> (View, Vec<Point>) {
     let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu).unwrap();
-    draw(gpu, &mut world.surfaces, &mut frame, &view, style, &NOON);
-    let counts: StrokeCounts = strokes_left(gpu, &frame, &COUNTS, 1)[0];
-    (view, strokes_left(gpu, &frame, &POINTS, counts.points as usize))
+    let mut renderer = Renderer::new(gpu).unwrap();
+    draw(gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let counts: StrokeCounts = strokes_left(gpu, &renderer, &COUNTS, 1)[0];
+    (view, strokes_left(gpu, &renderer, &POINTS, counts.points as usize))
 }
 
 fn is_inside(px: &DVec2) -> bool {

@@ -67,20 +67,20 @@ fn position_and_normal_are_those_of_an_exact_ray() {
     let Some((hill, mut world)) = shapes::hill() else {
         return;
     };
-    let mut frame = None;
+    let mut renderer = None;
     for (name, soup) in [("sphere", shapes::sphere(3)), ("cube", shapes::cube()), ("sheet", shapes::sheet())] {
         let mesh = Arc::new(shapes::mesh(soup));
         for (camera, radius_m) in [("-320,-620,+8,8,3,40", 20.0), ("-900,-1200,+300,40,-14,20", 60.0)] {
             let stance = shapes::stance(standing_on(&hill, -300.0, -500.0, 0.5 * radius_m), 33.0, radius_m);
             let standing = shapes::place(&mut world, &mesh, &stance);
             let pose = world.pose(camera);
-            let shot = shoot(&mut world, &mut frame, pose, SIZE_PX);
+            let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
             let [pixels, position, normal, other] = off(&shot, &mesh, &standing);
             println!("{name} {camera}: {pixels} px; off: {position} positions, {normal} normals; {other} triangles");
             assert!(pixels > 1500, "{pixels}");
             assert!(position * 1000 <= pixels && normal * 1000 <= pixels && other * 100 <= pixels);
             // What stands on the land is no error of the land.
-            let drawn = frame.as_ref().unwrap();
+            let drawn = renderer.as_ref().unwrap();
             let lod_px = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap();
             assert!(lod_px.is_some_and(|lod_px| lod_px < 1.0), "{lod_px:?}");
             // Planted: a mesh 20 cm aside, and one whose normals lean.
@@ -192,10 +192,10 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
     };
     let style = Style::load("plain").unwrap();
     let view = still(pose, SIZE_PX);
-    let mut frame = hachure::frame::Frame::new(&gpu).unwrap();
+    let mut renderer = hachure::frame::Renderer::new(&gpu).unwrap();
     let earth_curvature = surfaces.terrain.earth_curvature(pose.position_m.z);
-    draw(&gpu, &mut surfaces, &mut frame, &view, &style, &NOON);
-    let drawn = frame.drawn_mesh_vertices(&gpu, &surfaces).unwrap().unwrap();
+    draw(&gpu, &mut surfaces, &mut renderer, &view, &style, &NOON);
+    let drawn = renderer.drawn_mesh_vertices(&gpu, &surfaces).unwrap().unwrap();
     let mut sunk_m = 0.0_f64;
     for (i, [x, y, z, _]) in drawn.into_iter().enumerate() {
         let corner = surfaces.meshes().unwrap().meshes[0].vertices_m[i].map(f64::from);

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 use common::stores::{Bumpy, Fate};
 use common::{World, gpu, grid_of, pose_of, rough_height_m};
 use glam::DVec2;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::pyramid::TileStore;
 use hachure::pyramid::store::ContinentStore;
@@ -65,13 +65,13 @@ struct Flight {
 /// Flies along `poses` and compares each frame with the one before.
 fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool) -> Flight {
     let style = Style::parse("plain", preset_text("plain").unwrap()).unwrap();
-    let mut frame = Frame::new(gpu).unwrap();
+    let mut renderer = Renderer::new(gpu).unwrap();
     let grid_projection = world.terrain.grid_projection().clone();
     let view_of = |pose: Pose| View::whole(pose, pose, SIZE_PX);
     // A window that has been open for a while: after a jump nothing fades.
     let start = Instant::now();
     while world.terrain.options().loading == Loading::Stream && start.elapsed() < Duration::from_secs(30) {
-        let rest = Mesh::read(gpu, &mut frame, world, view_of(poses[0]), &style);
+        let rest = Mesh::read(gpu, &mut renderer, world, view_of(poses[0]), &style);
         if !rest.late && start.elapsed() > Duration::from_secs(2) {
             break;
         }
@@ -79,7 +79,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
     // Compared when all are drawn: a window does not wait for a comparison either.
     let start = Instant::now();
     let meshes: Vec<Mesh> =
-        poses.iter().map(|pose| Mesh::read(gpu, &mut frame, world, view_of(*pose), &style)).collect();
+        poses.iter().map(|pose| Mesh::read(gpu, &mut renderer, world, view_of(*pose), &style)).collect();
     let frame_ms = start.elapsed().as_secs_f64() * 1000.0 / poses.len() as f64;
     let mut flight = Flight { late: meshes.iter().filter(|mesh| mesh.late).count(), ..Flight::default() };
     for (number, pair) in meshes.windows(2).enumerate() {
@@ -127,18 +127,18 @@ impl Flight {
 fn across_rough_land(terrain: &Terrain, frames: usize) -> Vec<Pose> {
     let step_m = SPEED_M_PER_S / FPS;
     let way = DVec2::new(0.6, 0.8);
-    let place = |frame: i64| DVec2::new(-2000.0, -2600.0) + way * (step_m * frame as f64);
-    let ground_m = |frame: i64| terrain.height_m(place(frame)).unwrap();
-    let highest_m = |frame: i64| (-30..=30).map(|beside| ground_m(frame + beside)).fold(f64::MIN, f64::max);
-    let smooth_m = |frame: i64| (-20..=20).map(|beside| highest_m(frame + beside)).sum::<f64>() / 41.0 + 60.0;
-    let camera = |frame: i64| Camera {
-        position_m: place(frame).extend(smooth_m(frame)),
+    let place = |renderer: i64| DVec2::new(-2000.0, -2600.0) + way * (step_m * renderer as f64);
+    let ground_m = |renderer: i64| terrain.height_m(place(renderer)).unwrap();
+    let highest_m = |renderer: i64| (-30..=30).map(|beside| ground_m(renderer + beside)).fold(f64::MIN, f64::max);
+    let smooth_m = |renderer: i64| (-20..=20).map(|beside| highest_m(renderer + beside)).sum::<f64>() / 41.0 + 60.0;
+    let camera = |renderer: i64| Camera {
+        position_m: place(renderer).extend(smooth_m(renderer)),
         height_above_ground: false,
         yaw_deg: way.x.atan2(way.y).to_degrees(),
         pitch_deg: -8.0,
         fov_deg: 58.0,
     };
-    (0..frames as i64).map(|frame| pose_of(&camera(frame))).collect()
+    (0..frames as i64).map(|renderer| pose_of(&camera(renderer))).collect()
 }
 
 fn rough() -> Option<World> {
@@ -165,7 +165,7 @@ fn continent() -> Arc<dyn TileStore> {
 /// Three seconds of the valley flight.
 fn along_the_valley() -> Vec<Pose> {
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
-    (0..91).map(|frame| pose_of(&path.sample(30.0 + f64::from(frame) / FPS))).collect()
+    (0..91).map(|renderer| pose_of(&path.sample(30.0 + f64::from(renderer) / FPS))).collect()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::pyramid::tile::PATCH_QUADS;
 use hachure::scene::view::View;
@@ -72,9 +72,9 @@ pub fn parent(key: PatchKey) -> PatchKey {
 }
 
 impl Mesh {
-    pub fn read(gpu: &Gpu, frame: &mut Frame, world: &mut Surfaces, view: View, style: &Style) -> Self {
-        let prepared = draw(gpu, world, frame, &view, style, &north_west());
-        let vertices = frame.drawn_vertices(gpu, &prepared).unwrap().expect("one batch");
+    pub fn read(gpu: &Gpu, renderer: &mut Renderer, world: &mut Surfaces, view: View, style: &Style) -> Self {
+        let prepared = draw(gpu, world, renderer, &view, style, &north_west());
+        let vertices = renderer.drawn_vertices(gpu, &prepared).unwrap().expect("one batch");
         let selection = &prepared.selection;
         let instances = selection.solid.iter().chain(&selection.with_holes);
         let camera_m = view.pose.position_m;

@@ -1,7 +1,7 @@
 //! How depth rises, and how it is blurred.
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::style::Style;
 use hachure::tones::relief::gradient::{BLURRED_GRADIENT, DEPTH_GRADIENT};
 
@@ -26,10 +26,10 @@ pub fn style(keys: &str) -> Style {
 /// The gradient at each pixel, and where it is; `steps` is how often it was blurred.
 fn gradients(world: &mut World, camera: &str, keys: &str, steps: usize) -> Vec<[f32; 4]> {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), &style(keys), &NOON);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style(keys), &NOON);
     let kind = if steps.is_multiple_of(2) { &DEPTH_GRADIENT } else { &BLURRED_GRADIENT };
-    floats(&world.gpu, frame.target(kind).unwrap())
+    floats(&world.gpu, renderer.target(kind).unwrap())
 }
 
 fn at(x: usize, y: usize) -> usize {

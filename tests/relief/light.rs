@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::picture::PartRule;
 use hachure::style::Style;
 use hachure::tones::TONE;
@@ -20,9 +20,9 @@ const ABOVE: &str = "0,0,3000,0,-90,50";
 /// Colours, which are tones in grey but for haze, and the tones that are asked for.
 fn tones(world: &mut World, camera: &str, style: &Style, light: &Light) -> Vec<[f64; 4]> {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, SIZE_PX), style, light);
-    halves(&world.gpu, frame.target(&TONE).unwrap())
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
+    halves(&world.gpu, renderer.target(&TONE).unwrap())
 }
 
 fn most_apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
@@ -191,9 +191,9 @@ fn parts_of_a_large_picture_have_the_relief_of_the_whole() {
     let mut style = Style { lines: Style::load("ink").unwrap().lines, ..style("alpha_px = 40.0\nscale_px = 6.0") };
     style.lines.as_mut().unwrap().crowd = 1.0;
     let pose = world.pose(NEAR);
-    let mut frame = None;
+    let mut renderer = None;
     let mut shoot = |style: &Style, rule: PartRule| {
-        shot::shoot_style(&mut world, &mut frame, pose, pose, [320, 200], style, &rule).picture
+        shot::shoot_style(&mut world, &mut renderer, pose, pose, [320, 200], style, &rule).picture
     };
     let whole = shoot(&style, PartRule::default());
     let parts = PartRule { whole_px: 1, part_px: 64, margin_px: 12 };

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use hachure::composite::PICTURE;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::pipelines::Builds;
 use hachure::gpu::recorder::Submits;
 use hachure::scene::view::{Pose, Rig};
@@ -17,8 +17,8 @@ const PATIENCE: Duration = Duration::from_secs(180);
 
 /// A frame that builds beside, and one that draws the same frames and waits for all that they need.
 struct Twins {
-    beside: Frame,
-    waiting: Frame,
+    beside: Renderer,
+    waiting: Renderer,
     pose: Pose,
     /// Pictures that were of the style before.
     of_before: usize,
@@ -30,9 +30,9 @@ struct Twins {
 
 impl Twins {
     fn new(world: &World) -> Self {
-        let mut beside = Frame::new(&world.gpu).unwrap();
-        beside.set_builds(&world.gpu, Builds::Beside);
-        let waiting = Frame::new(&world.gpu).unwrap();
+        let mut beside = Renderer::new(&world.gpu).unwrap();
+        beside.set_builds(&world.gpu, Builds::InBackground);
+        let waiting = Renderer::new(&world.gpu).unwrap();
         let (record_ms, begins_ms, waits_ms) = Default::default();
         let mut twins = Self { beside, waiting, pose: world.pose(START), of_before: 0, record_ms, begins_ms, waits_ms };
         twins.beside.set_submits(Submits::Whole);
@@ -89,7 +89,7 @@ fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
     let mut before = None;
     for style in &styles {
         twins.switch(&mut world, style, before);
-        // What follows on a style's first frame was rehearsed, too: at rest, on the move, and after a turn.
+        // What follows on a style's first frame was prewarmed, too: at rest, on the move, and after a turn.
         let pose = twins.pose;
         let moved = Pose { position_m: pose.position_m + pose.right * 0.01, ..pose };
         let turn = DQuat::from_axis_angle(DVec3::Z, -0.2);

@@ -1,6 +1,6 @@
 //! Two eyes in one submit are the two rendered alone; a submit for each pass and one for all are the same.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::recorder::Submits;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
@@ -41,17 +41,17 @@ fn two_eyes_at_once_are_the_two_alone() {
         let style = alone(name);
         let rigs = rigs(&world);
         // The frame is submitted at once, as on a GPU.
-        let mut both = Frame::new(&world.gpu).unwrap();
+        let mut both = Renderer::new(&world.gpu).unwrap();
         both.set_submits(Submits::Whole);
-        let mut alone = [0, 1].map(|_| Frame::new(&world.gpu).unwrap());
+        let mut alone = [0, 1].map(|_| Renderer::new(&world.gpu).unwrap());
         for rig in &rigs {
             draw_rig(&mut world, &mut both, &style, rig);
             let pair = [0, 1].map(|eye| seen(&world, &both, eye));
-            for (eye, (frame, together)) in alone.iter_mut().zip(&pair).enumerate() {
+            for (eye, (renderer, together)) in alone.iter_mut().zip(&pair).enumerate() {
                 // Its own rig has the same origin, and the same tiles.
                 let own = Rig { origin_m: rig.origin_m, eyes: vec![rig.eyes[eye]] };
-                draw_rig(&mut world, frame, &style, &own);
-                let differing = differing(together, &seen(&world, frame, 0));
+                draw_rig(&mut world, renderer, &style, &own);
+                let differing = differing(together, &seen(&world, renderer, 0));
                 assert_eq!(differing, 0, "{name}: eye {eye} sees something else in a pair");
             }
             // Planted: the eyes are not the same.
@@ -78,12 +78,12 @@ fn one_submit_draws_what_many_draw() {
     for name in style::names() {
         let style = Style::load(name).unwrap();
         let drawn = [Submits::AsTimed, Submits::Whole].map(|submits| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            frame.set_submits(submits);
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            renderer.set_submits(submits);
             let mut pictures = Vec::new();
             for rig in rigs(&world) {
-                draw_rig(&mut world, &mut frame, &style, &rig);
-                pictures.push([0, 1].map(|eye| seen(&world, &frame, eye)));
+                draw_rig(&mut world, &mut renderer, &style, &rig);
+                pictures.push([0, 1].map(|eye| seen(&world, &renderer, eye)));
             }
             pictures
         });
@@ -103,12 +103,12 @@ fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
     for name in ["plain", "ink", "pen", "hachures", "wash"] {
         let style = Style::load(name).unwrap();
         let mut drawn = |origin_m: glam::DVec3, shown: glam::DVec3| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
             let mut shown_pose = pose;
             shown_pose.position_m = shown;
             let rig = Rig { origin_m, eyes: vec![view(shown_pose, shown_pose)] };
-            draw_rig(&mut world, &mut frame, &style, &rig);
-            crate::luma(&world, &frame)
+            draw_rig(&mut world, &mut renderer, &style, &rig);
+            crate::luma(&world, &renderer)
         };
         let here = pose.position_m;
         let away = here - pose.right * 3.0 + pose.up * 2.0;

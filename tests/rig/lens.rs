@@ -1,7 +1,7 @@
 //! Lenses that are not symmetric, and jitter.
 
 use glam::{DVec2, DVec3};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::scene::view::{Lens, Rig, View};
 use hachure::style::Style;
@@ -13,10 +13,10 @@ use crate::{SIZE_PX, START, World, draw_rig, hill};
 /// The places that a view sees, and their motion; 0 is the sky.
 fn places(world: &mut World, view: View) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     let style = Style::load("plain").unwrap();
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    frame.set_wants_motion(true);
-    draw_rig(world, &mut frame, &style, &Rig::mono(view));
-    let read = |kind| frame.target(kind).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_wants_motion(true);
+    draw_rig(world, &mut renderer, &style, &Rig::mono(view));
+    let read = |kind| renderer.target(kind).unwrap();
     let places = read_as(&world.gpu, read(&POSITION), [0, 0], SIZE_PX).unwrap();
     (places, read_as(&world.gpu, read(&MOTION), [0, 0], SIZE_PX).unwrap())
 }

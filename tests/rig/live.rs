@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hachure::composite::PICTURE;
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::GpuError;
 use hachure::gpu::pipelines::Builds;
 use hachure::gpu::texts::Texts;
@@ -20,7 +20,7 @@ const VIEW: &str = include_str!("../../shaders/shared/view.wgsl");
 /// A frame whose shaders are those of a folder.
 struct Live {
     world: World,
-    frame: Frame,
+    renderer: Renderer,
     style: Style,
     rig: Rig,
     folder: tempfile::TempDir,
@@ -34,25 +34,25 @@ impl Live {
         for part in ["composite", "shared"] {
             std::fs::create_dir(folder.path().join(part)).unwrap();
         }
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_shaders(texts(folder.path()));
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_shaders(texts(folder.path()));
         let style = Style::load(style).unwrap();
-        Some(Self { world, frame, style, rig: Rig::mono(view(pose, pose)), folder })
+        Some(Self { world, renderer, style, rig: Rig::mono(view(pose, pose)), folder })
     }
 
     /// Writes a shader; how many pipelines are built anew.
     fn write(&mut self, name: &str, text: &str) -> usize {
         std::fs::write(self.folder.path().join(format!("{name}.wgsl")), text).unwrap();
-        self.frame.reload_shaders(&self.world.gpu)
+        self.renderer.reload_shaders(&self.world.gpu)
     }
 
     fn picture(&mut self) -> Vec<u8> {
-        draw_rig(&mut self.world, &mut self.frame, &self.style, &self.rig);
-        bytes(&self.world, &self.frame, 0, &PICTURE)
+        draw_rig(&mut self.world, &mut self.renderer, &self.style, &self.rig);
+        bytes(&self.world, &self.renderer, 0, &PICTURE)
     }
 
     fn troubles(&self) -> Vec<String> {
-        self.frame.shader_troubles().iter().map(ToString::to_string).collect()
+        self.renderer.shader_troubles().iter().map(ToString::to_string).collect()
     }
 }
 
@@ -79,7 +79,7 @@ const LAST_INVERTED: &str = "textureStore(picture, pixel, vec4<f32>(1.0 - color,
 fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
     let Some(mut live) = Live::new("ink") else { return };
     let first = live.picture();
-    assert_eq!(live.frame.reload_shaders(&live.world.gpu), 0);
+    assert_eq!(live.renderer.reload_shaders(&live.world.gpu), 0);
     assert_eq!(live.write("composite/composite", &changed(LAST, LAST_INVERTED)), 1);
     let inverted = live.picture();
     let differing = first.iter().zip(&inverted).filter(|(a, b)| a != b).count();
@@ -130,7 +130,7 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
 fn a_module_rebuilds_all_that_imports_it() {
     let Some(mut live) = Live::new("ink") else { return };
     let first = live.picture();
-    let pipelines = live.frame.built_at_once() as usize;
+    let pipelines = live.renderer.built_at_once() as usize;
     let rebuilt = live.write("shared/view", VIEW);
     assert!(rebuilt > 3 && rebuilt < pipelines, "{rebuilt} of {pipelines}");
     assert!(live.picture() == first);
@@ -149,7 +149,7 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
     let Some(mut live) = Live::new("ink") else { return };
     live.write("composite/composite", &changed("composite.paper;", "composite.papyrus;"));
     let World { gpu, surfaces, .. } = &mut live.world;
-    let drawn = live.frame.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light());
+    let drawn = live.renderer.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light());
     let error = drawn.map(|_| ()).unwrap_err();
     assert!(matches!(&error, GpuError::Shader(_)), "{error}");
     let place = format!("composite/composite.wgsl{}", line_of("composite.paper;"));
@@ -162,12 +162,12 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
 fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
     let Some(mut live) = Live::new("ink") else { return };
     let first = live.picture();
-    live.frame.set_builds(&live.world.gpu, Builds::Beside);
+    live.renderer.set_builds(&live.world.gpu, Builds::InBackground);
     let step = |live: &mut Live| {
         let World { gpu, surfaces, .. } = &mut live.world;
-        live.frame.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light()).unwrap();
+        live.renderer.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light()).unwrap();
         live.world.gpu.check().unwrap();
-        bytes(&live.world, &live.frame, 0, &PICTURE)
+        bytes(&live.world, &live.renderer, 0, &PICTURE)
     };
     let until = |live: &mut Live, what: &str, is_so: &dyn Fn(&Live, &[u8]) -> bool| {
         let begun = Instant::now();
@@ -181,13 +181,13 @@ fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
             std::thread::sleep(Duration::from_millis(2));
         }
     };
-    let built = live.frame.built_at_once();
-    until(&mut live, "the style", &|live, _| live.frame.shows(&live.style));
+    let built = live.renderer.built_at_once();
+    until(&mut live, "the style", &|live, _| live.renderer.shows(&live.style));
     live.write("composite/composite", &changed("composite.paper;", "composite.papyrus;"));
     until(&mut live, "the message", &|live, _| !live.troubles().is_empty());
     live.write("composite/composite", &changed(LAST, LAST_INVERTED));
     let inverted = until(&mut live, "the change", &|live, picture| live.troubles().is_empty() && picture != first);
     let other = live.write("composite/composite", COMPOSITE);
-    assert_eq!((other, live.frame.built_at_once()), (1, built));
+    assert_eq!((other, live.renderer.built_at_once()), (1, built));
     assert!(inverted != first);
 }

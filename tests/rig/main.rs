@@ -13,7 +13,7 @@ mod switches;
 
 use glam::DVec3;
 use hachure::composite::PICTURE;
-use hachure::frame::{self, Frame, Light};
+use hachure::frame::{self, Light, Renderer};
 use hachure::gpu::readback::read;
 use hachure::gpu::target::TargetKind;
 use hachure::scene::view::{Pose, Rig, View};
@@ -46,20 +46,20 @@ fn beside(pose: Pose, right_m: f64) -> Pose {
 }
 
 /// Draws all eyes of a rig.
-fn draw_rig(world: &mut World, frame: &mut Frame, style: &Style, rig: &Rig) {
+fn draw_rig(world: &mut World, renderer: &mut Renderer, style: &Style, rig: &Rig) {
     let light = light();
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &light);
-    frame.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &light).unwrap();
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &light).unwrap();
     world.gpu.check().unwrap();
 }
 
-fn bytes(world: &World, frame: &Frame, eye: usize, kind: &TargetKind) -> Vec<u8> {
-    read(&world.gpu, frame.eye_target(eye, kind).unwrap(), [0, 0], SIZE_PX).unwrap()
+fn bytes(world: &World, renderer: &Renderer, eye: usize, kind: &TargetKind) -> Vec<u8> {
+    read(&world.gpu, renderer.eye_target(eye, kind).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 
 /// What an eye sees, to the bit: the surface and the drawing.
-fn seen(world: &World, frame: &Frame, eye: usize) -> [Vec<u8>; 4] {
-    [&POSITION, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, frame, eye, kind))
+fn seen(world: &World, renderer: &Renderer, eye: usize) -> [Vec<u8>; 4] {
+    [&POSITION, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, renderer, eye, kind))
 }
 
 /// How many bytes differ, of those that are there.
@@ -68,9 +68,9 @@ fn differing(a: &[Vec<u8>; 4], b: &[Vec<u8>; 4]) -> usize {
 }
 
 /// Brightness of the drawing, 0 to 1.
-fn luma(world: &World, frame: &Frame) -> Vec<f32> {
+fn luma(world: &World, renderer: &Renderer) -> Vec<f32> {
     let luma = |[red, green, blue, _]: [f64; 4]| 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-    halves(&world.gpu, frame.target(&PICTURE).unwrap()).into_iter().map(|texel| luma(texel) as f32).collect()
+    halves(&world.gpu, renderer.target(&PICTURE).unwrap()).into_iter().map(|texel| luma(texel) as f32).collect()
 }
 
 /// The part of the pixels that are not as bright.

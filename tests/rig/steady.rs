@@ -1,6 +1,6 @@
 //! A steady frame makes nothing, and recording it is quick.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::recorder::Submits;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
@@ -13,21 +13,21 @@ fn a_steady_frame_makes_no_gpu_object() {
     let pose = world.pose(START);
     for name in style::names() {
         let style = Style::load(name).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_submits(Submits::Whole);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_submits(Submits::Whole);
         let rig = Rig::mono(view(pose, pose));
         let updates = style.strokes.as_ref().map_or(1, |strokes| strokes.update_every);
         // Both kinds of a stroke style's frames, and both of its lists of samples.
         for _ in 0..4 * updates {
-            draw_rig(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut renderer, &style, &rig);
         }
         let before = world.gpu.objects_made();
         for _ in 0..4 * updates {
-            draw_rig(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut renderer, &style, &rig);
         }
         assert_eq!(world.gpu.objects_made() - before, 0, "{name}");
         // Planted: another frame makes its own.
-        let mut other = Frame::new(&world.gpu).unwrap();
+        let mut other = Renderer::new(&world.gpu).unwrap();
         draw_rig(&mut world, &mut other, &style, &rig);
         assert!(world.gpu.objects_made() - before > 20, "{name}");
     }
@@ -41,14 +41,14 @@ fn recording_takes_milliseconds() {
     let pose = world.pose(START);
     for name in style::names() {
         let style = Style::load(name).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
-        frame.set_submits(Submits::Whole);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_submits(Submits::Whole);
         let rig = Rig::mono(view(pose, pose));
         let mut times_ms = Vec::new();
         for _ in 0..60 {
-            draw_rig(&mut world, &mut frame, &style, &rig);
+            draw_rig(&mut world, &mut renderer, &style, &rig);
             world.gpu.wait();
-            times_ms.push(frame.record_ms());
+            times_ms.push(renderer.record_ms());
         }
         times_ms.sort_by(f64::total_cmp);
         println!("{name}: {:.3} ms at the median, {:.3} ms at most", times_ms[30], times_ms[59]);

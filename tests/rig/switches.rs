@@ -1,6 +1,6 @@
 //! Styles in turns: each draws as if it were alone, and nothing piles up.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
@@ -17,19 +17,19 @@ fn styles_in_turns_draw_as_if_alone() {
     let alone: Vec<_> = styles
         .iter()
         .map(|style| {
-            let mut frame = Frame::new(&world.gpu).unwrap();
-            draw_rig(&mut world, &mut frame, style, &rig);
-            seen(&world, &frame, 0)
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            draw_rig(&mut world, &mut renderer, style, &rig);
+            seen(&world, &renderer, 0)
         })
         .collect();
-    let mut frame = Frame::new(&world.gpu).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     let mut memory_bytes = Vec::new();
     for turn in 0..turns {
         // Every style follows on every other one in some turn.
         let next = (turn * (1 + turn / styles.len())) % styles.len();
-        draw_rig(&mut world, &mut frame, &styles[next], &rig);
+        draw_rig(&mut world, &mut renderer, &styles[next], &rig);
         let name = &styles[next].name;
-        assert_eq!(differing(&alone[next], &seen(&world, &frame, 0)), 0, "turn {turn}: {name} is another picture");
+        assert_eq!(differing(&alone[next], &seen(&world, &renderer, 0)), 0, "turn {turn}: {name} is another picture");
         world.gpu.wait();
         memory_bytes.push(world.gpu.memory_bytes());
     }

@@ -9,7 +9,7 @@ mod real;
 use common::draw::{draw, places_m, still};
 use common::{World, grid_of, quantile, rough_height_m};
 use glam::{DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::gpu::readback::read;
 use hachure::scene::view::View;
 use hachure::style::Style;
@@ -102,13 +102,13 @@ struct Drawn {
 fn marks_of(world: &mut World, style: &Style, view: &View) -> Drawn {
     let size_px = view.part.size_px;
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, view, style, &light);
-    let lines = frame.drawn_rows(&world.gpu).unwrap().unwrap();
-    let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], size_px).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, view, style, &light);
+    let lines = renderer.drawn_rows(&world.gpu).unwrap().unwrap();
+    let bytes = read(&world.gpu, renderer.target(&ROW_INK).unwrap(), [0, 0], size_px).unwrap();
     let ink = bytes.chunks_exact(2).map(|half| half::f16::from_le_bytes([half[0], half[1]]).to_f64()).collect();
     let marks = lines.iter().filter(|line| line.len() > 1).map(|line| Mark::of(line, view)).collect();
-    Drawn { marks, ink, places_m: places_m(&world.gpu, &frame, view.pose.position_m) }
+    Drawn { marks, ink, places_m: places_m(&world.gpu, &renderer, view.pose.position_m) }
 }
 
 fn world(height_m: fn(f64, f64) -> f64) -> Option<World> {
@@ -310,11 +310,11 @@ fn bands(world: &mut World, spacing_px: f64, rubbed_m: f64) -> Vec<f64> {
     style.rows.as_mut().unwrap().spacing_px = spacing_px as f32;
     let view = still(world.pose("0,-9000,+700,0,-8,60"), SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, &style, &light);
-    let bytes = read(&world.gpu, frame.target(&ROW_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &light);
+    let bytes = read(&world.gpu, renderer.target(&ROW_INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     let inks = bytes.chunks_exact(2).map(|half| half::f16::from_le_bytes([half[0], half[1]]).to_f64());
-    let places = places_m(&world.gpu, &frame, view.pose.position_m);
+    let places = places_m(&world.gpu, &renderer, view.pose.position_m);
     let mut sums = [[0.0; 2]; 4];
     for (ink, place) in inks.zip(places) {
         let Some(place) = place else { continue };

@@ -68,7 +68,7 @@ type Picture = Vec<[f32; 4]>;
 fn picture_of(gpu: &Gpu, store: Result<Arc<dyn TileStore>, String>) -> Result<Picture, String> {
     let style = Style::load("plain").unwrap();
     let mut world =
-        OpenWorld::on_gpu(gpu, scene_of(None, Reach::Beside).unwrap(), store?, TerrainOptions::default()).unwrap();
+        OpenWorld::on_gpu(gpu, scene_of(None, Reach::SceneFolder).unwrap(), store?, TerrainOptions::default()).unwrap();
     let pose = world.pose(&"0,-2500,+300,0,-10,60".parse().unwrap());
     let request = PictureRequest::still(pose, SIZE_PX, &style, world.light());
     let mut picture = Vec::new();

@@ -1,6 +1,6 @@
 //! Which strokes are drawn through a texture.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::gpu::shader::{SHADERS, compose};
 use hachure::lines::strokes::stroke::INK;
@@ -15,24 +15,24 @@ use crate::recipe;
 const SIZE_PX: [u32; 2] = [480, 270];
 
 /// The ink of strokes, as 16-bit floats.
-fn ink(world: &mut World, frame: &mut Option<Frame>, style: &Style) -> Vec<u16> {
+fn ink(world: &mut World, renderer: &mut Option<Renderer>, style: &Style) -> Vec<u16> {
     let pose = world.pose("900,-900,+20,315,3,60");
     let view = still(pose, SIZE_PX);
     let gpu = &world.gpu;
-    let frame = Frame::or_new(frame, gpu).unwrap();
-    draw(gpu, &mut world.surfaces, frame, &view, style, &NOON);
-    read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap()
+    let renderer = Renderer::or_new(renderer, gpu).unwrap();
+    draw(gpu, &mut world.surfaces, renderer, &view, style, &NOON);
+    read_as(gpu, renderer.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 
 /// The texture that a frame draws with.
-fn drawn_with(frame: &Option<Frame>) -> Option<wgpu::Texture> {
-    frame.as_ref().unwrap().strokes().unwrap().texture().map(|texture| texture.texture().clone())
+fn drawn_with(renderer: &Option<Renderer>) -> Option<wgpu::Texture> {
+    renderer.as_ref().unwrap().strokes().unwrap().texture().map(|texture| texture.texture().clone())
 }
 
 #[test]
 fn solid_strokes_know_of_no_texture() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
-    let mut frame = None;
+    let mut renderer = None;
     let style = |texture: Option<Recipe>| {
         let mut style = crate::common::all_lines("strokes");
         let strokes = style.strokes.as_mut().unwrap();
@@ -41,18 +41,18 @@ fn solid_strokes_know_of_no_texture() {
         (strokes.carry, strokes.update_every) = (false, 1);
         style
     };
-    let solid = ink(&mut world, &mut frame, &style(None));
-    assert!(drawn_with(&frame).is_none() && solid.iter().filter(|ink| **ink > 0).count() > 500);
-    let pencil = ink(&mut world, &mut frame, &style(Some(recipe("pencil"))));
-    let kept = drawn_with(&frame);
+    let solid = ink(&mut world, &mut renderer, &style(None));
+    assert!(drawn_with(&renderer).is_none() && solid.iter().filter(|ink| **ink > 0).count() > 500);
+    let pencil = ink(&mut world, &mut renderer, &style(Some(recipe("pencil"))));
+    let kept = drawn_with(&renderer);
     assert_ne!(pencil, solid);
     // The texture stays while the style does, and goes with it.
-    assert!(ink(&mut world, &mut frame, &style(Some(recipe("pencil")))) == pencil);
-    assert!(kept.is_some() && drawn_with(&frame) == kept);
-    let charcoal = ink(&mut world, &mut frame, &style(Some(recipe("charcoal"))));
-    assert!(drawn_with(&frame) != kept && charcoal != pencil);
-    assert!(ink(&mut world, &mut frame, &style(None)) == solid, "solid strokes have changed");
-    assert!(drawn_with(&frame).is_none());
+    assert!(ink(&mut world, &mut renderer, &style(Some(recipe("pencil")))) == pencil);
+    assert!(kept.is_some() && drawn_with(&renderer) == kept);
+    let charcoal = ink(&mut world, &mut renderer, &style(Some(recipe("charcoal"))));
+    assert!(drawn_with(&renderer) != kept && charcoal != pencil);
+    assert!(ink(&mut world, &mut renderer, &style(None)) == solid, "solid strokes have changed");
+    assert!(drawn_with(&renderer).is_none());
     // A texture that takes all the ink is solid, but for the last pixels of strokes.
     let mut full = recipe("pen");
     (full.pigment.density, full.pigment.variation) = (1.0, 0.0);
@@ -62,7 +62,7 @@ fn solid_strokes_know_of_no_texture() {
         let differ = drawn.iter().zip(&solid).filter(|(a, b)| a != b).count();
         differ as f64 / solid.iter().filter(|ink| **ink > 0).count() as f64
     };
-    let drawn = ink(&mut world, &mut frame, &style(Some(full)));
+    let drawn = ink(&mut world, &mut renderer, &style(Some(full)));
     println!("{:.4} of the inked pixels differ; by a pencil {:.4}", share(&drawn), share(&pencil));
     assert!(share(&drawn) < 0.02 && share(&pencil) > 0.5);
 }

@@ -9,7 +9,7 @@ mod identity;
 
 use common::random;
 use glam::{DQuat, DVec2, DVec3};
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::measure::temporal::{
     DrawnFrame, LINE_INK, PairMeasures, Share, StrokePictures, TemporalError, TemporalTotals, compare, count_strokes,
     read_drawn,
@@ -88,7 +88,7 @@ fn brightness(at_m: Option<DVec3>) -> f64 {
 fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
     let pixels = (SIZE_PX[0] * SIZE_PX[1]) as usize;
     let eye_m = view.pose.position_m;
-    let mut frame = DrawnFrame {
+    let mut renderer = DrawnFrame {
         view,
         origin_m: eye_m,
         position: vec![[0.0; 4]; pixels],
@@ -105,17 +105,17 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
         marks: None,
         luma: vec![0.0; pixels],
     };
-    let strokes = frame.strokes.as_mut().unwrap();
-    for (pixel, ink) in frame.ink.iter_mut().flatten().enumerate() {
+    let strokes = renderer.strokes.as_mut().unwrap();
+    for (pixel, ink) in renderer.ink.iter_mut().flatten().enumerate() {
         let centre = DVec2::new((pixel as u32 % SIZE_PX[0]) as f64, (pixel as u32 / SIZE_PX[0]) as f64) + 0.5;
         let ray = view.ray(centre);
         let depth_m = scene.meet(eye_m, ray);
         let way = depth_m.map(|depth_m| ray * depth_m);
         if let (Some(way), Some(depth_m)) = (way, depth_m) {
             let [x, y, z] = way.as_vec3().to_array();
-            frame.position[pixel] = [x, y, z, depth_m as f32];
+            renderer.position[pixel] = [x, y, z, depth_m as f32];
         }
-        frame.luma[pixel] = brightness(way.map(|way| eye_m + way)) as f32;
+        renderer.luma[pixel] = brightness(way.map(|way| eye_m + way)) as f32;
         for line in lines {
             let [a, b] = line.ends_m.map(|end| view.place_px(end - eye_m).unwrap() + line.off_px);
             let part = ((centre - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
@@ -132,7 +132,7 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
             }
         }
     }
-    frame
+    renderer
 }
 
 const SCENE: Scene = Scene { wall: true };
@@ -186,8 +186,8 @@ fn lines_that_stay_in_their_place_are_steady() {
 
 #[test]
 fn the_same_frame_twice_is_exactly_steady() {
-    let frame = shoot(eye(EYE_M, 0.0), SCENE, &[Line::on_the_wall(), Line::on_the_ground()]);
-    let pair = compare(&frame, &frame).unwrap();
+    let renderer = shoot(eye(EYE_M, 0.0), SCENE, &[Line::on_the_wall(), Line::on_the_ground()]);
+    let pair = compare(&renderer, &renderer).unwrap();
     assert_eq!(flicker(&pair), [0.0; 4]);
     assert!(pair.strokes.as_ref().unwrap().slips_px.iter().all(|slip_px| *slip_px == 0.0));
     assert_eq!(value(pair.e_warp), 0.0);
@@ -234,8 +234,8 @@ fn a_line_on_an_edge_moves_with_what_is_in_front() {
         assert_eq!(value(steady.strokes.unwrap().born), 0.0);
         // Planted: the motion of what is behind. Sideways a line slides along itself and is found by its other parts.
         let behind = Scene { wall: false };
-        for frame in [&mut before, &mut now] {
-            frame.position = shoot(frame.view, behind, &[]).position;
+        for renderer in [&mut before, &mut now] {
+            renderer.position = shoot(renderer.view, behind, &[]).position;
         }
         let planted = flicker(&compare(&before, &now).unwrap());
         assert!(step_m.x != 0.0 || planted[0] > 0.9, "{step_m}: {planted:?}");
@@ -256,8 +256,8 @@ fn what_comes_to_light_is_masked() {
         assert!(shares[0] < 0.005 && shares[1] < 0.005, "{step_m}: {shares:?}");
         assert!(masked[0] > 0.02 && masked[0] < 0.9, "{step_m}: {masked:?}");
         // Planted: nobody knows of the wall that hid them.
-        for frame in [&mut before, &mut now] {
-            frame.position = shoot(frame.view, Scene { wall: false }, &[]).position;
+        for renderer in [&mut before, &mut now] {
+            renderer.position = shoot(renderer.view, Scene { wall: false }, &[]).position;
         }
         let planted = flicker(&compare(&before, &now).unwrap());
         assert!(planted[0] > 0.02, "{step_m}: {planted:?}");
@@ -347,14 +347,14 @@ fn a_real_drawing_is_measured() {
         Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None };
     for name in ["strokes", "ink", "plain"] {
         let style = Style::load(name).unwrap();
-        let mut frame = Frame::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
         let mut draw = |world: &mut common::World, camera: &str| {
             let pose = world.pose(camera);
             let view = View::whole(pose, pose, size_px);
-            frame.render(&world.gpu, &mut world.surfaces, &view, &style, &light).unwrap();
+            renderer.render(&world.gpu, &mut world.surfaces, &view, &style, &light).unwrap();
             world.gpu.wait();
-            let strokes = count_strokes(&world.gpu, &frame, &style).unwrap();
-            (read_drawn(&world.gpu, &frame, &Rig::mono(view), 0, &style).unwrap(), strokes)
+            let strokes = count_strokes(&world.gpu, &renderer, &style).unwrap();
+            (read_drawn(&world.gpu, &renderer, &Rig::mono(view), 0, &style).unwrap(), strokes)
         };
         let (before, strokes) = draw(&mut world, "-300,-2500,+350,20,-6,60");
         let (now, _) = draw(&mut world, "-300,-2490,+350,20.1,-6,60");

@@ -5,10 +5,12 @@ use super::*;
 /// Ink of dark lines and highlight lines of a world, in pixels, from a picture without another mark.
 fn ink_of_world(world: &mut World, camera: &str, style: &Style, light: &Light) -> [f64; 2] {
     let pose = world.pose(camera);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &still(pose, [320, 200]), style, light);
-    assert!(draw::halves(&world.gpu, frame.target(&PICTURE).unwrap()).iter().flatten().all(|value| value.is_finite()));
-    let ink = draw::halves(&world.gpu, frame.target(&ink::TONE_INK).unwrap());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, [320, 200]), style, light);
+    assert!(
+        draw::halves(&world.gpu, renderer.target(&PICTURE).unwrap()).iter().flatten().all(|value| value.is_finite())
+    );
+    let ink = draw::halves(&world.gpu, renderer.target(&ink::TONE_INK).unwrap());
     [DARK, LIGHT].map(|kind| ink.iter().map(|ink| ink[kind]).sum())
 }
 
@@ -53,9 +55,9 @@ fn parts_of_a_large_picture_have_the_lines_of_the_whole() {
     style.lines = Style::load("ink").unwrap().lines;
     style.lines.as_mut().unwrap().crowd = 1.0;
     let pose = world.pose("900,-900,+20,315,3,60");
-    let mut frame = None;
+    let mut renderer = None;
     let mut shoot = |style: &Style, rule: PartRule| {
-        common::shot::shoot_style(&mut world, &mut frame, pose, pose, [320, 200], style, &rule).picture
+        common::shot::shoot_style(&mut world, &mut renderer, pose, pose, [320, 200], style, &rule).picture
     };
     let whole = shoot(&style, PartRule::default());
     let parts = PartRule { whole_px: 1, part_px: 64, margin_px: 12 };

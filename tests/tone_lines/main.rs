@@ -13,10 +13,10 @@ use common::hill::Hill;
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
-use hachure::frame::{Frame, Light};
+use hachure::frame::{Light, Renderer};
 use hachure::gpu::Gpu;
 use hachure::gpu::pools::Pools;
-use hachure::gpu::recorder::{Cx, Submits};
+use hachure::gpu::recorder::{Recorder, Submits};
 use hachure::gpu::target::{Target, TargetKind, Targets};
 use hachure::gpu::timer::Timer;
 use hachure::lines::tone::tone_image::TONE_IMAGE;
@@ -82,16 +82,16 @@ impl Bench {
             .collect();
         let tone_image = self.picture(cells, &means);
         self.targets.begin_frame(&self.gpu, SIZE_PX).unwrap();
-        let mut cx = Cx::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
+        let mut recorder = Recorder::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
         let pose = Pose { position_m: DVec3::ZERO, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 1.0 };
-        let view = &cx.uniform("view", &View::whole(pose, pose, SIZE_PX).uniform(DVec3::ZERO));
+        let view = &recorder.uniform("view", &View::whole(pose, pose, SIZE_PX).uniform(DVec3::ZERO));
         let ink = trace(
-            &mut cx,
+            &mut recorder,
             &tone::Inputs { view, style, position: &position, tone_image: &tone_image },
             &mut self.targets,
         );
-        assert!(cx.is_complete());
-        cx.submit();
+        assert!(recorder.is_complete());
+        recorder.submit();
         self.gpu.wait();
         self.gpu.check().unwrap();
         Ink(draw::halves(&self.gpu, &ink).into_iter().map(|[dark, light, ..]| [dark, light]).collect())

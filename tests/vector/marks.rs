@@ -1,6 +1,6 @@
 //! Marks of a picture as paths: their ink is the picture's, in layers and by pens.
 
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::picture::PictureRequest;
@@ -25,17 +25,18 @@ const STYLES: [&str; 4] = ["crosshatch", "engraving", "stipple", "hachures"];
 /// The ink of the marks of a picture.
 fn ink_of(world: &mut World, style: &Style) -> Vec<f32> {
     let view = still(world.pose(CAMERA), SIZE_PX);
-    let mut frame = Frame::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut frame, &view, style, &north_west());
-    let marks: Option<Vec<f32>> = frame.target(&MARKS).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
-    let rows: Option<Vec<u16>> = frame.target(&ROW_INK).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &north_west());
+    let marks: Option<Vec<f32>> = renderer.target(&MARKS).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
+    let rows: Option<Vec<u16>> =
+        renderer.target(&ROW_INK).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
     let rows = rows.map(|rows| rows.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect());
     // Families of cut lines cross each other.
     let crossed = |texel: [u16; 4]| {
         let light = texel[..3].iter().map(|bits| 1.0 - half::f16::from_bits(*bits).to_f32()).product::<f32>();
         1.0 - light
     };
-    let cuts = frame.target(&CUT_INK).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
+    let cuts = renderer.target(&CUT_INK).map(|ink| read_as(&world.gpu, ink, [0, 0], SIZE_PX).unwrap());
     let cuts = cuts.map(|texels| texels.into_iter().map(crossed).collect());
     marks.or(rows).or(cuts).unwrap()
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::BenchArgs;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
-use crate::frame::{self, Frame};
+use crate::frame::{self, Renderer};
 use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::report::{Memory, Run};
@@ -38,7 +38,7 @@ pub(super) struct StyleRun {
     pub(super) world: OpenWorld,
     /// What this style's world and frames have allocated on the GPU: styles take turns on one device.
     gpu_bytes: i64,
-    frame: Frame,
+    renderer: Renderer,
     /// Of the frames before those that count.
     passes: TracedPasses,
     /// Where the camera was, and when.
@@ -72,13 +72,13 @@ impl StyleRun {
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let bytes_before = gpu.memory_bytes() as i64;
-        let mut frame = Frame::new(gpu)?;
-        frame.set_antialias(args.antialias);
+        let mut renderer = Renderer::new(gpu)?;
+        renderer.set_antialias(args.antialias);
         let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
         Ok(Self {
             world,
             gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
-            frame,
+            renderer,
             passes: TracedPasses::default(),
             style,
             previous: None,
@@ -102,7 +102,7 @@ impl StyleRun {
     /// How far away the nearest land is that a camera sees.
     pub(super) fn nearest_m(&mut self, gpu: &Gpu, camera: &Camera) -> Result<f64, GpuError> {
         let pose = self.world.pose(camera);
-        let found = nearest::nearest_m(gpu, &mut self.frame, &mut self.world.surfaces, pose, &self.style)?;
+        let found = nearest::nearest_m(gpu, &mut self.renderer, &mut self.world.surfaces, pose, &self.style)?;
         Ok(found.unwrap_or(f64::INFINITY))
     }
 
@@ -114,14 +114,14 @@ impl StyleRun {
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
-        let rig = self.frame.jittered(&self.rig(&view), &self.style);
+        let rig = self.renderer.jittered(&self.rig(&view), &self.style);
         let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
-        self.frame.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
+        self.renderer.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
         gpu.wait();
         let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
         gpu.check()?;
         self.gpu_bytes += gpu.memory_bytes() as i64 - bytes_before;
-        let times = std::iter::from_fn(|| self.frame.take_times()).last().unwrap_or_default();
+        let times = std::iter::from_fn(|| self.renderer.take_times()).last().unwrap_or_default();
         let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
         Ok((rig, Drawn { frame_ms, gpu_ms, prepared }))
     }
@@ -129,22 +129,22 @@ impl StyleRun {
     /// Draws a few frames that do not count, until the tiles of the first are there.
     pub(super) fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(), GpuError> {
         let start = Instant::now();
-        self.frame.set_step_s(WARM_UP_STEP_S);
-        self.frame.set_traces(true);
+        self.renderer.set_step_s(WARM_UP_STEP_S);
+        self.renderer.set_traces(true);
         // Strokes may be older than the tiles, and take their time to come and go.
         let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
-        for frame in 1.. {
+        for renderer in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
-            self.passes.take(self.frame.trace());
+            self.passes.take(self.renderer.trace());
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
-            if frame >= WARM_UP_FRAMES && is_settled {
+            if renderer >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
                     break;
                 }
                 updates -= 1;
             }
         }
-        self.frame.set_traces(false);
+        self.renderer.set_traces(false);
         self.before = self.world.surfaces.terrain.tile_counts();
         Ok(())
     }
@@ -165,20 +165,21 @@ impl StyleRun {
     ) -> anyhow::Result<()> {
         self.wall_s();
         if let Some(last) = self.records.last() {
-            self.frame.set_step_s(t_s - last.t_s);
+            self.renderer.set_step_s(t_s - last.t_s);
         }
         let (rig, drawn) = self.draw(gpu, size_px, camera, t_s)?;
         let wall_s = self.wall_s();
         let mut record = self.record(t_s, wall_s, drawn);
         let start = Instant::now();
         let is_pair = checks.begins_pair || self.before_it.is_some();
-        record.strokes_left_out = temporal::strokes_left_out(gpu, &self.frame, &self.style)?;
+        record.strokes_left_out = temporal::strokes_left_out(gpu, &self.renderer, &self.style)?;
         if checks.lod_error {
             let terrain = &self.world.surfaces.terrain;
-            record.lod_error_px = lod_error::largest_px(gpu, &self.frame, &rig.eyes[0], terrain, record.frame as u32)?;
+            record.lod_error_px =
+                lod_error::largest_px(gpu, &self.renderer, &rig.eyes[0], terrain, record.frame as u32)?;
         }
         if checks.lod_error || is_pair {
-            record.strokes = temporal::count_strokes(gpu, &self.frame, &self.style)?;
+            record.strokes = temporal::count_strokes(gpu, &self.renderer, &self.style)?;
         }
         if is_pair {
             self.compare(gpu, &rig, record.jumped == Some(true), checks.begins_pair)?;
@@ -190,9 +191,9 @@ impl StyleRun {
 
     /// Compares the frame with the one before, if that began a pair, and keeps it if it begins one itself.
     fn compare(&mut self, gpu: &Gpu, rig: &Rig, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
-        let drawn = temporal::read_drawn(gpu, &self.frame, rig, 0, &self.style)?;
+        let drawn = temporal::read_drawn(gpu, &self.renderer, rig, 0, &self.style)?;
         if begins_pair && rig.eyes.len() > 1 {
-            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.frame, rig, 1, &self.style)?)?;
+            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.renderer, rig, 1, &self.style)?)?;
         }
         // After a jump there is nothing that could be steady.
         if let Some(before) = self.before_it.take().filter(|_| !jumped) {
@@ -229,7 +230,7 @@ impl StyleRun {
     pub(super) fn run(&self, eyes: Eyes) -> Run {
         let mut run = Run::of_frames(&self.style.name, &eyes.to_string(), &self.records);
         self.passes.fill(&mut run);
-        run.antialias = self.frame.antialias().to_string();
+        run.antialias = self.renderer.antialias().to_string();
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
         let counts = self.world.surfaces.terrain.tile_counts();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use serde::Serialize;
 
-use super::map::{Beside, PlacedMap};
+use super::map::{PlacedMap, Sidecars};
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{MOST_FRAMES, RenderArgs, like};
@@ -15,7 +15,7 @@ use crate::file::imprint::Notes;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::png::{PngPixels, PngWriter};
 use crate::file::video::VideoWriter;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::picture::aov::Plane;
 use crate::picture::eyes::{self, joined};
@@ -82,7 +82,7 @@ pub(super) struct Job<'a> {
     pub(super) planes: Vec<Plane>,
     pub(super) gpu: Gpu,
     pub(super) world: OpenWorld,
-    pub(super) frame: Option<Frame>,
+    pub(super) renderer: Option<Renderer>,
     pub(super) svg: Option<SvgOptions>,
     /// How the picture is cut, if it is.
     pub(super) sheets: Option<Sheets>,
@@ -129,13 +129,13 @@ impl Job<'_> {
     pub(super) fn place_eyes(&mut self, cameras: &[Camera]) -> anyhow::Result<()> {
         let mut nearest = f64::INFINITY;
         if self.args.stereo.asks_for_nearest() {
-            let (gpu, frame) = (&self.gpu, Frame::or_new(&mut self.frame, &self.gpu)?);
+            let (gpu, renderer) = (&self.gpu, Renderer::or_new(&mut self.renderer, &self.gpu)?);
             for camera in cameras.iter().step_by(cameras.len().div_ceil(ASKED_CAMERAS)) {
                 let pose = self.world.pose(camera);
-                let found = nearest_m(gpu, frame, &mut self.world.surfaces, pose, &self.style)?;
+                let found = nearest_m(gpu, renderer, &mut self.world.surfaces, pose, &self.style)?;
                 nearest = nearest.min(found.unwrap_or(f64::INFINITY));
             }
-            self.frame = None;
+            self.renderer = None;
         }
         self.pair = self.args.stereo.pair(nearest);
         Ok(())
@@ -147,7 +147,7 @@ impl Job<'_> {
         let light = self.world.light();
         let request =
             PictureRequest { planes: &self.planes, ..PictureRequest::still(eye, [64, 36], &self.style, light) };
-        picture::render(&self.gpu, &mut self.frame, &mut self.world.surfaces, &request, |_| Ok::<_, FileError>(()))?;
+        picture::render(&self.gpu, &mut self.renderer, &mut self.world.surfaces, &request, |_| Ok::<_, FileError>(()))?;
         Ok(())
     }
 
@@ -215,11 +215,11 @@ impl Job<'_> {
                     sheets.iter_mut().try_for_each(|sheets| sheets.write_rows(&rows))?;
                     writer.write_rows(&rows)
                 };
-                let beside = self.map.as_ref().map(|map| Beside::create(path, map)).transpose()?;
+                let sidecars = self.map.as_ref().map(|map| Sidecars::create(path, map)).transpose()?;
                 let report = self.render(pose, previous, take)?;
                 let sheets = sheets.map(SheetWriter::end).transpose()?;
                 writer.finish_after(|| {
-                    beside.map_or(Ok(()), Beside::commit)?;
+                    sidecars.map_or(Ok(()), Sidecars::commit)?;
                     sheets.map_or(Ok(()), EndedSheets::commit)
                 })?;
                 Ok(report)
@@ -279,10 +279,10 @@ impl Job<'_> {
             samples: self.args.samples(),
             antialias: self.args.antialias,
         };
-        if let Some(frame) = &mut self.frame {
-            frame.set_step_s(1.0 / self.args.fps());
+        if let Some(renderer) = &mut self.renderer {
+            renderer.set_step_s(1.0 / self.args.fps());
         }
-        let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
+        let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
         let width = self.args.size()[0] as usize;
         let mut take = |mut bands: Vec<Band>| {
@@ -290,10 +290,10 @@ impl Job<'_> {
             take(bands)
         };
         let report = match shown.of_pair() {
-            [] => picture::render(gpu, frame, surfaces, &request, |band| take(vec![band]))?,
+            [] => picture::render(gpu, renderer, surfaces, &request, |band| take(vec![band]))?,
             _ => {
                 let pair = self.pair.unwrap_or_default();
-                picture::render_pair(gpu, frame, surfaces, &request, &pair, |bands| take(eyes::shown(shown, bands)))?
+                picture::render_pair(gpu, renderer, surfaces, &request, &pair, |bands| take(eyes::shown(shown, bands)))?
             }
         };
         self.whole(report)

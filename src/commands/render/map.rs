@@ -99,9 +99,9 @@ pub(super) fn side_paths(args: &RenderArgs, kind: &OutputKind) -> Vec<PathBuf> {
 }
 
 /// The world file and the `.prj` of a PNG, whole but without their names.
-pub(super) struct Beside(Vec<(PathBuf, AtomicFile)>);
+pub(super) struct Sidecars(Vec<(PathBuf, AtomicFile)>);
 
-impl Beside {
+impl Sidecars {
     pub(super) fn create(output: &Path, placed: &PlacedMap) -> Result<Self, FileError> {
         let [x0, x_column, x_row, y0, y_column, y_row] = placed.georeference.crs_from_grid;
         // In the order of ESRI; the place is that of the first pixel's centre.

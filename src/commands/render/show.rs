@@ -8,7 +8,7 @@ use crate::file::exr::write_exr_noted;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::png::{PngPixels, PngWriter};
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::picture::show::{self, ShowError};
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::view::Pose;
@@ -33,9 +33,9 @@ impl Job<'_> {
     /// Draws, and writes the picture that `--show` names to `path`.
     pub(super) fn show(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let name = self.args.show.as_deref().unwrap_or_default();
-        Frame::or_new(&mut self.frame, &self.gpu)?.set_traces(true);
+        Renderer::or_new(&mut self.renderer, &self.gpu)?.set_traces(true);
         let report = self.render(pose, pose, |_| Ok(()))?;
-        let trace = self.frame.as_ref().map(Frame::trace).unwrap_or_default();
+        let trace = self.renderer.as_ref().map(Renderer::trace).unwrap_or_default();
         let picture = show::read(&self.gpu, trace, name, self.args.size()).map_err(|error| match error {
             ShowError::Unknown { .. } => Misuse::of(error).into(),
             error => anyhow::Error::from(error),

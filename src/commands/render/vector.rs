@@ -166,8 +166,8 @@ impl Job<'_> {
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("it was made for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, ..still };
-        let (gpu, frame, surfaces) = (&self.gpu, &mut self.frame, &mut self.world.surfaces);
-        let lines = render_strokes(gpu, frame, surfaces, &request, self.pair.as_ref())
+        let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
+        let lines = render_strokes(gpu, renderer, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;
         let report = self.whole(lines.report)?;
         let (layers, drawn) = match (self.args.stereo.eyes(), lines.strokes.as_slice()) {

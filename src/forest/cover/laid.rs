@@ -124,7 +124,7 @@ impl<'a> Laid<'a> {
     }
 
     fn measured(self) -> Result<Self, CoverError> {
-        let beside = || CoverError::Beside { path: self.path.to_owned() };
+        let beside = || CoverError::OutsideWorld { path: self.path.to_owned() };
         let (low_m, high_m) = (self.low_m.max(self.ground.low_m), self.high_m.min(self.ground.high_m));
         if !low_m.cmplt(high_m).all() {
             return Err(beside());

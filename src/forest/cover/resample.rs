@@ -73,7 +73,7 @@ impl Grid {
         for raster in rasters.clone() {
             (low_m, high_m) = (low_m.max(raster.low_m), high_m.min(raster.high_m));
             if !low_m.cmplt(high_m).all() {
-                return Err(CoverError::Beside { path: raster.path.to_owned() });
+                return Err(CoverError::OutsideWorld { path: raster.path.to_owned() });
             }
         }
         let mut cell_m = f64::INFINITY;

@@ -2,15 +2,15 @@
 
 use super::Cells;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// From the cells' counts into their bars.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, cells: &Cells) {
+pub fn run(recorder: &mut Recorder<'_>, view: &Resource, cells: &Cells) {
     let resources = [
         ("view", view.clone()),
         ("crowd", cells.crowd.clone()),
         ("counts", cells.counts.binding()),
         ("bars", (&cells.bars).into()),
     ];
-    cx.pixels("lines/crowd/bar", cells.bars.size_px(), &resources);
+    recorder.pixels("lines/crowd/bar", cells.bars.size_px(), &resources);
 }

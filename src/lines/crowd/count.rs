@@ -2,11 +2,11 @@
 
 use super::Cells;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// Counts the ink of `line` into the cells.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, line: &Target, rank: &Target, cells: &Cells) {
+pub fn run(recorder: &mut Recorder<'_>, view: &Resource, line: &Target, rank: &Target, cells: &Cells) {
     let resources = [
         ("view", view.clone()),
         ("crowd", cells.crowd.clone()),
@@ -14,5 +14,5 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, line: &Target, rank: &Target, cells
         ("rank", rank.into()),
         ("counts", cells.counts.binding()),
     ];
-    cx.groups("lines/crowd/count", cells.bars.size_px(), &resources);
+    recorder.groups("lines/crowd/count", cells.bars.size_px(), &resources);
 }

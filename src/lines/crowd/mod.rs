@@ -15,7 +15,7 @@ pub mod thin;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::gpu::wgsl::shared::crowd::CELL_WORDS;
 pub(crate) use crate::gpu::wgsl::shared::crowd::Crowd as CrowdUniform;
@@ -64,14 +64,14 @@ pub struct Cells {
 
 impl Cells {
     /// For the pictures of an eye, whose partner of a pair is `apart_m` away; 0 is none. Cells are counted in the whole picture, so a part may see one more.
-    pub fn new(cx: &mut Cx<'_>, targets: &mut Targets, cap: Cap, apart_m: f32) -> Self {
+    pub fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, cap: Cap, apart_m: f32) -> Self {
         let cell_px = (cap.window_px / CELLS).round().max(1.0) as u32;
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
         let uniform = CrowdUniform { most: cap.most, cell_px, cells, apart_m, ..CrowdUniform::default() };
         Self {
-            crowd: cx.uniform("crowd", &uniform),
-            counts: cx.buffer(&COUNTS, u64::from(cells[0]) * u64::from(cells[1]) * u64::from(4 * CELL_WORDS)),
-            bars: targets.sized(cx.gpu(), &BARS, cells),
+            crowd: recorder.uniform("crowd", &uniform),
+            counts: recorder.buffer(&COUNTS, u64::from(cells[0]) * u64::from(cells[1]) * u64::from(4 * CELL_WORDS)),
+            bars: targets.sized(recorder.gpu(), &BARS, cells),
         }
     }
 }
@@ -93,13 +93,13 @@ pub struct Inputs<'a> {
 /// Thins the lines of an eye, and returns what is left. Each eye of a pair counts in cells of its own picture; of what
 /// both have left, [`agree`](super::stereo::agree) then leaves each the lesser. What is so near that its contours lie
 /// elsewhere for each eye is left as it is.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, position, line, cap, apart_m } = inputs;
-    let cells = Cells::new(cx, targets, cap, apart_m);
-    let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(cx.gpu(), kind));
-    rank::run(cx, &rank::Inputs { view, cells: &cells, position, line, rank: &rank });
-    count::run(cx, view, line, &rank, &cells);
-    bar::run(cx, view, &cells);
-    thin::run(cx, &thin::Inputs { view, line, rank: &rank, cells: &cells, thinned: &thinned });
+    let cells = Cells::new(recorder, targets, cap, apart_m);
+    let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(recorder.gpu(), kind));
+    rank::run(recorder, &rank::Inputs { view, cells: &cells, position, line, rank: &rank });
+    count::run(recorder, view, line, &rank, &cells);
+    bar::run(recorder, view, &cells);
+    thin::run(recorder, &thin::Inputs { view, line, rank: &rank, cells: &cells, thinned: &thinned });
     thinned
 }

@@ -2,7 +2,7 @@
 
 use super::Cells;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// 0 a crumb, 1 a long skyline; 0 where there is no line. And how far the cap holds: 0 is near a pair of eyes.
@@ -23,7 +23,7 @@ pub struct Inputs<'a> {
 }
 
 /// Ranks lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("crowd", inputs.cells.crowd.clone()),
@@ -31,5 +31,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("line", inputs.line.into()),
         ("rank", inputs.rank.into()),
     ];
-    cx.pixels("lines/crowd/rank", inputs.rank.size_px(), &resources);
+    recorder.pixels("lines/crowd/rank", inputs.rank.size_px(), &resources);
 }

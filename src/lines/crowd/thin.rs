@@ -2,7 +2,7 @@
 
 use super::Cells;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// Lines of which the least ones are left out where they are crowded.
@@ -23,7 +23,7 @@ pub struct Inputs<'a> {
 }
 
 /// Thins the lines of an eye.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("crowd", inputs.cells.crowd.clone()),
@@ -32,5 +32,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("bars", (&inputs.cells.bars).into()),
         ("thinned", inputs.thinned.into()),
     ];
-    cx.pixels("lines/crowd/thin", inputs.thinned.size_px(), &resources);
+    recorder.pixels("lines/crowd/thin", inputs.thinned.size_px(), &resources);
 }

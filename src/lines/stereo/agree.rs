@@ -1,7 +1,7 @@
 //! Lines that have no partner in the other eye go. See `shaders/lines/stereo/agree.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// Lines that the other eye has as well, or cannot have: 0 none, 1 full.
@@ -28,7 +28,7 @@ pub struct Inputs<'a> {
 }
 
 /// Bounds an eye's lines by those of the other.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Inputs { own, other, agreed } = inputs;
     let resources = [
         ("view", own.view.clone()),
@@ -39,5 +39,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("other_line", (&other.line).into()),
         ("agreed", (*agreed).into()),
     ];
-    cx.pixels("lines/stereo/agree", agreed.size_px(), &resources);
+    recorder.pixels("lines/stereo/agree", agreed.size_px(), &resources);
 }

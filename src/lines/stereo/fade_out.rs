@@ -1,7 +1,7 @@
 //! Contours fade out where the other eye sees beyond them. See `shaders/lines/stereo/fade_out.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::stereo::fade_out::FadeOut as FadeOutUniform;
 use crate::scene::view::Rig;
@@ -25,7 +25,7 @@ pub struct Inputs<'a> {
 }
 
 /// Adds to the lines of an eye of a pair what its contours fade out to.
-pub fn run(cx: &mut Cx<'_>, lines: &Lines, rig: &Rig, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, rig: &Rig, inputs: &Inputs<'_>) {
     let places_m: Vec<_> = rig.eyes.iter().map(|eye| eye.pose.position_m - rig.origin_m).collect();
     let (first_m, last_m) = (places_m[0], places_m[places_m.len() - 1]);
     let uniform = FadeOutUniform {
@@ -38,11 +38,11 @@ pub fn run(cx: &mut Cx<'_>, lines: &Lines, rig: &Rig, inputs: &Inputs<'_>) {
     };
     let resources = [
         ("view", inputs.view.clone()),
-        ("fade_out", cx.uniform("fade out", &uniform)),
+        ("fade_out", recorder.uniform("fade out", &uniform)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("line", inputs.line.into()),
         ("faded", inputs.faded.into()),
     ];
-    cx.pixels("lines/stereo/fade_out", inputs.faded.size_px(), &resources);
+    recorder.pixels("lines/stereo/fade_out", inputs.faded.size_px(), &resources);
 }

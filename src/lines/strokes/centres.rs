@@ -3,7 +3,7 @@
 use super::samples::SampleWork;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 
 /// A sample's number plus 1; 0 is none.
@@ -20,10 +20,10 @@ const DRAW: Draw = Draw {
 };
 
 /// Draws the middles of this frame's strokes.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
-    let drawing = cx.drawing(&DRAW, &[("view", view.clone()), work.list(), work.samples()]);
+pub fn run(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
+    let drawing = recorder.drawing(&DRAW, &[("view", view.clone()), work.list(), work.samples()]);
     let on = Attachments { colors: &[centres], depth: None, clears: Clears::All };
-    cx.render(DRAW.name, &[&drawing], on, |pass| {
+    recorder.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&work.now.draws.raw, 0);
     });

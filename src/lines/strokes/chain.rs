@@ -15,7 +15,7 @@
 use super::records::{Chain, ChainRules, ChainRulesUniform, SegmentInOrder};
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan::{self, MAX_VALUES};
 use crate::gpu::{Gpu, GpuError};
 
@@ -88,21 +88,21 @@ pub fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
 }
 
 /// Chains segments.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Chains {
     let capacity = inputs.capacity.clamp(1, MAX_SEGMENTS);
     let most = u64::from(capacity);
     let ends = 2 * most;
-    let plan = cx.buffer(&PLAN, 16);
-    let arguments = cx.buffer(&ARGUMENTS, 36);
-    let buckets = cx.buffer(&BUCKETS, 4 * ends.next_power_of_two().max(256));
-    let slots = named(cx, "slots", &SLOTS, 16 * ends);
-    let choices = cx.buffer(&CHOICES, 4 * ends);
-    let links = named(cx, "links", &LINKS, 4 * ends);
-    let ranks = named(cx, "ranks", &RANKS, 2 * 16 * ends);
-    let heads = cx.buffer(&HEADS, 4 * ends);
+    let plan = recorder.buffer(&PLAN, 16);
+    let arguments = recorder.buffer(&ARGUMENTS, 36);
+    let buckets = recorder.buffer(&BUCKETS, 4 * ends.next_power_of_two().max(256));
+    let slots = named(recorder, "slots", &SLOTS, 16 * ends);
+    let choices = recorder.buffer(&CHOICES, 4 * ends);
+    let links = named(recorder, "links", &LINKS, 4 * ends);
+    let ranks = named(recorder, "ranks", &RANKS, 2 * 16 * ends);
+    let heads = recorder.buffer(&HEADS, 4 * ends);
     let chains = Chains {
-        places: cx.buffer(&PLACES, size_of::<SegmentInOrder>() as u64 * most),
-        chains: cx.buffer(&CHAINS, size_of::<Chain>() as u64 * most),
+        places: recorder.buffer(&PLACES, size_of::<SegmentInOrder>() as u64 * most),
+        chains: recorder.buffer(&CHAINS, size_of::<Chain>() as u64 * most),
     };
     let rules = inputs.rules.in_range();
     let uniform = ChainRulesUniform {
@@ -111,7 +111,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
         least_cos_squared: rules.least_cos_squared,
         overlap_units: ChainRules::OVERLAP_UNITS,
     };
-    let rules = ("rules", cx.uniform("chain rules", &uniform));
+    let rules = ("rules", recorder.uniform("chain rules", &uniform));
     let named_plan = ("plan", plan.binding());
     let segments = ("segments", inputs.segments.binding());
     let counts = ("counts", inputs.counts.binding());
@@ -119,25 +119,25 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let named_choices = ("choices", choices.binding());
 
     let resources = [rules.clone(), counts.clone(), named_plan.clone(), ("arguments", arguments.binding())];
-    cx.groups("lines/strokes/chain_begin", [1, 1], &resources);
+    recorder.groups("lines/strokes/chain_begin", [1, 1], &resources);
 
     // Sort the ends by cells.
     let resources = [named_plan.clone(), named_buckets.clone()];
-    cx.indirect("lines/strokes/chain_clear", &arguments, PER_BUCKET, &resources);
+    recorder.indirect("lines/strokes/chain_clear", &arguments, PER_BUCKET, &resources);
     for step in 0_u32..2 {
-        let stage = ("stage", cx.uniform("stage", &step));
+        let stage = ("stage", recorder.uniform("stage", &step));
         let resources =
             [stage, rules.clone(), named_plan.clone(), segments.clone(), named_buckets.clone(), slots.clone()];
-        cx.indirect("lines/strokes/chain_bin", &arguments, PER_END, &resources);
+        recorder.indirect("lines/strokes/chain_bin", &arguments, PER_END, &resources);
         if step == 0 {
             let sum = scan::Inputs { numbers: &plan, index: 2, capacity: MAX_VALUES, values: &buckets };
-            scan::run(cx, &sum);
+            scan::run(recorder, &sum);
         }
     }
 
     // Join ends that choose each other.
     for round in 0..ChainRules::ROUNDS as u32 {
-        let turn = ("turn", cx.uniform("turn", &round));
+        let turn = ("turn", recorder.uniform("turn", &round));
         let resources = [
             turn.clone(),
             rules.clone(),
@@ -148,20 +148,20 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
             links.clone(),
             named_choices.clone(),
         ];
-        cx.indirect("lines/strokes/chain_choose", &arguments, PER_END, &resources);
+        recorder.indirect("lines/strokes/chain_choose", &arguments, PER_END, &resources);
         let resources = [turn, named_plan.clone(), named_choices.clone(), links.clone()];
-        cx.indirect("lines/strokes/chain_link", &arguments, PER_END, &resources);
+        recorder.indirect("lines/strokes/chain_link", &arguments, PER_END, &resources);
     }
 
     // Rank the segments of open chains, then of loops.
     for first in [0, LOOP_ROUNDS] {
-        let stage = ("stage", cx.uniform("stage", &first));
+        let stage = ("stage", recorder.uniform("stage", &first));
         let resources = [stage, named_plan.clone(), segments.clone(), links.clone(), ranks.clone(), counts.clone()];
-        cx.indirect("lines/strokes/chain_rank_begin", &arguments, PER_END, &resources);
+        recorder.indirect("lines/strokes/chain_rank_begin", &arguments, PER_END, &resources);
         for round in first..first + RANK_ROUNDS {
-            let turn = ("turn", cx.uniform("turn", &round));
+            let turn = ("turn", recorder.uniform("turn", &round));
             let resources = [turn, named_plan.clone(), ranks.clone(), counts.clone()];
-            cx.indirect("lines/strokes/chain_rank", &arguments, PER_END, &resources);
+            recorder.indirect("lines/strokes/chain_rank", &arguments, PER_END, &resources);
         }
     }
 
@@ -170,8 +170,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
     let named_heads = ("heads", heads.binding());
     let resources =
         [named_plan.clone(), segments.clone(), ranks.clone(), counts.clone(), states.clone(), named_heads.clone()];
-    cx.indirect("lines/strokes/chain_heads", &arguments, PER_SEGMENT, &resources);
-    scan::run(cx, &scan::Inputs { numbers: &plan, index: 1, capacity: MAX_VALUES, values: &heads });
+    recorder.indirect("lines/strokes/chain_heads", &arguments, PER_SEGMENT, &resources);
+    scan::run(recorder, &scan::Inputs { numbers: &plan, index: 1, capacity: MAX_VALUES, values: &heads });
     let resources = [
         named_plan,
         segments,
@@ -183,10 +183,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Chains {
         chains.named(),
         counts,
     ];
-    cx.indirect("lines/strokes/chain_order", &arguments, PER_SEGMENT, &resources);
+    recorder.indirect("lines/strokes/chain_order", &arguments, PER_SEGMENT, &resources);
     chains
 }
 
-fn named(cx: &mut Cx<'_>, name: &'static str, kind: &BufferKind, bytes: u64) -> Named {
-    (name, cx.buffer(kind, bytes).binding())
+fn named(recorder: &mut Recorder<'_>, name: &'static str, kind: &BufferKind, bytes: u64) -> Named {
+    (name, recorder.buffer(kind, bytes).binding())
 }

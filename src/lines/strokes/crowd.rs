@@ -10,7 +10,7 @@
 use super::samples::{GROUPS, SampleWork};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::{Cap, Cells, bar};
 
@@ -31,23 +31,23 @@ pub struct Inputs<'a> {
 }
 
 /// Thins the strokes of this frame, before they take over from the frame before. Returns the cells whose bars it took.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Cells {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Cells {
     let &Inputs { view, depth, work, cap, apart_m, leader } = inputs;
-    let cells = Cells::new(cx, targets, cap, apart_m);
+    let cells = Cells::new(recorder, targets, cap, apart_m);
     let crowd = || ("crowd", cells.crowd.clone());
     let counts = || ("counts", cells.counts.binding());
-    cx.pixels("lines/crowd/clear", cells.bars.size_px(), &[crowd(), counts()]);
+    recorder.pixels("lines/crowd/clear", cells.bars.size_px(), &[crowd(), counts()]);
     let resources = [("view", view.clone()), crowd(), ("depth", depth.into()), work.list(), work.samples(), counts()];
-    cx.groups("lines/strokes/crowd_count", GROUPS, &resources);
+    recorder.groups("lines/strokes/crowd_count", GROUPS, &resources);
     // The second eye counts for the ranks alone.
     if leader.is_none() {
-        bar::run(cx, view, &cells);
+        bar::run(recorder, view, &cells);
     }
     let definitions: &[&str] = if leader.is_some() { &["FOLLOWER"] } else { &[] };
     let of = leader.map_or(&cells, |(_, cells)| cells);
     let (crowd, bars) = (("crowd", of.crowd.clone()), ("bars", (&of.bars).into()));
     let mut resources = vec![("view", view.clone()), crowd, bars, work.list(), work.samples()];
     resources.extend(leader.map(|(view, _)| ("other_view", view.clone())));
-    cx.groups(Compute { name: "lines/strokes/crowd_thin", definitions }, GROUPS, &resources);
+    recorder.groups(Compute { name: "lines/strokes/crowd_thin", definitions }, GROUPS, &resources);
     cells
 }

@@ -2,13 +2,13 @@
 
 use super::Lists;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::surface::edges::EdgeList;
 
 /// Reads the edges and `ids`, the reference image; writes the segments and their number.
-pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, ids: &Target) {
+pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, ids: &Target) {
     let resources = [
         ("view", view.clone()),
         lists.strokes(),
@@ -19,5 +19,5 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, id
     ];
     let groups = ids.size_px().map(|side| side.div_ceil(WORKGROUP_PX));
     Ordered { shader: "lines/strokes/extract".into(), stages: 2, groups: Groups::Of(groups), kept: 0 }
-        .run(cx, &resources);
+        .run(recorder, &resources);
 }

@@ -4,7 +4,7 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::edges::EdgeList;
 
@@ -39,11 +39,11 @@ pub struct Inputs<'a> {
 }
 
 /// Draws as many edges as were counted.
-pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), edges.edges(), ("depth", inputs.depth.into())];
-    let drawing = cx.drawing(&DRAW, &resources);
+    let drawing = recorder.drawing(&DRAW, &resources);
     let on = Attachments { colors: &[inputs.ids], depth: Some(inputs.edge_depth), clears: Clears::All };
-    cx.render(DRAW.name, &[&drawing], on, |pass| {
+    recorder.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&edges.draw.raw, 0);
     });

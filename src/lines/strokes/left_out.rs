@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::samples::SampleCounts;
 use super::{COUNTS, DrawnStrokes, StrokeCounts};
-use crate::gpu::later::Later;
+use crate::gpu::async_readback::AsyncReadback;
 use crate::gpu::{Gpu, GpuError, readback};
 
 /// What found no room.
@@ -75,14 +75,14 @@ pub struct StrokeNumbers {
 /// The numbers of frames that are shown as they come: no frame waits for its own, a later one finds them. At first
 /// there are none.
 pub struct NumbersLater {
-    later: Later,
+    later: AsyncReadback,
     last: Option<StrokeNumbers>,
 }
 
 impl Default for NumbersLater {
     fn default() -> Self {
         let bytes = size_of::<StrokeCounts>() + size_of::<SampleCounts>();
-        Self { later: Later::new(bytes as u64), last: None }
+        Self { later: AsyncReadback::new(bytes as u64), last: None }
     }
 }
 

@@ -43,7 +43,7 @@ use self::texture::StrokeTexture;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pools::Pools;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 pub(crate) use crate::gpu::wgsl::shared::stroke_style::Strokes as StrokesUniform;
 use crate::gpu::{Gpu, GpuError};
@@ -82,21 +82,21 @@ pub struct Lists {
 
 impl Lists {
     /// For a style's strokes on a picture of `size_px`.
-    pub fn of(cx: &mut Cx<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
-        Self::new(cx, &StrokesUniform::new(strokes, size_px, haze_m))
+    pub fn of(recorder: &mut Recorder<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
+        Self::new(recorder, &StrokesUniform::new(strokes, size_px, haze_m))
     }
 
-    fn new(cx: &mut Cx<'_>, uniform: &StrokesUniform) -> Self {
+    fn new(recorder: &mut Recorder<'_>, uniform: &StrokesUniform) -> Self {
         Self {
-            uniform: cx.uniform("strokes", uniform),
-            counts: cx.buffer(&COUNTS, size_of::<StrokeCounts>() as u64),
-            segments: cx.buffer(&SEGMENTS, u64::from(uniform.segment_capacity) * size_of::<Segment>() as u64),
+            uniform: recorder.uniform("strokes", uniform),
+            counts: recorder.buffer(&COUNTS, size_of::<StrokeCounts>() as u64),
+            segments: recorder.buffer(&SEGMENTS, u64::from(uniform.segment_capacity) * size_of::<Segment>() as u64),
         }
     }
 
     /// Counts from zero.
-    pub fn clear(&self, cx: &mut Cx<'_>) {
-        cx.write(&self.counts, &[StrokeCounts::default()]);
+    pub fn clear(&self, recorder: &mut Recorder<'_>) {
+        recorder.write(&self.counts, &[StrokeCounts::default()]);
     }
 
     fn strokes(&self) -> Named {
@@ -250,7 +250,7 @@ pub struct Inputs<'a> {
 impl FrameStrokes {
     /// Begins a frame of an eye whose view is `view`; the second one of a pair does as the leading one.
     pub fn begin(
-        cx: &mut Cx<'_>,
+        recorder: &mut Recorder<'_>,
         memory: &mut StrokeMemory,
         strokes: &style::Strokes,
         view: &View,
@@ -263,14 +263,14 @@ impl FrameStrokes {
         memory.made_anew = plan.is_update;
         memory.uniform = StrokesUniform::new(strokes, view.part.size_px, light.haze_m);
         memory.focus = light.focus.map(|focus| (focus, view.still_uniform(step.origin_m)));
-        let focus = FocusUniform::on_gpu(cx, light.focus.as_ref());
+        let focus = FocusUniform::on_gpu(recorder, light.focus.as_ref());
         let (now, before) = (&memory.lists[memory.current], &memory.lists[1 - memory.current]);
-        let work = SampleWork::new(cx, [now, before], carry_uniform(&plan, strokes, step));
-        let texture = strokes.texture.as_ref().and_then(|recipe| StrokeTexture::of(cx, recipe));
+        let work = SampleWork::new(recorder, [now, before], carry_uniform(&plan, strokes, step));
+        let texture = strokes.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
         memory.texture.clone_from(&texture);
-        let lists = Lists::new(cx, &memory.uniform);
+        let lists = Lists::new(recorder, &memory.uniform);
         if plan.is_update {
-            lists.clear(cx);
+            lists.clear(recorder);
         }
         let rules = ChainRules::new(strokes.join_px, strokes.join_deg.to_radians());
         let edge_rules = EdgeRules { crease_deg: strokes.crease_deg, borders: strokes.borders };
@@ -286,83 +286,85 @@ impl FrameStrokes {
     /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible
     /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
     /// with the world.
-    pub fn draw(&mut self, cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Target {
+    pub fn draw(&mut self, recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Target {
         let Inputs { view, still_view, depth, edges, targets, resolution, leader, apart_m } = inputs;
         let Self { plan, lists, work, .. } = self;
-        let gpu = cx.gpu();
+        let gpu = recorder.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
         let (texture, ink, ids) = (self.texture.as_deref(), &ink, &ids);
         let drawn = stroke::Inputs { view: still_view, focus: &self.focus, lists, work, texture, ink, ids };
         let Some(edges) = edges else {
-            temporal::advance(cx, still_view, work);
-            stroke::run(cx, Which::Fresh, &drawn);
+            temporal::advance(recorder, still_view, work);
+            stroke::run(recorder, Which::Fresh, &drawn);
             return ink.clone();
         };
         let image_px = image_px(targets.size_px(), resolution);
         let edge_ids = targets.sized(gpu, &id_image::EDGE_IDS, image_px);
         let edge_depth = targets.sized(gpu, &id_image::EDGE_DEPTH, image_px);
-        id_image::run(cx, edges, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
+        id_image::run(recorder, edges, &id_image::Inputs { view, depth, ids: &edge_ids, edge_depth: &edge_depth });
         let line_ids = if self.merges {
             let [thinned, between] = thin::THINNED.each_ref().map(|kind| targets.sized(gpu, kind, image_px));
             let thinned = [&thinned, &between];
-            thin::run(cx, lists, edges, &thin::Inputs { view, depth, ids: &edge_ids, thinned });
+            thin::run(recorder, lists, edges, &thin::Inputs { view, depth, ids: &edge_ids, thinned });
             thinned[0].clone()
         } else {
             edge_ids
         };
-        extract::run(cx, lists, edges, view, &line_ids);
+        extract::run(recorder, lists, edges, view, &line_ids);
         let (segments, counts) = (&lists.segments, &lists.counts);
-        let chains = &chain::run(cx, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
-        let points = &points::run(cx, lists, edges, chains);
+        let chains =
+            &chain::run(recorder, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
+        let points = &points::run(recorder, lists, edges, chains);
         let view = still_view;
-        samples::run(cx, &samples::Inputs { view, depth, lists, chains, points, work });
+        samples::run(recorder, &samples::Inputs { view, depth, lists, chains, points, work });
         if let Some(cap) = self.cap {
             let leader = leader.and_then(|leader| Some((&leader.view, leader.cells.as_ref()?)));
-            self.cells = Some(crowd::run(cx, &crowd::Inputs { view, depth, work, cap, apart_m, leader }, targets));
+            self.cells =
+                Some(crowd::run(recorder, &crowd::Inputs { view, depth, work, cap, apart_m, leader }, targets));
         }
         if plan.takes_over {
-            temporal::look(cx, view, work, ids);
+            temporal::look(recorder, view, work, ids);
         }
-        temporal::take_over(cx, view, lists, chains, points, work);
+        temporal::take_over(recorder, view, lists, chains, points, work);
         if let Some(leader) = leader {
-            partner::agree(cx, view, work, leader, Role::Follower);
+            partner::agree(recorder, view, work, leader, Role::Follower);
         }
-        stroke::run(cx, Which::Fresh, &drawn);
+        stroke::run(recorder, Which::Fresh, &drawn);
         if plan.takes_over {
-            temporal::keep(cx, view, work, ids, depth);
-            stroke::run(cx, Which::Fading, &drawn);
+            temporal::keep(recorder, view, work, ids, depth);
+            stroke::run(recorder, Which::Fading, &drawn);
         }
         ink.clone()
     }
 
     /// Draws the strokes of the leading eye once more, without those that the other one should have and has not.
-    pub fn draw_agreed(&self, cx: &mut Cx<'_>, view: &Resource, targets: &mut Targets, follower: &Partner) {
+    pub fn draw_agreed(&self, recorder: &mut Recorder<'_>, view: &Resource, targets: &mut Targets, follower: &Partner) {
         if !self.plan.is_update {
             return;
         }
         let (lists, work) = (&self.lists, &self.work);
-        partner::agree(cx, view, work, follower, Role::Leader);
-        let gpu = cx.gpu();
+        partner::agree(recorder, view, work, follower, Role::Leader);
+        let gpu = recorder.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
         let (focus, texture) = (&self.focus, self.texture.as_deref());
         let drawn = stroke::Inputs { view, focus, lists, work, texture, ink: &ink, ids: &ids };
-        stroke::run(cx, Which::Fresh, &drawn);
+        stroke::run(recorder, Which::Fresh, &drawn);
         if self.plan.takes_over {
-            stroke::run(cx, Which::Fading, &drawn);
+            stroke::run(recorder, Which::Fading, &drawn);
         }
     }
 
     /// What the other eye of a pair looks at, if strokes were made anew.
     pub fn partner(
         &self,
-        cx: &mut Cx<'_>,
+        recorder: &mut Recorder<'_>,
         view: &Resource,
         surface: SeenSurface,
         targets: &mut Targets,
     ) -> Option<Partner> {
-        let centres = targets.whole(cx.gpu(), &centres::CENTRES);
+        let centres = targets.whole(recorder.gpu(), &centres::CENTRES);
         self.plan.is_update.then(|| {
-            centres::run(cx, view, &self.work, &centres);
+            centres::run(recorder, view, &self.work, &centres);
             let (samples, cells) = (self.work.now.clone(), self.cells.clone());
             Partner { view: view.clone(), samples, centres, surface, cells }
         })

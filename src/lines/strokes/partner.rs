@@ -15,7 +15,7 @@
 use super::samples::{GROUPS, SampleList, SampleWork};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::lines::crowd::Cells;
 
@@ -55,7 +55,7 @@ pub enum Role {
 }
 
 /// Lets an eye's samples take over what they find in the other one.
-pub fn agree(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, partner: &Partner, role: Role) {
+pub fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, partner: &Partner, role: Role) {
     let resources = [
         ("view", view.clone()),
         ("other_view", partner.view.clone()),
@@ -68,9 +68,9 @@ pub fn agree(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, partner: &Part
         ("normal", (&partner.surface.normal).into()),
         work.matches(),
     ];
-    cx.groups(Compute { name: "lines/strokes/look", definitions: &["PAIR"] }, GROUPS, &resources);
+    recorder.groups(Compute { name: "lines/strokes/look", definitions: &["PAIR"] }, GROUPS, &resources);
     let definitions: &[&str] = if role == Role::Follower { &["FOLLOWER"] } else { &[] };
     let mut resources = vec![work.temporal(), work.list(), work.matches(), work.samples()];
     resources.extend((role == Role::Follower).then(|| ("view", view.clone())));
-    cx.groups(Compute { name: "lines/strokes/adopt", definitions }, GROUPS, &resources);
+    recorder.groups(Compute { name: "lines/strokes/adopt", definitions }, GROUPS, &resources);
 }

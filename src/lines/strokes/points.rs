@@ -3,7 +3,7 @@
 use super::chain::Chains;
 use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
 pub use crate::gpu::wgsl::shared::stroke_style::Point;
 use crate::surface::edges::EdgeList;
@@ -40,16 +40,16 @@ impl Points {
 }
 
 /// Reads segments and chains; makes points, their arc lengths, and counts them.
-pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
+pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
     // A chain of n segments has n + 1 points.
     let most = 2 * u64::from(MOST_SEGMENTS);
     let points = Points {
-        list: cx.buffer(&POINTS, most * POINT_BYTES),
-        along: cx.buffer(&LENGTHS, most * 4),
-        arguments: cx.buffer(&ARGUMENTS, 32),
+        list: recorder.buffer(&POINTS, most * POINT_BYTES),
+        along: recorder.buffer(&LENGTHS, most * 4),
+        arguments: recorder.buffer(&ARGUMENTS, 32),
     };
     let resources = [lists.strokes(), edges.draw(), lists.counts(), ("arguments", points.arguments.binding())];
-    cx.groups("lines/strokes/arguments", [1, 1], &resources);
+    recorder.groups("lines/strokes/arguments", [1, 1], &resources);
     let resources = [
         ("segments", lists.segments.binding()),
         chains.named(),
@@ -58,10 +58,13 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) ->
         edges.edges(),
         ("points", points.list.binding()),
     ];
-    cx.indirect("lines/strokes/points", &points.arguments, FOR_SEGMENTS, &resources);
+    recorder.indirect("lines/strokes/points", &points.arguments, FOR_SEGMENTS, &resources);
     let resources = [("points", points.list.binding()), lists.counts(), ("lengths", points.along.binding())];
-    cx.indirect("lines/strokes/lengths", &points.arguments, FOR_POINTS, &resources);
+    recorder.indirect("lines/strokes/lengths", &points.arguments, FOR_POINTS, &resources);
     let numbers = &lists.counts;
-    scan::run(cx, &scan::Inputs { numbers, index: POINTS_INDEX, capacity: 2 * MOST_SEGMENTS, values: &points.along });
+    scan::run(
+        recorder,
+        &scan::Inputs { numbers, index: POINTS_INDEX, capacity: 2 * MOST_SEGMENTS, values: &points.along },
+    );
     points
 }

@@ -9,7 +9,7 @@ use super::points::Points;
 use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
@@ -110,14 +110,14 @@ pub struct SampleWork {
 
 impl SampleWork {
     /// For a frame.
-    pub(super) fn new(cx: &mut Cx<'_>, [now, before]: [&SampleList; 2], uniform: TemporalUniform) -> Self {
+    pub(super) fn new(recorder: &mut Recorder<'_>, [now, before]: [&SampleList; 2], uniform: TemporalUniform) -> Self {
         let uniform = TemporalUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform };
         Self {
             now: now.clone(),
             before: before.clone(),
-            temporal: cx.uniform("temporal strokes", &uniform),
-            starts: cx.buffer(&STARTS, 4 * (u64::from(MOST_SEGMENTS) + 1)),
-            matches: cx.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
+            temporal: recorder.uniform("temporal strokes", &uniform),
+            starts: recorder.buffer(&STARTS, 4 * (u64::from(MOST_SEGMENTS) + 1)),
+            matches: recorder.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
         }
     }
 
@@ -173,21 +173,25 @@ pub struct Inputs<'a> {
 }
 
 /// Makes the list of this frame.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Inputs { view, depth, lists, chains, points, work } = *inputs;
     let along = || ("along_units", points.along.binding());
-    let classes = cx.buffer(&CLASSES_OF, 4 * CLASSES);
+    let classes = recorder.buffer(&CLASSES_OF, 4 * CLASSES);
     let classes = || ("classes", classes.binding());
     let (arguments, offset) = points.per_segment();
 
     let resources = [lists.strokes(), lists.counts(), chains.named(), along(), classes()];
-    cx.indirect("lines/strokes/budget", arguments, offset, &resources);
-    cx.groups("lines/strokes/budget_choose", [1, 1], &[work.temporal(), classes(), work.list(), work.named_draws()]);
+    recorder.indirect("lines/strokes/budget", arguments, offset, &resources);
+    recorder.groups(
+        "lines/strokes/budget_choose",
+        [1, 1],
+        &[work.temporal(), classes(), work.list(), work.named_draws()],
+    );
     let sizes = ("sizes", work.starts.binding());
     let resources = [lists.strokes(), lists.counts(), chains.named(), along(), work.list(), sizes];
-    cx.indirect("lines/strokes/sizes", arguments, offset, &resources);
+    recorder.indirect("lines/strokes/sizes", arguments, offset, &resources);
     let numbers = &lists.counts;
-    scan::run(cx, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_SEGMENTS, values: &work.starts });
+    scan::run(recorder, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_SEGMENTS, values: &work.starts });
     let resources = [
         ("view", view.clone()),
         ("depth", depth.into()),
@@ -201,5 +205,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         work.samples(),
         work.matches(),
     ];
-    cx.groups("lines/strokes/samples", GROUPS, &resources);
+    recorder.groups("lines/strokes/samples", GROUPS, &resources);
 }

@@ -5,7 +5,7 @@ use super::samples::SampleWork;
 use super::texture::StrokeTexture;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 
 /// Ink: 0 none, 1 full. It is blended, which 32 bits are not everywhere.
@@ -70,10 +70,10 @@ pub struct Inputs<'a> {
 }
 
 /// Draws strokes into the pictures: those of this frame's chains, on cleared pictures, or those that fade.
-pub fn run(cx: &mut Cx<'_>, which: Which, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, which: Which, inputs: &Inputs<'_>) {
     let stage = which as u32;
     let mut resources = vec![
-        ("stage", cx.uniform("stage", &stage)),
+        ("stage", recorder.uniform("stage", &stage)),
         ("view", inputs.view.clone()),
         ("focus", inputs.focus.clone()),
         inputs.lists.strokes(),
@@ -85,13 +85,13 @@ pub fn run(cx: &mut Cx<'_>, which: Which, inputs: &Inputs<'_>) {
         kind = &TEXTURED;
         resources.extend(texture.resources());
     }
-    let drawing = cx.drawing(kind, &resources);
+    let drawing = recorder.drawing(kind, &resources);
     let on = Attachments {
         colors: &[inputs.ink, inputs.ids],
         depth: None,
         clears: if which == Which::Fresh { Clears::All } else { Clears::Nothing },
     };
-    cx.render(kind.name, &[&drawing], on, |pass| {
+    recorder.render(kind.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&inputs.work.now.draws.raw, 16 * u64::from(stage));
     });

@@ -18,7 +18,7 @@ use super::samples::{GROUPS, MOST_SAMPLES, SampleWork};
 use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Heritage;
@@ -31,19 +31,26 @@ const GONE: BufferKind = BufferKind::storage("gone samples");
 const KEPT: BufferKind = BufferKind::storage("kept places");
 
 /// Finds for each sample what was there in the frame before, whose ink was `ids`.
-pub fn look(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
+pub fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
     let resources =
         [("view", view.clone()), work.list(), work.samples(), work.old_samples(), ("ids", ids.into()), work.matches()];
-    cx.groups("lines/strokes/look", GROUPS, &resources);
+    recorder.groups("lines/strokes/look", GROUPS, &resources);
 }
 
 /// Lets the samples of this frame take over what they found.
-pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chains, points: &Points, work: &SampleWork) {
+pub fn take_over(
+    recorder: &mut Recorder<'_>,
+    view: &Resource,
+    lists: &Lists,
+    chains: &Chains,
+    points: &Points,
+    work: &SampleWork,
+) {
     let bytes = u64::from(MOST_SEGMENTS) * size_of::<Heritage>() as u64;
-    let heritages = ("heritages", cx.buffer(&HERITAGES, bytes).binding());
+    let heritages = ("heritages", recorder.buffer(&HERITAGES, bytes).binding());
     let (arguments, offset) = points.per_segment();
     let resources = [work.temporal(), lists.counts(), work.starts(), work.list(), work.matches(), heritages.clone()];
-    cx.indirect("lines/strokes/vote", arguments, offset, &resources);
+    recorder.indirect("lines/strokes/vote", arguments, offset, &resources);
     let resources = [
         ("view", view.clone()),
         work.temporal(),
@@ -55,13 +62,13 @@ pub fn take_over(cx: &mut Cx<'_>, view: &Resource, lists: &Lists, chains: &Chain
         work.samples(),
         work.list(),
     ];
-    cx.groups("lines/strokes/temporal", GROUPS, &resources);
+    recorder.groups("lines/strokes/temporal", GROUPS, &resources);
 }
 
 /// Adds to the list of this frame what is left of the frame before where `ids` has no stroke of this frame.
-pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
-    let gone = ("gone", cx.buffer(&GONE, 4 * u64::from(MOST_SAMPLES)).binding());
-    let places = cx.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
+pub fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
+    let gone = ("gone", recorder.buffer(&GONE, 4 * u64::from(MOST_SAMPLES)).binding());
+    let places = recorder.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
     let resources = [
         ("view", view.clone()),
         work.temporal(),
@@ -72,10 +79,10 @@ pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, d
         ("depth", depth.into()),
         gone.clone(),
     ];
-    cx.groups("lines/strokes/fading", GROUPS, &resources);
+    recorder.groups("lines/strokes/fading", GROUPS, &resources);
     for stage in 0_u32..3 {
         let resources = [
-            ("stage", cx.uniform("stage", &stage)),
+            ("stage", recorder.uniform("stage", &stage)),
             ("view", view.clone()),
             work.temporal(),
             work.old_list(),
@@ -86,16 +93,16 @@ pub fn keep(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork, ids: &Target, d
             work.samples(),
             work.named_draws(),
         ];
-        cx.groups("lines/strokes/keep", if stage == 2 { [1, 1] } else { GROUPS }, &resources);
+        recorder.groups("lines/strokes/keep", if stage == 2 { [1, 1] } else { GROUPS }, &resources);
         if stage == 0 {
             let numbers = &work.before.counts;
-            scan::run(cx, &scan::Inputs { numbers, index: 0, capacity: MOST_SAMPLES, values: &places });
+            scan::run(recorder, &scan::Inputs { numbers, index: 0, capacity: MOST_SAMPLES, values: &places });
         }
     }
 }
 
 /// Moves the strokes of the frame before into this one.
-pub fn advance(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork) {
+pub fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork) {
     let resources = [
         ("view", view.clone()),
         work.temporal(),
@@ -105,5 +112,5 @@ pub fn advance(cx: &mut Cx<'_>, view: &Resource, work: &SampleWork) {
         work.samples(),
         work.named_draws(),
     ];
-    cx.groups("lines/strokes/advance", GROUPS, &resources);
+    recorder.groups("lines/strokes/advance", GROUPS, &resources);
 }

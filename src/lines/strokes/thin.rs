@@ -4,7 +4,7 @@
 
 use super::Lists;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::edges::EdgeList;
 
@@ -31,7 +31,7 @@ pub struct Inputs<'a> {
 }
 
 /// Thins the reference image by the style's `merge_px`.
-pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, inputs: &Inputs<'_>) {
     for round in 0..ROUNDS {
         let to = inputs.thinned[(ROUNDS - 1 - round) % 2];
         let ids = if round == 0 { inputs.ids } else { inputs.thinned[(ROUNDS - round) % 2] };
@@ -42,8 +42,8 @@ pub fn run(cx: &mut Cx<'_>, lists: &Lists, edges: &EdgeList, inputs: &Inputs<'_>
             ("ids", ids.into()),
             ("depth", inputs.depth.into()),
             ("thinned", to.into()),
-            ("is_last", cx.uniform("is last", &u32::from(round + 1 == ROUNDS))),
+            ("is_last", recorder.uniform("is last", &u32::from(round + 1 == ROUNDS))),
         ];
-        cx.pixels("lines/strokes/thin", to.size_px(), &resources);
+        recorder.pixels("lines/strokes/thin", to.size_px(), &resources);
     }
 }

@@ -1,7 +1,7 @@
 //! Lines from tone without crumbs. See `shaders/lines/tone/along.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEP_PX, STEPS};
 use crate::style::ToneLines;
@@ -24,7 +24,7 @@ pub struct Inputs<'a> {
 }
 
 /// Leaves out what is short.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let shortest_px = inputs.style.shortest_px;
     let step_px = (shortest_px / STEPS as f32).max(STEP_PX);
     let along = Along {
@@ -38,9 +38,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     };
     let resources = [
         ("view", inputs.view.clone()),
-        ("along", cx.uniform("tone along", &along)),
+        ("along", recorder.uniform("tone along", &along)),
         ("tone_lines", inputs.tone_lines.into()),
         ("long_lines", inputs.long_lines.into()),
     ];
-    cx.pixels("lines/tone/along", inputs.long_lines.size_px(), &resources);
+    recorder.pixels("lines/tone/along", inputs.long_lines.size_px(), &resources);
 }

@@ -1,7 +1,7 @@
 //! The tone image, blurred as wide as lines are: two passes. See `shaders/lines/tone/blur.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::blur::Blur;
 use crate::style::ToneLines;
@@ -28,7 +28,7 @@ pub struct Inputs<'a> {
 }
 
 /// Blurs it.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let ways = [([1, 0], inputs.tone_image, inputs.across), ([0, 1], inputs.across, inputs.blurred)];
     for (turn, (step, from, to)) in (0..).zip(ways) {
@@ -43,10 +43,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         };
         let resources = [
             ("view", inputs.view.clone()),
-            ("blur", cx.uniform("tone blur", &blur)),
+            ("blur", recorder.uniform("tone blur", &blur)),
             ("tone_image", from.into()),
             ("blurred", to.into()),
         ];
-        cx.pixels("lines/tone/blur", to.size_px(), &resources);
+        recorder.pixels("lines/tone/blur", to.size_px(), &resources);
     }
 }

@@ -1,7 +1,7 @@
 //! Lines from tone as ink. See `shaders/lines/tone/ink.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::ink::Ink;
 use crate::style::ToneLines;
@@ -28,15 +28,15 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let ink = Ink { softness: inputs.style.softness, cell_px: inputs.cell_px as i32, ..Ink::default() };
     let resources = [
         ("view", inputs.view.clone()),
-        ("ink", cx.uniform("tone lines ink", &ink)),
+        ("ink", recorder.uniform("tone lines ink", &ink)),
         ("position", inputs.position.into()),
         ("blurred", inputs.blurred.into()),
         ("tone_lines", inputs.tone_lines.into()),
         ("tone_ink", inputs.tone_ink.into()),
     ];
-    cx.pixels("lines/tone/ink", inputs.tone_ink.size_px(), &resources);
+    recorder.pixels("lines/tone/ink", inputs.tone_ink.size_px(), &resources);
 }

@@ -13,7 +13,7 @@ use std::convert::Infallible;
 
 use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::style::ToneLines;
 
@@ -45,24 +45,24 @@ pub fn cells(style: &ToneLines, size_px: [u32; 2]) -> [u32; 2] {
 }
 
 /// Finds the lines of a tone image: ink of dark lines and of highlight lines.
-pub fn trace(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+pub fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, style, position, tone_image } = inputs;
     let cell_px = cell_px(style);
-    let mut of_cells = |kind| targets.sized(cx.gpu(), kind, tone_image.size_px());
+    let mut of_cells = |kind| targets.sized(recorder.gpu(), kind, tone_image.size_px());
     let [across, blurred, found] = [&blur::ACROSS, &blur::BLURRED, &search::TONE_LINES].map(&mut of_cells);
-    blur::run(cx, &blur::Inputs { view, style, cell_px, tone_image, across: &across, blurred: &blurred });
-    search::run(cx, &search::Inputs { view, style, cell_px, blurred: &blurred, tone_lines: &found });
+    blur::run(recorder, &blur::Inputs { view, style, cell_px, tone_image, across: &across, blurred: &blurred });
+    search::run(recorder, &search::Inputs { view, style, cell_px, blurred: &blurred, tone_lines: &found });
     let tone_lines = if style.shortest_px > 0.0 {
-        let long_lines = targets.sized(cx.gpu(), &along::LONG_LINES, tone_image.size_px());
-        along::run(cx, &along::Inputs { view, style, cell_px, tone_lines: &found, long_lines: &long_lines });
+        let long_lines = targets.sized(recorder.gpu(), &along::LONG_LINES, tone_image.size_px());
+        along::run(recorder, &along::Inputs { view, style, cell_px, tone_lines: &found, long_lines: &long_lines });
         long_lines
     } else {
         found
     };
-    let tone_ink = targets.whole(cx.gpu(), &ink::TONE_INK);
+    let tone_ink = targets.whole(recorder.gpu(), &ink::TONE_INK);
     let drawn =
         ink::Inputs { view, style, cell_px, position, blurred: &blurred, tone_lines: &tone_lines, tone_ink: &tone_ink };
-    ink::run(cx, &drawn);
+    ink::run(recorder, &drawn);
     tone_ink
 }
 
@@ -81,7 +81,7 @@ impl Bilinear {
 }
 
 /// The sampler of the passes that read between pixels; made once.
-fn bilinear(cx: &mut Cx<'_>) -> Resource {
-    let Ok(sampler) = cx.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
+fn bilinear(recorder: &mut Recorder<'_>) -> Resource {
+    let Ok(sampler) = recorder.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
     Resource::Sampler(sampler.0.clone())
 }

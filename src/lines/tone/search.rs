@@ -2,7 +2,7 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
 use crate::style::ToneLines;
@@ -26,7 +26,7 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the lines.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let search = Search {
         dark_ramp: style.dark_ramp,
@@ -42,11 +42,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     };
     let resources = [
         ("view", inputs.view.clone()),
-        ("search", cx.uniform("tone search", &search)),
+        ("search", recorder.uniform("tone search", &search)),
         ("blurred", inputs.blurred.into()),
-        ("tone_sampler", super::bilinear(cx)),
+        ("tone_sampler", super::bilinear(recorder)),
         ("tone_lines", inputs.tone_lines.into()),
     ];
     let definitions: &[&str] = if style.specular > 0.0 { &["SPECULAR"] } else { &[] };
-    cx.pixels(Compute { name: "lines/tone/search", definitions }, inputs.tone_lines.size_px(), &resources);
+    recorder.pixels(Compute { name: "lines/tone/search", definitions }, inputs.tone_lines.size_px(), &resources);
 }

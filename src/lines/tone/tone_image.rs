@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::tone_image::ToneRules;
 use crate::scene::view::Pose;
@@ -51,7 +51,7 @@ fn to_light(style: &ToneLines, to_sun: DVec3, pose: &Pose) -> DVec3 {
 }
 
 /// Shades what the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let rules = ToneRules {
         to_light: to_light(style, inputs.to_sun, inputs.pose).as_vec3().to_array(),
@@ -66,13 +66,13 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("light", inputs.light.clone()),
-        ("tone_rules", cx.uniform("tone rules", &rules)),
+        ("tone_rules", recorder.uniform("tone rules", &rules)),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.unwrap_or(inputs.nothing).into()),
         ("tone_image", inputs.tone_image.into()),
     ];
-    cx.pixels("lines/tone/tone_image", inputs.tone_image.size_px(), &resources);
+    recorder.pixels("lines/tone/tone_image", inputs.tone_image.size_px(), &resources);
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{DrawnFrame, read_stroke_pictures};
 use crate::composite::PICTURE;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::lines::strokes::centres::CENTRES;
@@ -24,24 +24,31 @@ use crate::tones::balance::MARKS;
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style) -> Result<DrawnFrame, GpuError> {
-    let (Some(picture), Some(position)) = (frame.eye_target(eye, &PICTURE), frame.eye_target(eye, &POSITION)) else {
+pub fn read_drawn(
+    gpu: &Gpu,
+    renderer: &Renderer,
+    rig: &Rig,
+    eye: usize,
+    style: &Style,
+) -> Result<DrawnFrame, GpuError> {
+    let (Some(picture), Some(position)) = (renderer.eye_target(eye, &PICTURE), renderer.eye_target(eye, &POSITION))
+    else {
         return Err(GpuError::Readback("no frame was drawn".to_owned()));
     };
     let size_px = picture.size_px();
     // What is shown of lines and strokes may be the mean of several frames.
-    let mean = frame.history_targets(eye);
-    let line: Option<Vec<f32>> = match (frame.line_target(eye, style), mean) {
+    let mean = renderer.history_targets(eye);
+    let line: Option<Vec<f32>> = match (renderer.line_target(eye, style), mean) {
         (Some(_), Some([history, _])) => Some(channel::<4>(gpu, history, size_px, 3)?),
         (line, _) => line.map(|line| readback::read_as(gpu, line, [0, 0], size_px)).transpose()?,
     };
-    let ink = match (frame.eye_target(eye, &INK).filter(|_| style.strokes.is_some()), mean) {
+    let ink = match (renderer.eye_target(eye, &INK).filter(|_| style.strokes.is_some()), mean) {
         (Some(_), Some([_, seen])) => Some(channel::<4>(gpu, seen, size_px, 2)?),
         (drawn, _) => drawn.map(|drawn| channel::<1>(gpu, drawn, size_px, 0)).transpose()?,
     };
-    let marks = frame.eye_target(eye, &MARKS).filter(|_| style.hatching.is_some());
+    let marks = renderer.eye_target(eye, &MARKS).filter(|_| style.hatching.is_some());
     let marks: Option<Vec<f32>> = marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?;
-    let rows = frame.eye_target(eye, &ROW_INK).filter(|_| style.rows.is_some());
+    let rows = renderer.eye_target(eye, &ROW_INK).filter(|_| style.rows.is_some());
     let rows = rows.map(|rows| channel::<1>(gpu, rows, size_px, 0)).transpose()?;
     let luma = halves::<4>(gpu, picture, size_px)?
         .into_iter()
@@ -59,8 +66,8 @@ pub fn read_drawn(gpu: &Gpu, frame: &Frame, rig: &Rig, eye: usize, style: &Style
             (Some(line), Some(ink)) => Some(line.into_iter().zip(ink).map(|(line, ink)| line.max(ink)).collect()),
             (line, ink) => line.or(ink),
         },
-        strokes: read_stroke_pictures(gpu, frame, eye, style, &STROKE_IDS)?,
-        centres: read_stroke_pictures(gpu, frame, eye, style, &CENTRES)?,
+        strokes: read_stroke_pictures(gpu, renderer, eye, style, &STROKE_IDS)?,
+        centres: read_stroke_pictures(gpu, renderer, eye, style, &CENTRES)?,
         // The land's marks are rows where a style has them, and then the others are of what stands on it.
         marks: match (marks, rows) {
             (Some(marks), Some(rows)) => Some(marks.into_iter().zip(rows).map(|(mark, row)| mark.max(row)).collect()),

@@ -4,7 +4,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::StrokePictures;
-use crate::frame::Frame;
+use crate::frame::Renderer;
 use crate::gpu::readback::{self, read_buffer};
 use crate::gpu::target::TargetKind;
 use crate::gpu::{Gpu, GpuError};
@@ -16,8 +16,8 @@ use crate::style::Style;
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn count_strokes(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<u64>, GpuError> {
-    let (Some(_), Some(passes)) = (&style.strokes, frame.strokes()) else { return Ok(None) };
+pub fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<u64>, GpuError> {
+    let (Some(_), Some(passes)) = (&style.strokes, renderer.strokes()) else { return Ok(None) };
     let counts: Vec<SampleCounts> = read_buffer(gpu, &passes.samples().counts.raw, 1)?;
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
 }
@@ -26,8 +26,8 @@ pub fn count_strokes(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<u
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Option<LeftOut>, GpuError> {
-    let (Some(_), Some(passes)) = (&style.strokes, frame.strokes()) else { return Ok(None) };
+pub fn strokes_left_out(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<LeftOut>, GpuError> {
+    let (Some(_), Some(passes)) = (&style.strokes, renderer.strokes()) else { return Ok(None) };
     passes.left_out(gpu).map(Some)
 }
 
@@ -39,12 +39,12 @@ pub fn strokes_left_out(gpu: &Gpu, frame: &Frame, style: &Style) -> Result<Optio
 /// [`GpuError::Readback`].
 pub fn read_stroke_pictures(
     gpu: &Gpu,
-    frame: &Frame,
+    renderer: &Renderer,
     eye: usize,
     style: &Style,
     numbers: &TargetKind,
 ) -> Result<Option<StrokePictures>, GpuError> {
-    let drawn = frame.eye_strokes(eye).zip(frame.eye_target(eye, numbers));
+    let drawn = renderer.eye_strokes(eye).zip(renderer.eye_target(eye, numbers));
     let Some((passes, ids)) = drawn.filter(|_| style.strokes.is_some()) else {
         return Ok(None);
     };

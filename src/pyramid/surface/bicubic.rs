@@ -71,12 +71,12 @@ mod tests {
     use super::*;
 
     fn surface(heights: &[f32], width: u32, height: u32, x: f64, y: f64) -> (f64, f64, f64) {
-        let (cx, fx) = cell(x, width);
+        let (recorder, fx) = cell(x, width);
         let (cy, fy) = cell(y, height);
         let mut samples = [[0.0; 4]; 4];
         for (k, row) in samples.iter_mut().enumerate() {
             for (i, sample) in row.iter_mut().enumerate() {
-                let (column, row) = (neighbour(cx, i as u32, width), neighbour(cy, k as u32, height));
+                let (column, row) = (neighbour(recorder, i as u32, width), neighbour(cy, k as u32, height));
                 *sample = heights[(row * width + column) as usize];
             }
         }

@@ -2,14 +2,14 @@
 
 use super::Inputs;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::lakes::blocks::{GROUPS, Sea};
 
 /// Tells the sea from land, and lists squares that are level.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let sea = Sea { sea_m: inputs.sea_m, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
     let mut resources = vec![
-        ("sea", cx.uniform("sea", &sea)),
+        ("sea", recorder.uniform("sea", &sea)),
         ("jobs", inputs.job_list.binding()),
         ("classes", inputs.classes.binding()),
         ("found", inputs.found.binding()),
@@ -20,5 +20,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let definitions: &[&str] = if inputs.given.is_some() { &["GIVEN"] } else { &[] };
     let kind = Compute { name: "surface/lakes/blocks", definitions };
     // Tiles stand below each other.
-    cx.groups(kind, [GROUPS, GROUPS * inputs.jobs.len() as u32], &resources);
+    recorder.groups(kind, [GROUPS, GROUPS * inputs.jobs.len() as u32], &resources);
 }

@@ -1,10 +1,10 @@
 //! Squares of samples → the lakes that they belong to. See `shaders/surface/lakes/classes.wgsl`.
 
 use super::Inputs;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// Tells lakes from land.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("jobs", inputs.job_list.binding()),
         ("squares", inputs.squares.binding()),
@@ -12,5 +12,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("found", inputs.found.binding()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.indirect("surface/lakes/classes", &inputs.arguments, 0, &resources);
+    recorder.indirect("surface/lakes/classes", &inputs.arguments, 0, &resources);
 }

@@ -1,10 +1,10 @@
 //! Shores → the nearest one in the column of each sample. See `shaders/surface/lakes/columns.wgsl`.
 
 use super::Inputs;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// Looks up and down the columns.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("found", inputs.found.binding()), ("shores", inputs.shores.binding())];
-    cx.indirect("surface/lakes/columns", &inputs.arguments, 24, &resources);
+    recorder.indirect("surface/lakes/columns", &inputs.arguments, 24, &resources);
 }

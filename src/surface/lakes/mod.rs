@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::map_job::MapJob;
 use crate::gpu::wgsl::shared::shores::{FOUND, JOBS as JOB_COUNT};
 use crate::gpu::wgsl::shared::water_maps::SIDE;
@@ -75,8 +75,8 @@ struct GivenBuffer {
 }
 
 /// It stays there as long as it is asked for in each frame.
-fn given_buffer(cx: &mut Cx<'_>, water: &Arc<GivenWater>) -> Buffer {
-    let made = cx.kept(
+fn given_buffer(recorder: &mut Recorder<'_>, water: &Arc<GivenWater>) -> Buffer {
+    let made = recorder.kept(
         |known: &GivenBuffer| Arc::ptr_eq(&known.water, water),
         |gpu| {
             let buffer = Buffer::with(gpu, &GIVEN, &water.words);
@@ -89,14 +89,14 @@ fn given_buffer(cx: &mut Cx<'_>, water: &Arc<GivenWater>) -> Buffer {
 
 /// Makes the maps that are planned for this frame; none most of the time. Reads `terrain`. No submit has more than a
 /// frame of a window.
-pub fn make(cx: &mut Cx<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<&Arc<GivenWater>>) {
-    // A rehearsal asks, for maps that will be planned.
-    let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
+pub fn make(recorder: &mut Recorder<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<&Arc<GivenWater>>) {
+    // A prewarming run asks, for maps that will be planned.
+    let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());
-    let given = given.map(|water| given_buffer(cx, water));
+    let given = given.map(|water| given_buffer(recorder, water));
     for (part, jobs) in parts.enumerate() {
         if part > 0 {
-            cx.submit_so_far();
+            recorder.submit_so_far();
         }
         let bytes = 4 * (SIDE * SIDE) as u64 * MAPS_AT_ONCE as u64;
         let mut found = [0_u32; FOUND as usize];
@@ -104,22 +104,22 @@ pub fn make(cx: &mut Cx<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<
         let inputs = Inputs {
             terrain,
             jobs,
-            job_list: cx.upload(&JOBS, jobs),
+            job_list: recorder.upload(&JOBS, jobs),
             sea_m: maps.key(),
-            found: cx.upload(&FOUND_KIND, &found),
-            classes: cx.buffer(&CLASSES, bytes),
-            shores: cx.buffer(&SHORES, bytes),
-            squares: cx.buffer(&SQUARES, bytes / 4),
-            arguments: cx.buffer(&ARGUMENTS, 12 * 4),
+            found: recorder.upload(&FOUND_KIND, &found),
+            classes: recorder.buffer(&CLASSES, bytes),
+            shores: recorder.buffer(&SHORES, bytes),
+            squares: recorder.buffer(&SQUARES, bytes / 4),
+            arguments: recorder.buffer(&ARGUMENTS, 12 * 4),
             given: given.clone(),
             water_maps: Resource::Texture("water maps", maps.view().clone()),
         };
-        blocks::run(cx, &inputs);
-        begin::run(cx, &inputs);
-        classes::run(cx, &inputs);
-        begin::run(cx, &inputs);
-        shores::run(cx, &inputs);
-        columns::run(cx, &inputs);
-        maps::run(cx, &inputs);
+        blocks::run(recorder, &inputs);
+        begin::run(recorder, &inputs);
+        classes::run(recorder, &inputs);
+        begin::run(recorder, &inputs);
+        shores::run(recorder, &inputs);
+        columns::run(recorder, &inputs);
+        maps::run(recorder, &inputs);
     }
 }

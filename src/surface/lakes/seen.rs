@@ -2,7 +2,7 @@
 
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::wgsl::surface::lakes::seen::Seen;
 
 /// Workgroups of `surface/water`, and of `surface/dry`.
@@ -11,11 +11,11 @@ const ARGUMENTS: BufferKind = BufferKind::indirect("water arguments");
 pub const DRY: u64 = 12;
 
 /// The workgroups that look for water in a picture, and those that say that there is none.
-pub fn run(cx: &mut Cx<'_>, water_maps: &[Named], size_px: [u32; 2]) -> Buffer {
-    let arguments = cx.buffer(&ARGUMENTS, 6 * 4);
+pub fn run(recorder: &mut Recorder<'_>, water_maps: &[Named], size_px: [u32; 2]) -> Buffer {
+    let arguments = recorder.buffer(&ARGUMENTS, 6 * 4);
     let seen = Seen { groups: size_px.map(|side| side.div_ceil(WORKGROUP_PX)), pad_a: 0, pad_b: 0 };
-    let mut resources = vec![("picture", cx.uniform("seen water", &seen)), ("arguments", arguments.binding())];
+    let mut resources = vec![("picture", recorder.uniform("seen water", &seen)), ("arguments", arguments.binding())];
     resources.extend(water_maps.iter().cloned());
-    cx.groups("surface/lakes/seen", [1, 1], &resources);
+    recorder.groups("surface/lakes/seen", [1, 1], &resources);
     arguments
 }

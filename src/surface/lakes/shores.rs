@@ -1,10 +1,10 @@
 //! Water → where its shore is beside each sample. See `shaders/surface/lakes/shores.wgsl`.
 
 use super::Inputs;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// Finds shores.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("jobs", inputs.job_list.binding()),
         ("classes", inputs.classes.binding()),
@@ -12,5 +12,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("shores", inputs.shores.binding()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.indirect("surface/lakes/shores", &inputs.arguments, 12, &resources);
+    recorder.indirect("surface/lakes/shores", &inputs.arguments, 12, &resources);
 }

@@ -2,7 +2,7 @@
 
 use super::vertices::PatchMesh;
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan::{Groups, Ordered};
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::edges::EdgeList;
@@ -23,8 +23,8 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges of a batch to the list.
-pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
-    if inputs.batch[1] == 0 && !cx.rehearses() {
+pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+    if inputs.batch[1] == 0 && !recorder.prewarms() {
         return;
     }
     let mut resources = vec![("view", inputs.view.clone())];
@@ -32,5 +32,5 @@ pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     resources.extend(edges.resources());
     resources.extend(inputs.terrain.iter().cloned());
     let shader = "surface/land/edges".into();
-    Ordered { shader, stages: 3, groups: Groups::Of([inputs.batch[1], 1]), kept: KEPT }.run(cx, &resources);
+    Ordered { shader, stages: 3, groups: Groups::Of([inputs.batch[1], 1]), kept: KEPT }.run(recorder, &resources);
 }

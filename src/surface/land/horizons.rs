@@ -2,7 +2,7 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::{Cx, WORKGROUP_PX};
+use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 pub(crate) use crate::gpu::wgsl::surface::land::horizons::Horizons as HorizonsUniform;
 use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
 use crate::tiles::slot_maps::MAPS_AT_ONCE;
@@ -13,24 +13,24 @@ const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 /// Makes the maps that `horizons` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file
 /// may have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for
 /// long.
-pub fn run(cx: &mut Cx<'_>, terrain: &[Named], horizons: &HorizonMaps) {
+pub fn run(recorder: &mut Recorder<'_>, terrain: &[Named], horizons: &HorizonMaps) {
     let maps = &horizons.maps;
     let uniform = HorizonsUniform { to_sun: maps.key().to_array(), pad_a: 0.0, pad_b: 0.0 };
-    // A rehearsal asks, for maps that will be planned.
-    let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
+    // A prewarming run asks, for maps that will be planned.
+    let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());
     for (part, jobs) in parts.enumerate() {
         if part > 0 {
-            cx.submit_so_far();
+            recorder.submit_so_far();
         }
         let mut resources = vec![
-            ("horizons", cx.uniform("horizons", &uniform)),
-            ("jobs", cx.upload(&JOBS, jobs).binding()),
+            ("horizons", recorder.uniform("horizons", &uniform)),
+            ("jobs", recorder.upload(&JOBS, jobs).binding()),
             ("horizon_maps", Resource::Texture("horizon maps", maps.view().clone())),
         ];
         resources.extend(terrain.iter().cloned());
         // Tiles stand below each other.
         let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
-        cx.groups("surface/land/horizons", [side, side * jobs.len() as u32], &resources);
+        recorder.groups("surface/land/horizons", [side, side * jobs.len() as u32], &resources);
     }
 }

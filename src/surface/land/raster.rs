@@ -6,7 +6,7 @@ use super::vertices::PatchMesh;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::Target;
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
@@ -41,14 +41,14 @@ pub struct Inputs<'a> {
 }
 
 /// Draws a batch of patches.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.mesh.resources(inputs.batch));
     // The fragments of patches without holes read nothing.
-    let solid = cx.drawing(&SOLID, &resources);
+    let solid = recorder.drawing(&SOLID, &resources);
     resources.extend(inputs.terrain.iter().cloned());
-    let with_holes = cx.drawing(&WITH_HOLES, &resources);
-    let indices = indices(cx);
+    let with_holes = recorder.drawing(&WITH_HOLES, &resources);
+    let indices = indices(recorder);
     let [first, count] = inputs.batch;
     let on = Attachments {
         colors: &[inputs.surface_id],
@@ -56,7 +56,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         clears: if inputs.clears { Clears::All } else { Clears::Nothing },
     };
     let solid_count = inputs.mesh.solid.saturating_sub(first).min(count);
-    cx.render(SOLID.name, &[&solid, &with_holes], on, |pass| {
+    recorder.render(SOLID.name, &[&solid, &with_holes], on, |pass| {
         pass.set_index_buffer(indices.0.buffer().slice(..), wgpu::IndexFormat::Uint16);
         let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
         solid.set(pass);
@@ -69,8 +69,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
 /// The indices of a patch on the GPU.
 struct Indices(GrowingBuffer);
 
-fn indices(cx: &mut Cx<'_>) -> std::sync::Arc<Indices> {
-    let made = cx.kept(
+fn indices(recorder: &mut Recorder<'_>) -> std::sync::Arc<Indices> {
+    let made = recorder.kept(
         |_: &Indices| true,
         |gpu| {
             let mut buffer = GrowingBuffer::new(gpu, "patch indices", wgpu::BufferUsages::INDEX);

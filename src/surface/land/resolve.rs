@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/resolve-pass.md`.
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// What the pass reads and where it writes.
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Finds position and normal of every pixel.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("depth", inputs.depth.into()),
@@ -29,5 +29,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("normal", inputs.normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("surface/land/resolve", inputs.position.size_px(), &resources);
+    recorder.pixels("surface/land/resolve", inputs.position.size_px(), &resources);
 }

@@ -2,7 +2,7 @@
 
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
@@ -35,10 +35,10 @@ pub struct PatchMesh {
 
 impl PatchMesh {
     /// Uploads the patches of a selection, for all eyes of a rig.
-    pub fn upload(cx: &mut Cx<'_>, selection: &Selection) -> Self {
+    pub fn upload(recorder: &mut Recorder<'_>, selection: &Selection) -> Self {
         let instances: Vec<PatchInstance> = [selection.solid.as_slice(), &selection.with_holes].concat();
         let count = instances.len() as u32;
-        let limits = cx.gpu().device.limits();
+        let limits = recorder.gpu().device.limits();
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let most =
             (room / (u64::from(VERTICES) * POSITION_BYTES)).min(u64::from(limits.max_compute_workgroups_per_dimension));
@@ -48,8 +48,8 @@ impl PatchMesh {
         let patches = count.next_power_of_two().min(most).max(count.min(most));
         let bytes = u64::from(patches) * u64::from(VERTICES) * POSITION_BYTES;
         Self {
-            patches: cx.upload(&PATCHES, &instances),
-            positions: cx.buffer(&POSITIONS, bytes),
+            patches: recorder.upload(&PATCHES, &instances),
+            positions: recorder.buffer(&POSITIONS, bytes),
             batches: (0..count.max(1)).step_by(most as usize).map(|first| [first, most.min(count - first)]).collect(),
             solid: selection.solid.len() as u32,
         }
@@ -61,10 +61,10 @@ impl PatchMesh {
     }
 
     /// Places the vertices of a batch: of the only one once for all eyes.
-    pub fn place(&self, cx: &mut Cx<'_>, batch: [u32; 2], terrain: &[Named]) {
+    pub fn place(&self, recorder: &mut Recorder<'_>, batch: [u32; 2], terrain: &[Named]) {
         let mut resources = self.resources(batch).to_vec();
         resources.extend(terrain.iter().cloned());
-        cx.groups("surface/land/vertices", [VERTICES.div_ceil(WORKGROUP), batch[1]], &resources);
+        recorder.groups("surface/land/vertices", [VERTICES.div_ceil(WORKGROUP), batch[1]], &resources);
     }
 
     /// The patches of a batch and their vertices, by the names in the shaders.

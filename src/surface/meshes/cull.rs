@@ -12,7 +12,7 @@ use super::DrawnMeshes;
 use super::instances::fixed_point;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Cull as CullUniform;
 pub use crate::gpu::wgsl::surface::meshes::cull::MeshDraws;
 use crate::mesh::placed::{Placed, Standing};
@@ -44,17 +44,17 @@ const NO_DEMAND: [u32; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize] 
     [0; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize];
 
 /// Decides for all that stands in the world. Reads `terrain`, for the curvature of the earth.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
+pub fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
     let [origin_coarse, origin_fine] = fixed_point(rig.origin_m);
     let groups = meshes.standing().div_ceil(WORKGROUP);
     let bytes = u64::from(groups) * 16;
-    let counts = cx.buffer(&COUNTS, bytes).slice(0, bytes);
+    let counts = recorder.buffer(&COUNTS, bytes).slice(0, bytes);
     // Eyes of a rig draw the same levels: those that the nearest and sharpest of them needs.
     let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
     let eyes_m = rig.eyes.iter().map(|eye| eye.pose.position_m.distance(rig.origin_m)).fold(0.0, f64::max);
     let room = meshes.room();
-    let demand = cx.buffer(&DEMAND, size_of_val(&NO_DEMAND) as u64);
-    cx.write(&demand, &NO_DEMAND);
+    let demand = recorder.buffer(&DEMAND, size_of_val(&NO_DEMAND) as u64);
+    recorder.write(&demand, &NO_DEMAND);
     // Where all of the world has room nobody asks how much of it is in view.
     let first = meshes.may_lack_room().then_some(3);
     for stage in first.into_iter().chain(0..3) {
@@ -72,7 +72,7 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: 
         };
         let resources = [
             ("view", view.clone()),
-            ("cull", cx.uniform("cull", &uniform)),
+            ("cull", recorder.uniform("cull", &uniform)),
             ("standings", meshes.meshes.standings.binding()),
             ("mesh_levels", meshes.meshes.levels.binding()),
             ("mesh_instances", meshes.instances.binding()),
@@ -81,7 +81,7 @@ pub fn run(cx: &mut Cx<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: 
             ("mesh_demand", demand.binding()),
             terrain.clone(),
         ];
-        cx.groups("surface/meshes/cull", [if stage == 1 { 1 } else { groups }, 1], &resources);
+        recorder.groups("surface/meshes/cull", [if stage == 1 { 1 } else { groups }, 1], &resources);
     }
 }
 

@@ -7,7 +7,7 @@ use super::DrawnMeshes;
 use super::instances::levels_of;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::surface::meshes::curvature::{CurvatureRules, VertexShape};
 use crate::mesh::curvature::shapes_of;
@@ -55,10 +55,10 @@ fn packed(placed: &Placed) -> Vec<VertexShape> {
 
 /// Writes the shapes where a mesh is seen. Those of its vertices are found beside the frame, where pipelines are built
 /// there.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let placed = &inputs.meshes.meshes.placed;
     let theirs = Arc::clone(placed);
-    let made = cx.kept_beside(
+    let made = recorder.cached_in_background(
         |known: &MeshShapes| Arc::ptr_eq(&known.placed, placed),
         move |gpu| {
             let shapes = Buffer::with(gpu, &SHAPES, &packed(&theirs));
@@ -69,7 +69,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let rules = CurvatureRules { feature_px: inputs.feature_px };
     let mut resources = vec![
         ("view", inputs.view.clone()),
-        ("curvature_rules", cx.uniform("curvature rules", &rules)),
+        ("curvature_rules", recorder.uniform("curvature rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
@@ -77,5 +77,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     ];
     resources.extend(inputs.shapes.resources());
     resources.extend(inputs.meshes.resources());
-    cx.pixels("surface/meshes/curvature", inputs.shapes.normal.size_px(), &resources);
+    recorder.pixels("surface/meshes/curvature", inputs.shapes.normal.size_px(), &resources);
 }

@@ -5,7 +5,7 @@ use super::DrawnMeshes;
 use super::cull::NEAR_GROUPS;
 use super::sides;
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan::{Groups, Ordered};
 use crate::surface::edges::EdgeList;
 
@@ -13,12 +13,12 @@ use crate::surface::edges::EdgeList;
 const WORKGROUP: u64 = 64;
 
 /// Adds the edges to the list.
-pub fn run(cx: &mut Cx<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMeshes) {
-    let sides = sides::run(cx, view, meshes);
+pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMeshes) {
+    let sides = sides::run(recorder, view, meshes);
     let mut resources = vec![("view", view.clone()), ("mesh_sides", sides.binding())];
     resources.extend(edges.resources());
     resources.extend(meshes.resources());
     let most = meshes.room().triangles.div_ceil(WORKGROUP) as u32;
     let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, most };
-    Ordered { shader: "surface/meshes/edges".into(), stages: 3, groups, kept: 0 }.run(cx, &resources);
+    Ordered { shader: "surface/meshes/edges".into(), stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

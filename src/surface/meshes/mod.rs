@@ -29,7 +29,7 @@ use self::instances::{levels, levels_of, packed, standings};
 use crate::gpu::Gpu;
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::mesh::placed::{Placed, Room};
 
 /// Vertices of the meshes themselves.
@@ -85,17 +85,17 @@ pub struct DrawnMeshes {
 
 impl DrawnMeshes {
     /// Of a world; what they are on the GPU is made when they are others than before.
-    pub fn of(cx: &mut Cx<'_>, placed: &Arc<Placed>) -> Self {
-        let meshes = cx.kept(
+    pub fn of(recorder: &mut Recorder<'_>, placed: &Arc<Placed>) -> Self {
+        let meshes = recorder.kept(
             |known: &MeshBuffers| Arc::ptr_eq(&known.placed, placed),
             |gpu| Ok::<_, Infallible>(MeshBuffers::new(gpu, placed)),
         );
         let Ok(meshes) = meshes;
         let bytes = (placed.standing.len().max(1) * size_of::<MeshInstance>()) as u64;
         Self {
-            instances: cx.buffer(&INSTANCES, bytes).slice(0, bytes),
-            positions: cx.buffer(&POSITIONS, meshes.room.vertices * size_of::<[f32; 4]>() as u64),
-            draws: cx.buffer(&DRAWS, size_of::<cull::MeshDraws>() as u64),
+            instances: recorder.buffer(&INSTANCES, bytes).slice(0, bytes),
+            positions: recorder.buffer(&POSITIONS, meshes.room.vertices * size_of::<[f32; 4]>() as u64),
+            draws: recorder.buffer(&DRAWS, size_of::<cull::MeshDraws>() as u64),
             meshes,
         }
     }

@@ -3,7 +3,7 @@
 use super::DrawnMeshes;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::Target;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
@@ -30,12 +30,12 @@ pub struct Inputs<'a> {
 }
 
 /// Draws them.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.meshes.resources());
-    let drawing = cx.drawing(&DRAW, &resources);
+    let drawing = recorder.drawing(&DRAW, &resources);
     let on = Attachments { colors: &[inputs.surface_id], depth: Some(inputs.depth), clears: Clears::Nothing };
-    cx.render(DRAW.name, &[&drawing], on, |pass| {
+    recorder.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&inputs.meshes.draws.raw, 0);
     });

@@ -8,7 +8,7 @@ use super::instances::levels_of;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::mesh::placed::Placed;
 use crate::mesh::{Material, Mesh};
@@ -56,7 +56,7 @@ fn color_of(material: &Material) -> u32 {
 }
 
 /// Writes `position` and `normal` where a mesh is seen, and `local_color` if it is there.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
@@ -68,7 +68,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
     let mut definitions: &[&str] = &[];
     if let Some(local_color) = inputs.local_color {
         let placed = &inputs.meshes.meshes.placed;
-        let made = cx.kept(
+        let made = recorder.kept(
             |known: &MeshColors| Arc::ptr_eq(&known.placed, placed),
             |gpu| {
                 let colors = Buffer::with(gpu, &COLORS, &colors_of(placed));
@@ -80,5 +80,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         definitions = &["LOCAL_COLOR"];
     }
     let pass = Compute { name: "surface/meshes/resolve", definitions };
-    cx.pixels(pass, inputs.position.size_px(), &resources);
+    recorder.pixels(pass, inputs.position.size_px(), &resources);
 }

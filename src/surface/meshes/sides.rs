@@ -4,7 +4,7 @@ use super::DrawnMeshes;
 use super::cull::NEAR_GROUPS;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// For each triangle its normal and its side.
 const SIDES: BufferKind = BufferKind::storage("mesh sides");
@@ -12,10 +12,10 @@ const SIDES: BufferKind = BufferKind::storage("mesh sides");
 const SIDE_BYTES: u64 = 16;
 
 /// Decides for each triangle that is near enough.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, meshes: &DrawnMeshes) -> Buffer {
-    let sides = cx.buffer(&SIDES, meshes.room().triangles * SIDE_BYTES);
+pub fn run(recorder: &mut Recorder<'_>, view: &Resource, meshes: &DrawnMeshes) -> Buffer {
+    let sides = recorder.buffer(&SIDES, meshes.room().triangles * SIDE_BYTES);
     let mut resources = vec![("mesh_sides", sides.binding()), ("view", view.clone())];
     resources.extend(meshes.resources());
-    cx.indirect("surface/meshes/sides", &meshes.draws, NEAR_GROUPS, &resources);
+    recorder.indirect("surface/meshes/sides", &meshes.draws, NEAR_GROUPS, &resources);
     sides
 }

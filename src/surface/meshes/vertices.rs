@@ -3,16 +3,16 @@
 use super::DrawnMeshes;
 use super::cull::VERTEX_GROUPS;
 use crate::gpu::bind::Named;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// Places the vertices of what is in view. Reads `terrain`, for the curvature of the earth; writes
 /// [`POSITIONS`](super::POSITIONS).
-pub fn run(cx: &mut Cx<'_>, meshes: &DrawnMeshes, terrain: Named) {
+pub fn run(recorder: &mut Recorder<'_>, meshes: &DrawnMeshes, terrain: Named) {
     let resources = [
         ("mesh_instances", meshes.instances.binding()),
         ("mesh_vertices", meshes.meshes.vertices.binding()),
         ("mesh_positions", meshes.positions.binding()),
         terrain,
     ];
-    cx.indirect("surface/meshes/vertices", &meshes.draws, VERTEX_GROUPS, &resources);
+    recorder.indirect("surface/meshes/vertices", &meshes.draws, VERTEX_GROUPS, &resources);
 }

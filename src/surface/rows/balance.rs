@@ -3,24 +3,30 @@
 use super::{RowPlan, rooms};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// By how much, in squares of the picture.
 const GAINS: BufferKind = BufferKind::storage("row gains");
 
 /// Holds ink against what is asked for.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, plan: &RowPlan, inks: &Buffer, [position, tone]: [&Target; 2]) -> Buffer {
+pub fn run(
+    recorder: &mut Recorder<'_>,
+    view: &Resource,
+    plan: &RowPlan,
+    inks: &Buffer,
+    [position, tone]: [&Target; 2],
+) -> Buffer {
     let squares = rooms::squares(plan, tone.size_px());
-    let gains = cx.buffer(&GAINS, 4 * u64::from(squares));
+    let gains = recorder.buffer(&GAINS, 4 * u64::from(squares));
     let resources = [
         ("view", view.clone()),
-        ("rules", cx.uniform("row rules", &plan.rules)),
+        ("rules", recorder.uniform("row rules", &plan.rules)),
         ("inks", inks.binding()),
         ("gains", gains.binding()),
         ("position", position.into()),
         ("tone", tone.into()),
     ];
-    cx.groups("surface/rows/balance", [squares.div_ceil(64), 1], &resources);
+    recorder.groups("surface/rows/balance", [squares.div_ceil(64), 1], &resources);
     gains
 }

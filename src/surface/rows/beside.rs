@@ -1,19 +1,25 @@
 //! Where textures of marks lie in a style whose land has rows. See `shaders/surface/rows/beside.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// As [`POSITION`](crate::surface::POSITION) of models and trees, and all 0 where land is seen.
 pub const PLACE_BESIDE: TargetKind = TargetKind::storage("place beside", wgpu::TextureFormat::Rgba32Float);
 
 /// Leaves the land out of a position. `view` is a `View`, and `place_beside` a [`PLACE_BESIDE`].
-pub fn run(cx: &mut Cx<'_>, view: &Resource, surface_id: &Target, position: &Target, place_beside: &Target) {
+pub fn run(
+    recorder: &mut Recorder<'_>,
+    view: &Resource,
+    surface_id: &Target,
+    position: &Target,
+    place_beside: &Target,
+) {
     let resources = [
         ("view", view.clone()),
         ("surface_id", surface_id.into()),
         ("position", position.into()),
         ("place_beside", place_beside.into()),
     ];
-    cx.pixels("surface/rows/beside", place_beside.size_px(), &resources);
+    recorder.pixels("surface/rows/beside", place_beside.size_px(), &resources);
 }

@@ -4,7 +4,7 @@ use super::RowPlan;
 use super::proposals::Proposals;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, RASTER_BESIDE, RowPlaces};
 
 /// Who is where.
@@ -15,25 +15,31 @@ const ROUNDS: u32 = 8;
 const STAGES: u32 = 3;
 
 /// Decides, and returns what says who is where: the resources of `shaders/shared/row_places.wgsl`.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, plan: &RowPlan, proposals: &Proposals, size_px: [u32; 2]) -> Vec<Named> {
+pub fn run(
+    recorder: &mut Recorder<'_>,
+    view: &Resource,
+    plan: &RowPlan,
+    proposals: &Proposals,
+    size_px: [u32; 2],
+) -> Vec<Named> {
     let spacing_px = plan.rules.spacing_px.max(1e-3);
     let size = size_px
         .map(|side| ((side as f32 + 2.0 * RASTER_BESIDE * spacing_px) * CELLS_PER_SPACING / spacing_px).ceil() as u32);
-    let raster = cx.buffer(&RASTER, 4 * u64::from(size[0]) * u64::from(size[1]));
-    cx.clear(&raster);
-    let rules = cx.uniform("row rules", &plan.rules);
+    let raster = recorder.buffer(&RASTER, 4 * u64::from(size[0]) * u64::from(size[1]));
+    recorder.clear(&raster);
+    let rules = recorder.uniform("row rules", &plan.rules);
     let mut resources = Vec::new();
     for number in 0..ROUNDS * STAGES {
         let places = RowPlaces { size, round: number / STAGES, stage: number % STAGES };
         resources = vec![
             ("view", view.clone()),
             ("rules", rules.clone()),
-            ("places", cx.uniform("row places", &places)),
+            ("places", recorder.uniform("row places", &places)),
             ("proposed", proposals.count.binding()),
             ("proposals", proposals.all.binding()),
             ("raster", raster.binding()),
         ];
-        cx.groups("surface/rows/choice", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+        recorder.groups("surface/rows/choice", [plan.rules.most_marks.div_ceil(64), 1], &resources);
     }
     resources
 }

@@ -5,7 +5,7 @@ use super::proposals::Proposals;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::readback::read_buffer;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::rows::SAMPLES;
 use crate::gpu::{Gpu, GpuError};
@@ -38,14 +38,14 @@ pub struct Marks {
 }
 
 /// Gives marks their widths.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Marks {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
-    let drawn = cx.buffer(&DRAWN, 16);
-    let samples = cx.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
-    cx.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
+    let drawn = recorder.buffer(&DRAWN, 16);
+    let samples = recorder.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
+    recorder.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
     let resources = [
         ("view", inputs.view.clone()),
-        ("rules", cx.uniform("row rules", &plan.rules)),
+        ("rules", recorder.uniform("row rules", &plan.rules)),
         ("proposed", inputs.proposals.count.binding()),
         ("proposals", inputs.proposals.all.binding()),
         ("gains", inputs.gains.binding()),
@@ -53,7 +53,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Marks {
         ("marks", samples.binding()),
         ("tone", inputs.tone.into()),
     ];
-    cx.groups("surface/rows/marks", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+    recorder.groups("surface/rows/marks", [plan.rules.most_marks.div_ceil(64), 1], &resources);
     Marks { drawn, samples }
 }
 

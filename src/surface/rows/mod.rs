@@ -24,7 +24,7 @@ pub mod trace;
 use crate::gpu::Gpu;
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::{RELIEF, RowBlock, RowRules};
 
 /// The blocks that are made.
@@ -66,8 +66,8 @@ pub struct RowPlan {
 }
 
 impl RowPlan {
-    /// Of a frame that is only rehearsed.
-    pub fn rehearsal(gpu: &Gpu) -> Self {
+    /// Of a frame that is only prewarmed.
+    pub fn prewarm(gpu: &Gpu) -> Self {
         let nothing = Buffer::new(gpu, &JOBS, 16);
         let pools = vec![PlannedPool::new(nothing.clone(), nothing)];
         Self { rules: RowRules::default(), pools, is_late: false }
@@ -75,28 +75,28 @@ impl RowPlan {
 }
 
 /// Makes the blocks that are planned. No submit has more than a frame of a window.
-pub fn make(cx: &mut Cx<'_>, plan: &RowPlan, terrain: &[Named]) {
-    let nothing: &[&[_]] = if cx.rehearses() { &[&[]] } else { &[] };
+pub fn make(recorder: &mut Recorder<'_>, plan: &RowPlan, terrain: &[Named]) {
+    let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let of_pool = |pool| nothing.iter().copied().map(move |jobs| (pool, jobs));
     let parts = plan.pools.iter().flat_map(|pool: &PlannedPool| {
         pool.jobs.chunks(blocks::JOBS_AT_ONCE).map(move |jobs| (pool, jobs)).chain(of_pool(pool))
     });
     for (part, (pool, jobs)) in parts.enumerate() {
         if part > 0 {
-            cx.submit_so_far();
+            recorder.submit_so_far();
         }
         let mut resources = vec![
-            ("rules", cx.uniform("row rules", &plan.rules)),
-            ("jobs", cx.upload(&JOBS, jobs).binding()),
-            ("relief", cx.buffer(&RELIEFS, 4 * RELIEF as u64 * blocks::JOBS_AT_ONCE as u64).binding()),
+            ("rules", recorder.uniform("row rules", &plan.rules)),
+            ("jobs", recorder.upload(&JOBS, jobs).binding()),
+            ("relief", recorder.buffer(&RELIEFS, 4 * RELIEF as u64 * blocks::JOBS_AT_ONCE as u64).binding()),
             ("counts", pool.counts.binding()),
             ("candidates", pool.candidates.binding()),
         ];
         resources.extend_from_slice(terrain);
         let blocks = jobs.len() as u32;
-        relief::run(cx, blocks, &resources);
-        octaves::run(cx, blocks, &resources);
-        seeds::run(cx, blocks, &resources);
-        trace::run(cx, blocks, &resources);
+        relief::run(recorder, blocks, &resources);
+        octaves::run(recorder, blocks, &resources);
+        seeds::run(recorder, blocks, &resources);
+        trace::run(recorder, blocks, &resources);
     }
 }

@@ -4,7 +4,7 @@ use super::{BLOCKS, RowPlan};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, PROPOSAL};
 
@@ -41,17 +41,17 @@ pub struct Proposals {
 }
 
 /// Proposes marks.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Proposals {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
     let plan = inputs.plan;
-    let count = cx.buffer(&PROPOSED, 16);
-    let all = cx.buffer(&PROPOSALS, 16 * u64::from(plan.rules.most_marks) * PROPOSAL as u64);
-    cx.write(&count, &[0_u32; 4]);
-    let rehearses = cx.rehearses();
-    for pool in plan.pools.iter().filter(|pool| !pool.seen.is_empty() || rehearses) {
+    let count = recorder.buffer(&PROPOSED, 16);
+    let all = recorder.buffer(&PROPOSALS, 16 * u64::from(plan.rules.most_marks) * PROPOSAL as u64);
+    recorder.write(&count, &[0_u32; 4]);
+    let prewarms = recorder.prewarms();
+    for pool in plan.pools.iter().filter(|pool| !pool.seen.is_empty() || prewarms) {
         let mut resources = vec![
             ("view", inputs.view.clone()),
-            ("rules", cx.uniform("row rules", &plan.rules)),
-            ("blocks", cx.upload(&BLOCKS, &pool.seen).binding()),
+            ("rules", recorder.uniform("row rules", &plan.rules)),
+            ("blocks", recorder.upload(&BLOCKS, &pool.seen).binding()),
             ("counts", pool.counts.binding()),
             ("candidates", pool.candidates.binding()),
             ("proposed", count.binding()),
@@ -59,7 +59,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) -> Proposals {
             ("position", inputs.position.into()),
         ];
         resources.extend(inputs.terrain.iter().cloned());
-        cx.groups("surface/rows/proposals", [MOST_CANDIDATES / 64, pool.seen.len() as u32], &resources);
+        recorder.groups("surface/rows/proposals", [MOST_CANDIDATES / 64, pool.seen.len() as u32], &resources);
     }
     Proposals { count, all }
 }

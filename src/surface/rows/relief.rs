@@ -1,11 +1,11 @@
 //! Heights of the form in blocks of rows. See `shaders/surface/rows/relief.wgsl`.
 
 use crate::gpu::bind::Named;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::{NODES, SLOPE_NODES};
 
 /// Finds the relief of the blocks, and forgets their candidates.
-pub fn run(cx: &mut Cx<'_>, blocks: u32, resources: &[Named]) {
+pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     let nodes = (NODES * NODES + SLOPE_NODES * SLOPE_NODES) as u32;
-    cx.groups("surface/rows/relief", [nodes.div_ceil(64), blocks], resources);
+    recorder.groups("surface/rows/relief", [nodes.div_ceil(64), blocks], resources);
 }

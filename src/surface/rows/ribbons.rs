@@ -4,7 +4,7 @@ use super::RowPlan;
 use super::marks::Marks;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Draw;
-use crate::gpu::recorder::{Attachments, Clears, Cx};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::rows::ribbons::{BEHIND, BEHIND_PART};
 
@@ -56,17 +56,17 @@ pub struct Inputs<'a> {
 }
 
 /// Draws marks into the picture, which begins empty.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
-        ("rules", cx.uniform("row rules", &inputs.plan.rules)),
+        ("rules", recorder.uniform("row rules", &inputs.plan.rules)),
         ("marks", inputs.marks.samples.binding()),
         ("position", inputs.position.into()),
         ("surface_id", inputs.surface_id.into()),
     ];
-    let drawing = cx.drawing(&KIND, &resources);
+    let drawing = recorder.drawing(&KIND, &resources);
     let on = Attachments { colors: &[inputs.ink], depth: None, clears: Clears::All };
-    cx.render(KIND.name, &[&drawing], on, |pass| {
+    recorder.render(KIND.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw_indirect(&inputs.marks.drawn.raw, 0);
     });

@@ -3,7 +3,7 @@
 use super::RowPlan;
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::row_ink::SQUARE;
 
@@ -17,11 +17,11 @@ pub(super) fn squares(plan: &RowPlan, size_px: [u32; 2]) -> u32 {
 }
 
 /// Finds the rooms, with the resources that `choice` returned, and returns the ink of squares.
-pub fn run(cx: &mut Cx<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
-    let inks = cx.buffer(&INKS, 4 * u64::from(squares(plan, tone.size_px())));
-    cx.clear(&inks);
+pub fn run(recorder: &mut Recorder<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
+    let inks = recorder.buffer(&INKS, 4 * u64::from(squares(plan, tone.size_px())));
+    recorder.clear(&inks);
     let mut resources = places.to_vec();
     resources.extend([("inks", inks.binding()), ("tone", tone.into())]);
-    cx.groups("surface/rows/rooms", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+    recorder.groups("surface/rows/rooms", [plan.rules.most_marks.div_ceil(64), 1], &resources);
     inks
 }

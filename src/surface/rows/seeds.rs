@@ -1,10 +1,10 @@
 //! Seeds of hachures along the middles of rows. See `shaders/surface/rows/seeds.wgsl`.
 
 use crate::gpu::bind::Named;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::CELLS;
 
 /// Sows candidates in the blocks.
-pub fn run(cx: &mut Cx<'_>, blocks: u32, resources: &[Named]) {
-    cx.groups("surface/rows/seeds", [(CELLS * CELLS) as u32 / 64, blocks], resources);
+pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
+    recorder.groups("surface/rows/seeds", [(CELLS * CELLS) as u32 / 64, blocks], resources);
 }

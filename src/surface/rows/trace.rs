@@ -1,10 +1,10 @@
 //! Candidates' marks, up and down the slope. See `shaders/surface/rows/trace.wgsl`.
 
 use crate::gpu::bind::Named;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::MOST_CANDIDATES;
 
 /// Traces the candidates of the blocks.
-pub fn run(cx: &mut Cx<'_>, blocks: u32, resources: &[Named]) {
-    cx.groups("surface/rows/trace", [MOST_CANDIDATES / 64, blocks], resources);
+pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
+    recorder.groups("surface/rows/trace", [MOST_CANDIDATES / 64, blocks], resources);
 }

@@ -13,7 +13,7 @@ use crate::forest::impostor::FRAMES;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::scene::Forest;
 use crate::surface::local_color::packed;
@@ -50,7 +50,7 @@ pub struct Colored {
 
 impl Colored {
     /// Of the trees of a forest.
-    pub fn of(cx: &mut Cx<'_>, forest: &Forest, trees: &DrawnTrees, local_color: Target) -> Self {
+    pub fn of(recorder: &mut Recorder<'_>, forest: &Forest, trees: &DrawnTrees, local_color: Target) -> Self {
         let shared = &trees.shared;
         let palettes: Vec<Vec<u32>> = shared
             .looks
@@ -64,7 +64,7 @@ impl Colored {
                 palette.into_iter().map(packed).collect()
             })
             .collect();
-        let made = cx.kept(
+        let made = recorder.kept(
             |known: &TreeColors| Arc::ptr_eq(&known.shared, shared) && known.palettes == palettes,
             |gpu| {
                 let species = shared.species.iter().zip(&palettes);

@@ -9,7 +9,7 @@ use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::wgsl::surface::trees::edges::{TreeEdge, TreeEdgeRules, TreeEdges};
 use crate::surface::edges::EdgeList;
@@ -83,10 +83,10 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges to the list.
-pub fn run(cx: &mut Cx<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, swaying } = inputs;
     let of_species = &trees.shared.edges;
-    let near = near::run(cx, view, trees, of_species.groups);
+    let near = near::run(recorder, view, trees, of_species.groups);
     let mut resources = vec![
         ("view", view.clone()),
         terrain.clone(),
@@ -100,5 +100,5 @@ pub fn run(cx: &mut Cx<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
     let definitions: &[&str] = if swaying.is_some() { &["WIND"] } else { &[] };
     let shader = Compute { name: "surface/trees/edges", definitions };
     let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MOST_NEAR * of_species.groups };
-    Ordered { shader, stages: 3, groups, kept: 0 }.run(cx, &resources);
+    Ordered { shader, stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

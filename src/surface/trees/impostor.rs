@@ -4,7 +4,7 @@ use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT};
 use super::sway::Swaying;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Cx, Drawing};
+use crate::gpu::recorder::{Drawing, Recorder};
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, TREE_LEVELS};
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
@@ -22,7 +22,7 @@ const STANDING: Draw = Draw {
 };
 
 /// Draws them.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, species, swaying, .. } = inputs;
     let draw = &inputs.variant(STANDING);
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
@@ -42,8 +42,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
             resources.extend(swaying.into_iter().flat_map(Swaying::resources));
             let colors = inputs.colored.map(|colored| colored.colors.species[number].of_pictures(level == CANOPY));
             resources.extend(colors.into_iter().flatten());
-            drawings.push((bucket, cx.drawing(draw, &resources)));
+            drawings.push((bucket, recorder.drawing(draw, &resources)));
         }
     }
-    inputs.draw(cx, draw.name, &drawings);
+    inputs.draw(recorder, draw.name, &drawings);
 }

@@ -1,7 +1,7 @@
 //! Where marks lie on trees, and what they shade. See `shaders/surface/trees/marks.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// As [`POSITION`](crate::surface::POSITION), for marks: those of a tree lie on a plane that faces the eye.
@@ -28,7 +28,7 @@ pub struct Inputs<'a> {
 }
 
 /// Writes `mark_place` and `mark_surface`.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
@@ -38,5 +38,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("mark_place", inputs.mark_place.into()),
         ("mark_surface", inputs.mark_surface.into()),
     ];
-    cx.pixels("surface/trees/marks", inputs.mark_place.size_px(), &resources);
+    recorder.pixels("surface/trees/marks", inputs.mark_place.size_px(), &resources);
 }

@@ -27,7 +27,7 @@ use self::shared::{Look, Shared};
 use crate::forest::model::TreeModel;
 use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 pub use crate::gpu::wgsl::shared::trees::{CANOPY, DRAW_WORDS, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 use crate::scene::Forest;
 use crate::scene::forest::Form;
@@ -53,7 +53,7 @@ pub struct DrawnTrees {
 impl DrawnTrees {
     /// None are found yet. Nothing while its species are grown beside the frame. A species whose model is not among
     /// `models` is a broadleaf.
-    pub fn of(cx: &mut Cx<'_>, forest: &Forest, models: &[Arc<TreeModel>]) -> Option<Self> {
+    pub fn of(recorder: &mut Recorder<'_>, forest: &Forest, models: &[Arc<TreeModel>]) -> Option<Self> {
         let look = |form: Form| match form {
             Form::Conifer => Look::Grown(Grown::Conifer),
             Form::Broadleaf => Look::Grown(Grown::Broadleaf),
@@ -65,14 +65,14 @@ impl DrawnTrees {
         };
         let looks: Vec<Look> = forest.species.iter().map(|species| look(species.form)).collect();
         let asked = looks.clone();
-        let shared =
-            cx.kept_beside(move |shared: &Shared| shared.looks == asked, move |gpu| Shared::new(gpu, looks))?;
+        let shared = recorder
+            .cached_in_background(move |shared: &Shared| shared.looks == asked, move |gpu| Shared::new(gpu, looks))?;
         let lists = u64::from(TREE_LISTS) * forest.species.len() as u64;
         Some(Self {
             shared,
-            instances: cx.buffer(&INSTANCES, u64::from(MOST_TREES) * size_of::<TreeInstance>() as u64),
-            order: cx.buffer(&ORDER, lists * u64::from(MOST_TREES) * 4),
-            draws: cx.buffer(&DRAWS, (lists + 1) * u64::from(DRAW_WORDS) * 4),
+            instances: recorder.buffer(&INSTANCES, u64::from(MOST_TREES) * size_of::<TreeInstance>() as u64),
+            order: recorder.buffer(&ORDER, lists * u64::from(MOST_TREES) * 4),
+            draws: recorder.buffer(&DRAWS, (lists + 1) * u64::from(DRAW_WORDS) * 4),
         })
     }
 

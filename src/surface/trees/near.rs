@@ -4,7 +4,7 @@ use super::DrawnTrees;
 use super::place::MOST_TREES;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::trees::near::{NEAR_GROUPS, NearTrees};
 
 /// Trees that have strokes, at most: those that are nearest.
@@ -24,20 +24,20 @@ pub struct Near {
 }
 
 /// Finds them, for a pass that has `groups_of_tree` workgroups for each.
-pub fn run(cx: &mut Cx<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
+pub fn run(recorder: &mut Recorder<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
     let uniform =
         NearTrees { species: trees.shared.species.len() as u32, capacity: MOST_TREES, room: MOST_NEAR, groups_of_tree };
-    let order = cx.buffer(&NEAR_ORDER, 4 * (1 + u64::from(MOST_NEAR)));
-    let dispatch = cx.buffer(&NEAR_DISPATCH, 16);
+    let order = recorder.buffer(&NEAR_ORDER, 4 * (1 + u64::from(MOST_NEAR)));
+    let dispatch = recorder.buffer(&NEAR_DISPATCH, 16);
     let resources = [
         ("view", view.clone()),
-        ("near_trees", cx.uniform("near trees", &uniform)),
+        ("near_trees", recorder.uniform("near trees", &uniform)),
         ("tree_instances", trees.instances.binding()),
         ("tree_order", trees.order.binding()),
         ("tree_draws", trees.draws.binding()),
         ("near_order", order.binding()),
         ("near_dispatch", dispatch.binding()),
     ];
-    cx.groups("surface/trees/near", [NEAR_GROUPS, 1], &resources);
+    recorder.groups("surface/trees/near", [NEAR_GROUPS, 1], &resources);
     Near { order, dispatch }
 }

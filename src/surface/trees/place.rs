@@ -13,7 +13,7 @@ use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MOST_SPECIES, Species as SpeciesRecord, TreeRules};
 pub use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
@@ -102,7 +102,7 @@ fn shadow_reach(to_sun: DVec3) -> f64 {
 }
 
 /// Finds the trees of a forest that an eye sees.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
@@ -146,7 +146,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
             }
         })
         .collect();
-    cx.write(&trees.draws, &empty_draws(trees));
+    recorder.write(&trees.draws, &empty_draws(trees));
     let count = packed.len() as u32;
     let uniform = ForestUniform {
         seed: forest.seed,
@@ -172,9 +172,9 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
         ..ForestUniform::default()
     };
     let records = species_records(forest, trees);
-    let species = cx.upload(&TREE_SPECIES, &records).binding();
-    let placed = Placed { species, forest: cx.uniform("forest", &uniform), may_sway };
-    if packed.is_empty() && !cx.rehearses() {
+    let species = recorder.upload(&TREE_SPECIES, &records).binding();
+    let placed = Placed { species, forest: recorder.uniform("forest", &uniform), may_sway };
+    if packed.is_empty() && !recorder.prewarms() {
         return placed;
     }
     let [cover_low_m, cells_per_m] = grid_of(cover, origin_m);
@@ -183,7 +183,7 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
         ("forest", placed.forest.clone()),
-        ("tree_question", cx.upload(&TREE_QUESTION, &question).binding()),
+        ("tree_question", recorder.upload(&TREE_QUESTION, &question).binding()),
         ("tree_points", shared.point_buffer.binding()),
         ("tree_instances", trees.instances.binding()),
         ("tree_order", trees.order.binding()),
@@ -192,10 +192,10 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     resources.extend(terrain.resources());
     let definitions: &[&str] = if cover.is_some() { &["COVER"] } else { &[] };
     if let Some(cover) = cover {
-        resources.push(cover_texture(cx, cover));
+        resources.push(cover_texture(recorder, cover));
     }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
-    cx.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
+    recorder.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
     placed
 }
 
@@ -206,8 +206,8 @@ struct CoverTexture {
 }
 
 /// What rasters say, as the shader reads it.
-fn cover_texture(cx: &mut Cx<'_>, cover: &Arc<Cover>) -> Named {
-    let made = cx.kept(
+fn cover_texture(recorder: &mut Recorder<'_>, cover: &Arc<Cover>) -> Named {
+    let made = recorder.kept(
         |known: &CoverTexture| Arc::ptr_eq(&known.cover, cover),
         |gpu| Ok::<_, Infallible>(CoverTexture { cover: Arc::clone(cover), view: cover_view(gpu, cover) }),
     );

@@ -5,7 +5,7 @@ use super::colors::Colored;
 use super::sway::{STEP_FORMAT, Swaying};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Draw, replaced};
-use crate::gpu::recorder::{Attachments, Clears, Cx, Drawing};
+use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::shared::trees::{MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
@@ -79,13 +79,13 @@ impl Inputs<'_> {
     }
 
     /// Draws lists of trees, each by its species and level, over what is there.
-    pub(super) fn draw(&self, cx: &mut Cx<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
+    pub(super) fn draw(&self, recorder: &mut Recorder<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
         let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
         let mut colors = vec![self.surface_id, self.tree_normal, self.tree_form];
         colors.extend(self.swaying.map(|swaying| &swaying.step));
         colors.extend(self.colored.map(|colored| &colored.local_color));
         let on = Attachments { colors: &colors, depth: Some(self.depth), clears: Clears::Nothing };
-        cx.render(name, &all, on, |pass| {
+        recorder.render(name, &all, on, |pass| {
             for (bucket, drawing) in drawings {
                 drawing.set(pass);
                 self.trees.draw(pass, *bucket);
@@ -95,7 +95,7 @@ impl Inputs<'_> {
 }
 
 /// Draws them.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, swaying, species, .. } = inputs;
     let draw = &inputs.variant(STANDING);
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
@@ -115,8 +115,8 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
                 let colors = &colored.colors.species[number];
                 ("tree_colors", if level == NEAR { colors.near.binding() } else { colors.middle.binding() })
             }));
-            drawings.push((bucket, cx.drawing(draw, &resources)));
+            drawings.push((bucket, recorder.drawing(draw, &resources)));
         }
     }
-    inputs.draw(cx, draw.name, &drawings);
+    inputs.draw(recorder, draw.name, &drawings);
 }

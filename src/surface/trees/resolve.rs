@@ -1,7 +1,7 @@
 //! Position and normal of trees, over those of the land. See `shaders/surface/trees/resolve.wgsl`.
 
 use crate::gpu::bind::Resource;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// What the pass reads and where it writes.
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Writes `position` and `normal` where a tree is seen.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
@@ -30,5 +30,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
     ];
-    cx.pixels("surface/trees/resolve", inputs.position.size_px(), &resources);
+    recorder.pixels("surface/trees/resolve", inputs.position.size_px(), &resources);
 }

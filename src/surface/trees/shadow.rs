@@ -6,7 +6,7 @@ use super::raster::SWAYING_DEFINITIONS;
 use super::sway::Swaying;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Draw;
-use crate::gpu::recorder::{Attachments, Clears, Cx, Drawing};
+use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 pub(super) use crate::gpu::wgsl::surface::trees::shadow::CORNERS;
 use crate::surface::DEPTH_FORMAT;
@@ -67,7 +67,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws them.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, placed, swaying, depth, surface_id, position, tree_shadow } = inputs;
     let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
     let mut drawings: Vec<Drawing> = Vec::new();
@@ -84,11 +84,11 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>) {
             ("position", position.into()),
         ];
         resources.extend(swaying.into_iter().flat_map(Swaying::resources));
-        drawings.push(cx.drawing(draw, &resources));
+        drawings.push(recorder.drawing(draw, &resources));
     }
     let all: Vec<&Drawing> = drawings.iter().collect();
     let on = Attachments { colors: &[tree_shadow], depth: Some(depth), clears: Clears::Colors };
-    cx.render(draw.name, &all, on, |pass| {
+    recorder.render(draw.name, &all, on, |pass| {
         for (species, drawing) in drawings.iter().enumerate() {
             drawing.set(pass);
             trees.draw(pass, trees.list_of_shadows(species));

@@ -6,7 +6,7 @@ use super::place::{IMPOSTOR_PX, MIDDLE_PX, MOST_TREES};
 use super::{DrawnTrees, TREE_LISTS};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::shared::wind::Sway;
 use crate::gpu::wgsl::surface::trees::sway::SWAY_GROUPS;
@@ -56,7 +56,7 @@ impl Swaying {
 }
 
 /// Finds how they sway.
-pub fn run(cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Swaying {
+pub fn run(recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Swaying {
     let Inputs { wind, clock, origin_m, detail, trees, step } = inputs;
     let uniform = WindUniform {
         still_px: (STILL * IMPOSTOR_PX / detail) as f32,
@@ -64,14 +64,14 @@ pub fn run(cx: &mut Cx<'_>, inputs: Inputs<'_>) -> Swaying {
         counter: trees.shared.species.len() as u32 * TREE_LISTS * super::DRAW_WORDS,
         ..wind.uniform(origin_m.truncate(), clock)
     };
-    let wind = cx.uniform("wind", &uniform);
-    let sways = cx.buffer(&SWAYS, u64::from(MOST_TREES) * size_of::<Sway>() as u64).binding();
+    let wind = recorder.uniform("wind", &uniform);
+    let sways = recorder.buffer(&SWAYS, u64::from(MOST_TREES) * size_of::<Sway>() as u64).binding();
     let resources = [
         ("wind", wind.clone()),
         ("tree_instances", trees.instances.binding()),
         ("tree_draws", trees.draws.binding()),
         ("tree_sways", sways.clone()),
     ];
-    cx.groups("surface/trees/sway", [SWAY_GROUPS, 1], &resources);
+    recorder.groups("surface/trees/sway", [SWAY_GROUPS, 1], &resources);
     Swaying { wind, sways, step }
 }

@@ -2,10 +2,10 @@
 
 use super::{Inputs, Partner};
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 
 /// From `cover` and `more` into `marks`; with a partner, from what both eyes would add.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("balance", inputs.balance.clone()),
@@ -22,5 +22,5 @@ pub fn run(cx: &mut Cx<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
     }
     let definitions: &[&str] = if partner.is_some() { &["PAIR"] } else { &[] };
     let shader = Compute { name: "tones/balance/balanced_ink", definitions };
-    cx.pixels(shader, inputs.marks.size_px(), &resources);
+    recorder.pixels(shader, inputs.marks.size_px(), &resources);
 }

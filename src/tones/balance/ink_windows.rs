@@ -1,11 +1,11 @@
 //! How much darker marks have to be drawn. See `shaders/tones/balance/ink_windows.wgsl`.
 
 use super::Inputs;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// From `sums` into `more`.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs, sums: &Target) {
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
     let resources = [("sums", sums.into()), ("more", (&inputs.more).into())];
-    cx.pixels("tones/balance/ink_windows", sums.size_px(), &resources);
+    recorder.pixels("tones/balance/ink_windows", sums.size_px(), &resources);
 }

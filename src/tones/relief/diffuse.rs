@@ -1,7 +1,7 @@
 //! Blurs the gradient of depth up to silhouettes and creases. See `shaders/tones/relief/diffuse.wgsl`.
 
 use super::Inputs;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::diffuse::DiffuseStep;
 use crate::style::Relief;
@@ -45,17 +45,17 @@ pub fn reach_px(relief: &Relief) -> u32 {
 }
 
 /// Blurs the first of two pictures by way of the other, and returns where it is at last.
-pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, pictures: &[Target; 2]) -> Target {
+pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, pictures: &[Target; 2]) -> Target {
     let mut current = 0;
     for step in steps(widest_px(inputs.relief)) {
         let (before, after) = (&pictures[current], &pictures[1 - current]);
         let resources = [
             ("view", inputs.view.clone()),
-            ("diffuse_step", cx.uniform("diffuse step", &step)),
+            ("diffuse_step", recorder.uniform("diffuse step", &step)),
             ("before", before.into()),
             ("after", after.into()),
         ];
-        cx.pixels("tones/relief/diffuse", after.size_px(), &resources);
+        recorder.pixels("tones/relief/diffuse", after.size_px(), &resources);
         current = 1 - current;
     }
     pictures[current].clone()

@@ -2,7 +2,7 @@
 
 use super::{Inputs, Shared};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::exaggerate::ExaggerateRules;
 
@@ -10,7 +10,7 @@ use crate::gpu::wgsl::tones::relief::exaggerate::ExaggerateRules;
 const RULES: BufferKind = BufferKind::storage("exaggerate rules");
 
 /// Lights what the inputs show.
-pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_light: &Target) {
+pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_light: &Target) {
     let relief = inputs.relief;
     let rules = ExaggerateRules {
         scales: relief.scales,
@@ -21,12 +21,12 @@ pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
-        ("exaggerate_rules", cx.upload(&RULES, &[rules]).binding()),
+        ("exaggerate_rules", recorder.upload(&RULES, &[rules]).binding()),
         ("surface_id", inputs.surface_id.into()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("relief_light", relief_light.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    cx.pixels("tones/relief/exaggerate", relief_light.size_px(), &resources);
+    recorder.pixels("tones/relief/exaggerate", relief_light.size_px(), &resources);
 }

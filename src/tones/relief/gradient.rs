@@ -1,7 +1,7 @@
 //! How the depth of the picture rises. See `shaders/tones/relief/gradient.wgsl`.
 
 use super::{Inputs, Shared};
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// xy: the gradient of inverse depth, in 1/m; z: inverse depth, in 1/m; w: how far it is to be blurred, and whether all
@@ -11,7 +11,7 @@ pub const DEPTH_GRADIENT: TargetKind = TargetKind::storage("depth gradient", wgp
 pub const BLURRED_GRADIENT: TargetKind = TargetKind::storage("blurred gradient", wgpu::TextureFormat::Rgba32Float);
 
 /// Finds the gradient of what the inputs show.
-pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, depth_gradient: &Target) {
+pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Shared, depth_gradient: &Target) {
     let resources = [
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
@@ -23,5 +23,5 @@ pub(super) fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, shared: &Shared, depth_g
         ("form_normal", inputs.form_normal.into()),
         ("depth_gradient", depth_gradient.into()),
     ];
-    cx.pixels("tones/relief/gradient", depth_gradient.size_px(), &resources);
+    recorder.pixels("tones/relief/gradient", depth_gradient.size_px(), &resources);
 }

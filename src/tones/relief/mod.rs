@@ -18,7 +18,7 @@ pub mod surroundings;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::shared::relief::ReliefRules;
 use crate::scene::Light;
@@ -96,28 +96,28 @@ fn shadow_resources(inputs: &Inputs<'_>) -> impl Iterator<Item = Named> {
 }
 
 /// Lights what the inputs show.
-pub fn run(cx: &mut Cx<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
-    let relief_light = targets.whole(cx.gpu(), &RELIEF_LIGHT);
+pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+    let relief_light = targets.whole(recorder.gpu(), &RELIEF_LIGHT);
     let shared = Shared {
-        light: cx.uniform("light", &LightUniform::new(inputs.style, inputs.light)),
-        focus: FocusUniform::on_gpu(cx, inputs.light.focus.as_ref()),
-        rules: cx.upload(&RULES, &[inputs.relief.rules()]).binding(),
+        light: recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light)),
+        focus: FocusUniform::on_gpu(recorder, inputs.light.focus.as_ref()),
+        rules: recorder.upload(&RULES, &[inputs.relief.rules()]).binding(),
     };
     let shared = &shared;
     if inputs.relief.kind == ReliefKind::Exaggerated {
-        exaggerate::run(cx, inputs, shared, &relief_light);
+        exaggerate::run(recorder, inputs, shared, &relief_light);
         return relief_light;
     }
     let bends = inputs.relief.asks_for_curvature();
     let slopes = bends.then(|| {
         let pictures =
-            [&gradient::DEPTH_GRADIENT, &gradient::BLURRED_GRADIENT].map(|kind| targets.whole(cx.gpu(), kind));
-        gradient::run(cx, inputs, shared, &pictures[0]);
-        diffuse::run(cx, inputs, &pictures)
+            [&gradient::DEPTH_GRADIENT, &gradient::BLURRED_GRADIENT].map(|kind| targets.whole(recorder.gpu(), kind));
+        gradient::run(recorder, inputs, shared, &pictures[0]);
+        diffuse::run(recorder, inputs, &pictures)
     });
     match inputs.relief.kind {
-        ReliefKind::Scaling => scaling::run(cx, inputs, shared, slopes.as_ref(), &relief_light),
-        _ => radiance::run(cx, inputs, shared, slopes.as_ref(), &relief_light),
+        ReliefKind::Scaling => scaling::run(recorder, inputs, shared, slopes.as_ref(), &relief_light),
+        _ => radiance::run(recorder, inputs, shared, slopes.as_ref(), &relief_light),
     }
     relief_light
 }

@@ -4,7 +4,7 @@ use super::surroundings::SkyParts;
 use super::{Inputs, Shared, shadow_resources, shadows};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
 
@@ -27,14 +27,14 @@ const DEFINITIONS: [&[&str]; 8] = [
 
 /// Lights what the inputs show; `slopes` is the blurred gradient of depth, and without it light is not warped.
 pub(super) fn run(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &Inputs<'_>,
     shared: &Shared,
     slopes: Option<&Target>,
     relief_light: &Target,
 ) {
     let (relief, to_sun) = (inputs.relief, inputs.light.to_sun);
-    let made = cx.kept(
+    let made = recorder.kept(
         |parts: &SkyParts| parts.is_of(relief, to_sun),
         |_| Ok::<_, std::convert::Infallible>(SkyParts::new(relief, to_sun)),
     );
@@ -65,9 +65,9 @@ pub(super) fn run(
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
-        ("surroundings", cx.upload(&SURROUNDINGS, &[uniform]).binding()),
+        ("surroundings", recorder.upload(&SURROUNDINGS, &[uniform]).binding()),
         ("focus", shared.focus.clone()),
-        ("sky_lights", cx.upload(&SKY_LIGHTS, &lights).binding()),
+        ("sky_lights", recorder.upload(&SKY_LIGHTS, &lights).binding()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.into()),
@@ -79,5 +79,5 @@ pub(super) fn run(
         resources.push(("depth_gradient", slopes.into()));
     }
     let definitions = DEFINITIONS[shadows(inputs) + 4 * usize::from(slopes.is_some())];
-    cx.pixels(Compute { name: "tones/relief/radiance", definitions }, relief_light.size_px(), &resources);
+    recorder.pixels(Compute { name: "tones/relief/radiance", definitions }, relief_light.size_px(), &resources);
 }

@@ -3,7 +3,7 @@
 use super::{Inputs, Shared, shadow_resources, shadows};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::scaling::ScalingRules;
 
@@ -15,7 +15,7 @@ const DEFINITIONS: [&[&str]; 4] = [&[], &["TREE_SHADOWS"], &["HORIZON_MAPS"], &[
 
 /// Lights what the inputs show; `slopes` is the blurred gradient of depth, and without it nothing bends.
 pub(super) fn run(
-    cx: &mut Cx<'_>,
+    recorder: &mut Recorder<'_>,
     inputs: &Inputs<'_>,
     shared: &Shared,
     slopes: Option<&Target>,
@@ -26,7 +26,7 @@ pub(super) fn run(
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
         ("relief_rules", shared.rules.clone()),
-        ("scaling_rules", cx.upload(&RULES, &[rules]).binding()),
+        ("scaling_rules", recorder.upload(&RULES, &[rules]).binding()),
         ("focus", shared.focus.clone()),
         ("position", inputs.position.into()),
         ("normal", inputs.normal.into()),
@@ -36,5 +36,5 @@ pub(super) fn run(
     ];
     resources.extend(shadow_resources(inputs));
     let definitions = DEFINITIONS[shadows(inputs)];
-    cx.pixels(Compute { name: "tones/relief/scaling", definitions }, relief_light.size_px(), &resources);
+    recorder.pixels(Compute { name: "tones/relief/scaling", definitions }, relief_light.size_px(), &resources);
 }

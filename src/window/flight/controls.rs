@@ -7,7 +7,7 @@ use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
 use super::{Flight, Next};
-use crate::frame::{Antialias, Frame};
+use crate::frame::{Antialias, Renderer};
 use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
 use crate::scene::view::Clock;
@@ -104,9 +104,9 @@ impl Flight {
             return None;
         }
         let gamepads = self.input.gamepads().may_come().then_some(self.next_gamepads);
-        let frame = self.frame.as_ref();
-        let built = frame.is_some_and(Frame::is_building).then_some(self.next_built);
-        let shaders = frame.is_some_and(Frame::watches_shaders).then_some(self.next_shaders);
+        let renderer = self.renderer.as_ref();
+        let built = renderer.is_some_and(Renderer::is_building).then_some(self.next_built);
+        let shaders = renderer.is_some_and(Renderer::watches_shaders).then_some(self.next_shaders);
         let toast = self.toasts.next_end();
         let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders];
         due.into_iter().flatten().min()
@@ -139,27 +139,27 @@ impl Flight {
     /// Looks for shaders that have changed, takes what was built beside, and tells what does not hold. The picture is
     /// another one then.
     pub(super) fn look_after_shaders(&mut self, now: Instant) {
-        let Some(frame) = &mut self.frame else { return };
-        if frame.watches_shaders() && self.next_shaders <= now {
+        let Some(renderer) = &mut self.renderer else { return };
+        if renderer.watches_shaders() && self.next_shaders <= now {
             self.next_shaders = now + SHADER_LOOK;
-            if frame.reload_shaders(&self.gpu) > 0 {
+            if renderer.reload_shaders(&self.gpu) > 0 {
                 self.next_built = now + BUILT_LOOK;
                 // Right after a screenshot, pipelines are built at once.
-                self.stale |= !frame.is_building();
+                self.stale |= !renderer.is_building();
             }
         }
-        if frame.is_building() && self.next_built <= now {
+        if renderer.is_building() && self.next_built <= now {
             self.next_built = now + BUILT_LOOK;
-            frame.take_built();
-            self.stale |= !frame.is_building();
+            renderer.take_built();
+            self.stale |= !renderer.is_building();
         }
         self.tell_troubles();
     }
 
     /// Says what does not hold of shaders that are being worked on. Whether that is something else than before.
     pub(super) fn tell_troubles(&mut self) -> bool {
-        let Some(frame) = &self.frame else { return false };
-        self.toasts.set_lasting(frame.shader_troubles().iter().map(ToString::to_string).collect())
+        let Some(renderer) = &self.renderer else { return false };
+        self.toasts.set_lasting(renderer.shader_troubles().iter().map(ToString::to_string).collect())
     }
 
     pub(super) fn restart(&mut self) {
@@ -184,11 +184,11 @@ impl Flight {
             antialias: Antialias::None,
         };
         // A file waits for what it needs.
-        if let Some(frame) = &mut self.frame {
-            frame.set_builds(&self.gpu, Builds::AtOnce);
+        if let Some(renderer) = &mut self.renderer {
+            renderer.set_builds(&self.gpu, Builds::AtOnce);
         }
         let (surfaces, settings) = (&mut self.world.surfaces, &self.settings);
-        let taken = screenshot::take(&self.gpu, &mut self.frame, surfaces, &request, settings, Path::new("."));
+        let taken = screenshot::take(&self.gpu, &mut self.renderer, surfaces, &request, settings, Path::new("."));
         // Its targets are the window's, and now hold the file's picture.
         self.stale = true;
         let text = match taken {

@@ -5,7 +5,7 @@ use xr::Handle as _;
 
 use super::head::views_at;
 use super::layers::check_layers;
-use super::state::{Event, Frame, SESSION, SYSTEM, Session, State, array, hold, time_of, told};
+use super::state::{Event, Renderer, SESSION, SYSTEM, Session, State, array, hold, time_of, told};
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
@@ -257,10 +257,10 @@ pub unsafe extern "system" fn wait_frame(
         // As a display would: who draws nothing yet is not called a thousand times.
         std::thread::sleep(std::time::Duration::from_millis(1));
         let should_render = [xr::SessionState::VISIBLE, xr::SessionState::FOCUSED].contains(&session.state);
-        let frame = Frame { number: session.next_frame, should_render };
+        let renderer = Renderer { number: session.next_frame, should_render };
         session.next_frame += 1;
-        session.waited = Some(frame);
-        out.predicted_display_time = xr::Time::from_nanos(time_of(frame.number));
+        session.waited = Some(renderer);
+        out.predicted_display_time = xr::Time::from_nanos(time_of(renderer.number));
         out.predicted_display_period = xr::Duration::from_nanos(11_111_111);
         out.should_render = should_render.into();
         Ok(xr::Result::SUCCESS)
@@ -278,10 +278,10 @@ pub unsafe extern "system" fn begin_frame(session: xr::Session, info: *const xr:
         if !session.is_running {
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
         }
-        let Some(frame) = session.waited.take() else {
+        let Some(renderer) = session.waited.take() else {
             return Err(state.violation(CALL, "no frame was waited for", xr::Result::ERROR_CALL_ORDER_INVALID));
         };
-        if session.begun.replace(frame).is_some() {
+        if session.begun.replace(renderer).is_some() {
             return Ok(state.violation(CALL, "the frame before was not ended", xr::Result::FRAME_DISCARDED));
         }
         Ok(xr::Result::SUCCESS)
@@ -309,7 +309,7 @@ pub unsafe extern "system" fn locate_views(
             return Err(state.violation(CALL, "no such views, or no such time", xr::Result::ERROR_TIME_INVALID));
         }
         unsafe { *count = 2 };
-        let frame = ((info.display_time.as_nanos() - time_of(0)) / 11_111_111).max(0) as u64;
+        let renderer = ((info.display_time.as_nanos() - time_of(0)) / 11_111_111).max(0) as u64;
         let is_known = !state.script.untracked.is_some_and(|[from, to]| (from..to).contains(&state.frames));
         let all = xr::ViewStateFlags::ORIENTATION_VALID
             | xr::ViewStateFlags::POSITION_VALID
@@ -323,7 +323,7 @@ pub unsafe extern "system" fn locate_views(
             return Err(xr::Result::ERROR_SIZE_INSUFFICIENT);
         }
         let kind = state.session(CALL, session)?.spaces[&info.space.into_raw()];
-        let views = views_at(&state, frame, kind);
+        let views = views_at(&state, renderer, kind);
         for (i, view) in views.iter().enumerate() {
             let out = unsafe { &mut *out.add(i) };
             state.check(CALL, (out.ty, out.next), xr::View::TYPE)?;
@@ -349,11 +349,11 @@ pub unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::F
         if !session.is_running {
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
         }
-        let Some(frame) = session.begun.take() else {
+        let Some(renderer) = session.begun.take() else {
             return Err(state.violation(CALL, "no frame was begun", xr::Result::ERROR_CALL_ORDER_INVALID));
         };
         let is_held = session.chains.values().any(super::swapchains::Chain::is_held);
-        let checked = check_layers(&mut state, frame, is_held, info);
+        let checked = check_layers(&mut state, renderer, is_held, info);
         // The script counts from the first frame that shows something: how long that takes is not its business.
         if state.frames > 0 || info.layer_count > 0 {
             state.frames += 1;
@@ -371,7 +371,7 @@ fn events_of(state: &mut State) {
     };
     use xr::SessionState as S;
     let now = state.session.as_ref().map_or(S::IDLE, |session| session.state);
-    let at = |frame: Option<u64>| frame == Some(ended);
+    let at = |renderer: Option<u64>| renderer == Some(ended);
     if now == S::READY && state.events.is_empty() {
         to(state, &[S::SYNCHRONIZED, S::VISIBLE, S::FOCUSED]);
     }

@@ -54,9 +54,9 @@ pub struct Session {
     pub spaces: BTreeMap<u64, xr::ReferenceSpaceType>,
     pub chains: BTreeMap<u64, Chain>,
     /// A frame that was waited for and not begun.
-    pub waited: Option<Frame>,
+    pub waited: Option<Renderer>,
     /// A frame that was begun and not ended.
-    pub begun: Option<Frame>,
+    pub begun: Option<Renderer>,
     /// Counted by `xrWaitFrame`.
     pub next_frame: u64,
     /// What was told of the views last: when, from where.
@@ -66,14 +66,14 @@ pub struct Session {
 }
 
 #[derive(Clone, Copy)]
-pub struct Frame {
+pub struct Renderer {
     pub number: u64,
     pub should_render: bool,
 }
 
 /// The display time of a frame, in nanoseconds.
-pub fn time_of(frame: u64) -> i64 {
-    1_000_000_000 + 11_111_111 * frame as i64
+pub fn time_of(renderer: u64) -> i64 {
+    1_000_000_000 + 11_111_111 * renderer as i64
 }
 
 static STATE: Mutex<Option<State>> = Mutex::new(None);
@@ -164,7 +164,7 @@ impl State {
             return Err(self.violation(call, "no such instance", xr::Result::ERROR_HANDLE_INVALID));
         }
         match self.script.break_instance {
-            Some(frame) if self.frames > frame => Err(xr::Result::ERROR_INSTANCE_LOST),
+            Some(renderer) if self.frames > renderer => Err(xr::Result::ERROR_INSTANCE_LOST),
             _ => Ok(()),
         }
     }
@@ -175,10 +175,10 @@ impl State {
         if self.session.is_none() || session.into_raw() != SESSION {
             return Err(self.violation(call, "no such session", xr::Result::ERROR_HANDLE_INVALID));
         }
-        if self.script.break_instance.is_some_and(|frame| self.frames > frame) {
+        if self.script.break_instance.is_some_and(|renderer| self.frames > renderer) {
             return Err(xr::Result::ERROR_INSTANCE_LOST);
         }
-        if self.script.break_session.is_some_and(|frame| self.frames > frame) {
+        if self.script.break_session.is_some_and(|renderer| self.frames > renderer) {
             return Err(xr::Result::ERROR_SESSION_LOST);
         }
         self.session.as_mut().ok_or(xr::Result::ERROR_HANDLE_INVALID)

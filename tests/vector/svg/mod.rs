@@ -6,7 +6,7 @@ mod strokes;
 
 pub use self::again::rasterised_at;
 use hachure::file::svg::{Drawing, Layer, write_svg};
-use hachure::frame::Frame;
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
@@ -35,14 +35,14 @@ fn strokes_of(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure:
     change(style.strokes.as_mut().unwrap());
     let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
-    let mut frame = Frame::new(gpu).unwrap();
-    draw(gpu, &mut world.surfaces, &mut frame, &view, &style, &NOON);
-    let (_, samples) = frame.strokes().unwrap().samples().read(gpu).unwrap();
-    let segments: Vec<u32> = read_as(gpu, frame.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let mut renderer = Renderer::new(gpu).unwrap();
+    draw(gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
+    let (_, samples) = renderer.strokes().unwrap().samples().read(gpu).unwrap();
+    let segments: Vec<u32> = read_as(gpu, renderer.target(&STROKE_IDS).unwrap(), [0, 0], SIZE_PX).unwrap();
     let stroke = |segment: u32| if segment == 0 { 0 } else { samples[segment as usize - 1].stroke };
-    let ink: Vec<u16> = read_as(gpu, frame.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let ink: Vec<u16> = read_as(gpu, renderer.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap();
     Drawn {
-        polylines: frame.strokes().unwrap().read_polylines(gpu).unwrap(),
+        polylines: renderer.strokes().unwrap().read_polylines(gpu).unwrap(),
         ink: ink.into_iter().map(|bits| half::f16::from_bits(bits).to_f32()).collect(),
         ids: segments.into_iter().map(stroke).collect(),
     }

@@ -6,7 +6,7 @@ use super::{Brush, grow};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
-use crate::gpu::recorder::Cx;
+use crate::gpu::recorder::Recorder;
 use crate::style::texture::Recipe;
 
 /// Pigment and threshold.
@@ -23,9 +23,9 @@ pub struct StrokeTexture {
 
 impl StrokeTexture {
     /// That of a recipe. None while it grows beside the frame.
-    pub fn of(cx: &mut Cx<'_>, recipe: &Recipe) -> Option<Arc<Self>> {
+    pub fn of(recorder: &mut Recorder<'_>, recipe: &Recipe) -> Option<Arc<Self>> {
         let made_of = recipe.clone();
-        cx.kept_beside(|texture: &Self| texture.is_of(recipe), move |gpu| Self::new(gpu, &made_of))
+        recorder.cached_in_background(|texture: &Self| texture.is_of(recipe), move |gpu| Self::new(gpu, &made_of))
     }
 
     /// Grows the tile and sends it.

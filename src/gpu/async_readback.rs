@@ -12,14 +12,14 @@ const MOST_OPEN: usize = 8;
 type Mapped = Result<(), wgpu::BufferAsyncError>;
 
 /// Questions to the GPU, and the answers that have come.
-pub struct Later {
+pub struct AsyncReadback {
     spare: Vec<wgpu::Buffer>,
     /// The oldest first.
     open: VecDeque<(wgpu::Buffer, Receiver<Mapped>)>,
     bytes: u64,
 }
 
-impl Later {
+impl AsyncReadback {
     /// For answers of so many bytes, a multiple of 4.
     pub fn new(bytes: u64) -> Self {
         Self { spare: Vec::new(), open: VecDeque::new(), bytes }
