@@ -152,7 +152,7 @@ impl Renderer {
             trace: None,
             record_ms: 0.0,
             drew: false,
-            switch: switch::Switch::default(),
+            switch: switch::Switch::new(gpu),
         })
     }
 
@@ -262,7 +262,7 @@ impl Renderer {
         light: &Light,
     ) -> Result<Prepared, GpuError> {
         let rig = &self.jittered(rig, style);
-        if self.pools.pipelines.builds() == Builds::InBackground {
+        if self.pools.compiles.builds == Builds::InBackground {
             return self.render_what_is_there(gpu, world, rig, style, light);
         }
         let prepared = prepare(gpu, world, rig, style, light);
@@ -287,7 +287,7 @@ impl Renderer {
             return Ok(());
         }
         // Without its pipelines nothing was drawn.
-        let trouble = self.shader_troubles().first().map(|error| (*error).clone());
+        let trouble = gpu.pipelines().troubles().into_iter().next();
         trouble.map_or(Ok(()), |trouble| Err(GpuError::Shader(trouble)))
     }
 

@@ -56,7 +56,7 @@ impl PresentPass {
         window_px: [u32; 2],
     ) {
         let window_px = window_px.map(|side| side as f32);
-        let Pools { pipelines, groups, arena, .. } = &mut self.pools;
+        let Pools { compiles, groups, arena, .. } = &mut self.pools;
         let mixed = |mix: &Mix| mix.map(|[red, green, blue]| [red, green, blue, 0.0]);
         let (side_by_side, [left_mix, right_mix]) = match shown {
             Shown::Pair { glasses: Some(glasses), .. } => (0, glasses.mixes().map(mixed)),
@@ -76,7 +76,7 @@ impl PresentPass {
             }
         };
         let draw = Key::Draw(Draw { fragment, ..self.draw.clone() });
-        let ready = pipelines.ready(gpu, groups, &draw, &resources);
+        let ready = gpu.pipelines().ready(gpu, groups, &draw, &resources, compiles);
         arena.flush(gpu);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("composite/present"),

@@ -19,8 +19,6 @@ use super::{FrameInputs, Renderer, drawn_lines, prepare};
 use crate::composite::temporal_aa::Plan;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::shader::ShaderError;
-use crate::gpu::texts::Texts;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::StrokeMemory;
 use crate::scene::Light;
@@ -43,26 +41,38 @@ pub(super) struct Switch {
     shown: Option<Style>,
     /// Of the prewarming passes of one style, for each eye.
     prewarm: Option<(Style, Vec<EyeMemory>)>,
+    /// Whether something was being made in the background when this was last looked at.
+    was_building: bool,
+    /// How many pipelines of the device had been compiled again when this renderer last looked.
+    seen_rebuilds: u64,
+}
+
+impl Switch {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        Self { seen_rebuilds: gpu.pipelines().rebuilds(), ..Self::default() }
+    }
 }
 
 impl Renderer {
     /// Where pipelines are built, and what else takes long to make. [`Builds::InBackground`] is for windows: a frame then
     /// never waits for them, and [`Renderer::render`] draws the style before until all is there.
-    pub fn set_builds(&mut self, gpu: &Gpu, builds: Builds) {
-        self.pools.pipelines.set_builds(gpu, builds);
+    pub fn set_builds(&mut self, builds: Builds) {
+        self.pools.compiles.builds = builds;
     }
 
     /// Whether something is being made beside: when it is there, the picture may be another one.
-    pub fn is_building(&self) -> bool {
-        self.pools.pipelines.is_building() || self.pools.kept.is_making()
+    pub fn is_building(&self, gpu: &Gpu) -> bool {
+        gpu.pipelines().is_building() || self.pools.kept.is_making()
     }
 
     /// Takes what was made beside; waits for nothing.
-    pub fn take_built(&mut self) {
-        let was_building = self.is_building();
-        self.pools.pipelines.take_built();
+    pub fn take_built(&mut self, gpu: &Gpu) {
+        // Another renderer of the device may take over what was compiled for this one.
+        self.switch.was_building |= self.is_building(gpu);
+        gpu.pipelines().take_built();
         self.pools.kept.take_made();
-        if was_building && !self.is_building() {
+        if self.switch.was_building && !self.is_building(gpu) {
+            self.switch.was_building = false;
             // What was drawn before is another picture.
             self.samples.forget();
         }
@@ -81,32 +91,19 @@ impl Renderer {
 
     /// How many pipelines the thread that draws has built itself.
     pub fn built_at_once(&self) -> u64 {
-        self.pools.pipelines.built_at_once()
-    }
-
-    /// Takes shaders from other texts: those that change from now on are found by [`Renderer::reload_shaders`].
-    pub fn set_shaders(&mut self, texts: Texts) {
-        self.pools.pipelines.set_texts(texts);
+        self.pools.compiles.built_at_once
     }
 
     /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
-    /// that are. Each replaces the old one when it holds; what is wrong is told by [`Renderer::shader_troubles`].
+    /// that are. Each replaces the old one when it holds; errors are in [`Pipelines::troubles`](crate::gpu::pipelines::Pipelines::troubles).
     pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
-        let reloaded = self.pools.pipelines.reload(gpu);
+        gpu.pipelines().reload(gpu, &mut self.pools.compiles);
+        let rebuilds = gpu.pipelines().rebuilds();
+        let reloaded = rebuilds - std::mem::replace(&mut self.switch.seen_rebuilds, rebuilds);
         if reloaded > 0 {
             self.samples.forget();
         }
-        reloaded
-    }
-
-    /// Whether shaders are files that may change.
-    pub fn watches_shaders(&self) -> bool {
-        self.pools.pipelines.watches()
-    }
-
-    /// What is wrong with shaders that are being worked on; the pictures are drawn with what they were before.
-    pub fn shader_troubles(&self) -> Vec<&ShaderError> {
-        self.pools.pipelines.troubles()
+        reloaded as usize
     }
 
     /// As [`Renderer::render`], without waiting for what is built beside.
@@ -118,10 +115,11 @@ impl Renderer {
         style: &Style,
         light: &Light,
     ) -> Result<Prepared, GpuError> {
-        self.take_built();
+        self.take_built(gpu);
         let begun = Instant::now();
         if !self.shows(style) && self.prewarm(gpu, world, rig, style, light)? {
-            self.switch = Switch { shown: Some(style.clone()), prewarm: None };
+            self.switch.shown = Some(style.clone());
+            self.switch.prewarm = None;
         }
         let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
         self.record_ms = rehearsal_ms;

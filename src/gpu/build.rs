@@ -1,6 +1,5 @@
 //! How a pipeline is built, on any thread: from the text of a shader to what wgpu runs.
 
-use super::Gpu;
 use super::pipelines::{Compute, Draw};
 use super::reflection::Variable;
 use super::shader::{Shader, ShaderError};
@@ -54,10 +53,10 @@ pub struct Pipeline {
 ///
 /// # Errors
 /// [`ShaderError`] when the text does not hold, or wgpu does not take it.
-pub fn build(gpu: &Gpu, texts: &Texts, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
-    in_scope(gpu, key.name(), || match key {
-        Key::Compute(key) => compute(gpu, texts, *key, number),
-        Key::Draw(key) => draw(gpu, texts, key, number),
+pub fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
+    in_scope(device, key.name(), || match key {
+        Key::Compute(key) => compute(device, texts, *key, number),
+        Key::Draw(key) => draw(device, texts, key, number),
     })
 }
 
@@ -65,8 +64,12 @@ pub fn build(gpu: &Gpu, texts: &Texts, key: &Key, number: u64) -> Result<Pipelin
 ///
 /// # Errors
 /// Those of `make`, and wgpu's.
-pub fn in_scope<T>(gpu: &Gpu, name: &str, make: impl FnOnce() -> Result<T, ShaderError>) -> Result<T, ShaderError> {
-    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+pub fn in_scope<T>(
+    device: &wgpu::Device,
+    name: &str,
+    make: impl FnOnce() -> Result<T, ShaderError>,
+) -> Result<T, ShaderError> {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();
     match (made, pollster::block_on(scope.pop())) {
         (Ok(_), Some(error)) => Err(ShaderError::new(name, &error.to_string())),
@@ -75,11 +78,11 @@ pub fn in_scope<T>(gpu: &Gpu, name: &str, make: impl FnOnce() -> Result<T, Shade
 }
 
 /// The layout of group 0 and of a pipeline that has no other.
-fn layouts(gpu: &Gpu, name: &str, variables: &[Variable]) -> (wgpu::BindGroupLayout, wgpu::PipelineLayout) {
+fn layouts(device: &wgpu::Device, name: &str, variables: &[Variable]) -> (wgpu::BindGroupLayout, wgpu::PipelineLayout) {
     let entries: Vec<_> = variables.iter().map(|variable| variable.entry).collect();
     let group =
-        gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries });
-    let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(name),
         bind_group_layouts: &[Some(&group)],
         immediate_size: 0,
@@ -87,12 +90,11 @@ fn layouts(gpu: &Gpu, name: &str, variables: &[Variable]) -> (wgpu::BindGroupLay
     (group, layout)
 }
 
-fn compute(gpu: &Gpu, texts: &Texts, key: Compute, number: u64) -> Result<Pipeline, ShaderError> {
-    let shader = Shader::new(gpu, texts, key.name, key.definitions)?;
+fn compute(device: &wgpu::Device, texts: &Texts, key: Compute, number: u64) -> Result<Pipeline, ShaderError> {
+    let shader = Shader::new(device, texts, key.name, key.definitions)?;
     let variables = shader.variables(&["main"])?;
-    let (layout, whole) = layouts(gpu, key.name, &variables);
-    gpu.count_object();
-    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+    let (layout, whole) = layouts(device, key.name, &variables);
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(key.name),
         layout: Some(&whole),
         module: &shader.module,
@@ -106,13 +108,12 @@ fn compute(gpu: &Gpu, texts: &Texts, key: Compute, number: u64) -> Result<Pipeli
     Ok(Pipeline { raw: Raw::Compute(pipeline), number, layout, variables })
 }
 
-fn draw(gpu: &Gpu, texts: &Texts, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
-    let shader = Shader::new(gpu, texts, key.name, key.definitions)?;
+fn draw(device: &wgpu::Device, texts: &Texts, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
+    let shader = Shader::new(device, texts, key.name, key.definitions)?;
     let variables = shader.variables(&["vertex", key.fragment])?;
-    let (layout, whole) = layouts(gpu, key.name, &variables);
+    let (layout, whole) = layouts(device, key.name, &variables);
     let count = key.colors.iter().flatten().count();
-    gpu.count_object();
-    let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(key.name),
         layout: Some(&whole),
         vertex: wgpu::VertexState {

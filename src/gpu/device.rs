@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
+use super::pipelines::Pipelines;
 use super::shader::ShaderError;
 use crate::file::message::quoted;
 
@@ -50,7 +51,7 @@ pub enum GpuError {
     Shader(#[from] ShaderError),
 }
 
-/// An open device. Its clones are the same device, for other threads.
+/// An open device with its pipelines, which all renderers of the device share. Clones are the same device.
 #[derive(Clone)]
 pub struct Gpu {
     /// For surfaces.
@@ -63,6 +64,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     errors: Arc<Mutex<Vec<String>>>,
     objects: Arc<AtomicU64>,
+    pipelines: Arc<Pipelines>,
 }
 
 /// How to choose an adapter.
@@ -158,7 +160,12 @@ impl Gpu {
                 list.push(error.to_string());
             }
         }));
-        Self { instance, adapter, device, queue, errors, objects: Arc::default() }
+        Self { instance, adapter, device, queue, errors, objects: Arc::default(), pipelines: Arc::default() }
+    }
+
+    /// Returns the pipelines of the device.
+    pub fn pipelines(&self) -> &Pipelines {
+        &self.pipelines
     }
 
     /// The adapter's name, driver and its version: what a report states.

@@ -1,10 +1,12 @@
-//! Pipelines by what they are made of: each is built at its first use and goes when nobody has used it for a while.
+//! The pipelines of a device. Each is compiled once, at its first use, and serves every renderer of the device.
 //!
-//! Where a frame must not wait, they are built on other threads, and whoever asks goes without meanwhile. Where shaders
-//! are files that are being worked on, a pipeline whose text has changed is built anew; the old one stays until the new
-//! one has been built and bound without an error.
+//! A renderer that must not wait lets other threads compile ([`Builds::InBackground`]) and goes without the pipeline
+//! meanwhile. Where shaders are read from files that somebody edits, a pipeline whose text has changed is compiled
+//! again; the old pipeline stays in use until the new one has been compiled and bound without an error.
 //!
-//! Why: `docs/decisions/pipelines-beside.md`.
+//! Why: `docs/decisions/pipelines-in-background.md`.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use rustc_hash::FxHashMap;
 
@@ -12,8 +14,6 @@ use super::Gpu;
 use super::bind::{BindGroups, Bound, Named};
 pub use super::build::{Key, Raw};
 use super::build::{Pipeline, build, in_scope};
-use super::pools::KEEP_FRAMES;
-use super::reflection::Variable;
 use super::shader::ShaderError;
 use super::texts::{Texts, Watch, made_of};
 use super::workers::Workers;
@@ -21,9 +21,9 @@ use super::workers::Workers;
 /// A variant of a compute shader, whose entry point is `main`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Compute {
-    /// Of the shader, and of the pass.
+    /// The name of the shader, which is also that of the pass.
     pub name: &'static str,
-    /// What is turned on by `#ifdef`.
+    /// The symbols that are defined for `#ifdef`.
     pub definitions: &'static [&'static str],
 }
 
@@ -33,257 +33,310 @@ impl From<&'static str> for Compute {
     }
 }
 
-/// A render pipeline: its vertex entry point is `vertex`, vertices come from buffers that the shader reads itself.
+/// A render pipeline. Its vertex entry point is `vertex`; vertices come from buffers that the shader reads itself.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Draw {
-    /// Of the shader, and of the pass.
+    /// The name of the shader, which is also that of the pass.
     pub name: &'static str,
-    /// What is turned on by `#ifdef`.
+    /// The symbols that are defined for `#ifdef`.
     pub definitions: &'static [&'static str],
-    /// The entry point of fragments.
+    /// The fragment entry point.
     pub fragment: &'static str,
-    /// What it draws on.
+    /// The colour targets, in the order of the shader's outputs.
     pub colors: [Option<wgpu::ColorTargetState>; 5],
-    /// The format of a depth picture that is tested: nearer wins, which is greater.
+    /// The format of the depth target, if depth is tested: the greater depth wins, which is nearer.
     pub depth: Option<wgpu::TextureFormat>,
-    /// Whether what wins is written to it.
+    /// Whether the depth target is written.
     pub writes_depth: bool,
     /// Triangles or lines.
     pub topology: wgpu::PrimitiveTopology,
 }
 
-/// A colour that is replaced.
+/// A colour target without blending.
 pub const fn replaced(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
     Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
 }
 
-/// Where a pipeline is built that is asked for the first time.
+/// Who compiles a pipeline that is requested for the first time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Builds {
-    /// At once: whoever asks waits.
+    /// The thread that requests it, which waits.
     #[default]
     AtOnce,
-    /// On another thread: whoever asks goes without until it is there.
+    /// Another thread. The renderer goes without the pipeline until it is compiled.
     InBackground,
 }
 
-/// What is known of a pipeline.
-#[derive(Default)]
-struct Entry {
-    current: Option<Pipeline>,
-    /// What replaces it when it has been bound for the first time.
-    next: Option<Pipeline>,
-    /// The number of the newest that is being built; 0 if none is.
-    building: u64,
-    used_in: u64,
+/// How one renderer has its pipelines compiled.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Compiles {
+    /// Who compiles.
+    pub builds: Builds,
+    /// How many pipelines the renderer's own thread has compiled so far.
+    pub built_at_once: u64,
 }
 
-/// What a worker hands back.
+/// The state of one pipeline.
+#[derive(Default)]
+struct Entry {
+    current: Option<Arc<Pipeline>>,
+    /// Replaces `current` when it has been bound without an error.
+    next: Option<Arc<Pipeline>>,
+    /// The number of the newest build under way, and who compiles it.
+    building: Option<(u64, Builds)>,
+}
+
+impl Entry {
+    fn is_built(&self) -> bool {
+        self.current.is_some() || self.next.is_some()
+    }
+}
+
+/// The result of a build in the background: the pipeline's key, the number of the build, and what came of it.
 type Built = (Key, u64, Result<Pipeline, ShaderError>);
 
-/// The pipelines.
+/// All pipelines of a device.
+#[derive(Default)]
 pub struct Pipelines {
+    state: Mutex<State>,
+    /// Signalled whenever a thread has compiled a pipeline at once: another one may wait for the same pipeline.
+    built: Condvar,
+}
+
+struct State {
     entries: FxHashMap<Key, Entry>,
     texts: Texts,
     watch: Watch,
-    builds: Builds,
     workers: Option<Workers<Built>>,
-    /// What is wrong with the newest text of a pipeline.
+    /// The errors in the newest text of each pipeline that has any.
     troubles: FxHashMap<Key, ShaderError>,
-    made: u64,
-    built_at_once: u64,
-    frame: u64,
+    /// Counts builds; each pipeline carries the number of its build.
+    builds: u64,
+    /// Counts builds because of a changed text.
+    rebuilds: u64,
 }
 
-/// A pipeline and what it binds, ready to run.
-#[derive(Clone, Debug)]
-pub struct Ready {
-    /// Compute or render.
-    pub raw: Raw,
-    /// Group 0.
-    pub bound: Bound,
-}
-
-impl Default for Pipelines {
+impl Default for State {
     fn default() -> Self {
         let texts = Texts::of_environment();
         Self {
             entries: FxHashMap::default(),
             watch: Watch::new(&texts),
             texts,
-            builds: Builds::default(),
             workers: None,
             troubles: FxHashMap::default(),
-            made: 0,
-            built_at_once: 0,
-            frame: 0,
+            builds: 0,
+            rebuilds: 0,
         }
     }
 }
 
+/// A pipeline with the bind group of its resources.
+#[derive(Clone, Debug)]
+pub struct Ready {
+    /// The pipeline as wgpu has it.
+    pub raw: Raw,
+    /// Bind group 0.
+    pub bound: Bound,
+}
+
 impl Pipelines {
-    /// A pipeline with its resources; none while it is being built, or when its shader does not hold ([`troubles`]).
-    ///
-    /// [`troubles`]: Pipelines::troubles
-    pub fn ready(
-        &mut self,
+    /// Returns a pipeline with its resources bound. Returns `None` while the pipeline is being compiled, and when its
+    /// shader has an error ([`troubles`](Pipelines::troubles)).
+    pub(crate) fn ready(
+        &self,
         gpu: &Gpu,
         groups: &mut BindGroups,
         key: &Key,
         resources: &[Named],
-    ) -> Option<(Ready, &[Variable])> {
-        if !self.ask(gpu, key) {
+        compiles: &mut Compiles,
+    ) -> Option<(Ready, Arc<Pipeline>)> {
+        if !self.request(gpu, key, compiles) {
             return None;
         }
-        let entry = self.entries.get_mut(key)?;
         let mut bind = |pipeline: &Pipeline| {
             groups.bind(gpu, key.name(), (pipeline.number, &pipeline.layout), &pipeline.variables, resources)
         };
-        // A new text may bind what nobody hands, or as something else: then the old pipeline stays.
-        if let Some(next) = entry.next.take() {
-            match in_scope(gpu, key.name(), || bind(&next)) {
-                Ok(_) => entry.current = Some(next),
-                Err(error) => report(&mut self.troubles, key, error),
+        let pipeline = {
+            let State { entries, troubles, .. } = &mut *self.lock();
+            let entry = entries.get_mut(key)?;
+            // An edited text may declare a variable that no pass binds, or bind one as another type: the old pipeline
+            // then stays.
+            if let Some(next) = entry.next.take() {
+                match in_scope(&gpu.device, key.name(), || bind(&next)) {
+                    Ok(_) => entry.current = Some(next),
+                    Err(error) => report(troubles, key, error),
+                }
             }
-        }
-        let pipeline = entry.current.as_ref()?;
-        match bind(pipeline) {
-            Ok(bound) => Some((Ready { raw: pipeline.raw.clone(), bound }, &pipeline.variables)),
+            Arc::clone(entry.current.as_ref()?)
+        };
+        match bind(&pipeline) {
+            Ok(bound) => Some((Ready { raw: pipeline.raw.clone(), bound }, pipeline)),
             Err(error) => {
-                report(&mut self.troubles, key, error);
+                report(&mut self.lock().troubles, key, error);
                 None
             }
         }
     }
 
-    /// Whether a pipeline is there. If not, it is built: at once, or beside.
-    pub fn ask(&mut self, gpu: &Gpu, key: &Key) -> bool {
-        let frame = self.frame;
-        if let Some(entry) = self.entries.get_mut(key) {
-            entry.used_in = frame;
-            if entry.current.is_some() || entry.next.is_some() || entry.building != 0 {
-                return entry.current.is_some() || entry.next.is_some();
+    /// Returns whether a pipeline is compiled. If it is not, its compilation starts, and with [`Builds::AtOnce`] ends
+    /// before this function returns.
+    pub(crate) fn request(&self, gpu: &Gpu, key: &Key, compiles: &mut Compiles) -> bool {
+        let mut state = self.lock();
+        loop {
+            let building = match state.entries.get(key) {
+                Some(entry) if entry.is_built() => return true,
+                Some(entry) => entry.building,
+                None => None,
+            };
+            match (building, compiles.builds) {
+                (Some(_), Builds::InBackground) => return false,
+                (Some((_, Builds::AtOnce)), Builds::AtOnce) => {
+                    state = self.built.wait(state).unwrap_or_else(PoisonError::into_inner);
+                }
+                // A text that has an error has it until the text changes.
+                _ if state.troubles.contains_key(key) => return false,
+                _ => {
+                    drop(state);
+                    self.build(gpu, key, compiles);
+                    return self.lock().entries.get(key).is_some_and(Entry::is_built);
+                }
             }
         }
-        // Asking again changes nothing; another text does.
-        if !self.troubles.contains_key(key) {
-            self.build(gpu, key);
-        }
-        self.entries.get(key).is_some_and(|entry| entry.next.is_some())
     }
 
-    fn build(&mut self, gpu: &Gpu, key: &Key) {
-        self.made += 1;
-        let number = self.made;
-        let entry = self.entries.entry(key.clone()).or_default();
-        (entry.building, entry.used_in) = (number, self.frame);
-        match self.builds {
+    /// Compiles a pipeline, or has it compiled.
+    fn build(&self, gpu: &Gpu, key: &Key, compiles: &mut Compiles) {
+        let mut state = self.lock();
+        state.builds += 1;
+        let number = state.builds;
+        // A shader module and a pipeline.
+        gpu.count_object();
+        gpu.count_object();
+        state.entries.entry(key.clone()).or_default().building = Some((number, compiles.builds));
+        let texts = state.texts.clone();
+        match compiles.builds {
             Builds::AtOnce => {
-                self.built_at_once += 1;
-                let built = build(gpu, &self.texts, key, number);
-                self.take(key.clone(), number, built);
+                compiles.built_at_once += 1;
+                drop(state);
+                // If the parser panics on an edited text, whoever waits for this pipeline must not wait for ever.
+                let mut outcome = Outcome { pipelines: self, key, number, built: None };
+                outcome.built = Some(build(&gpu.device, &texts, key, number));
             }
             Builds::InBackground => {
-                let (gpu, texts, key) = (gpu.clone(), self.texts.clone(), key.clone());
-                self.workers.get_or_insert_default().start(move || {
-                    let built = build(&gpu, &texts, &key, number);
+                // The job holds the device and not the `Gpu`, which owns the threads that run the job.
+                let (device, key) = (gpu.device.clone(), key.clone());
+                state.workers.get_or_insert_default().start(move || {
+                    let built = build(&device, &texts, &key, number);
                     (key, number, built)
                 });
             }
         }
     }
 
-    fn take(&mut self, key: Key, number: u64, built: Result<Pipeline, ShaderError>) {
-        let Some(entry) = self.entries.get_mut(&key).filter(|entry| entry.building == number) else { return };
-        entry.building = 0;
-        match built {
-            Ok(pipeline) => {
-                entry.next = Some(pipeline);
-                self.troubles.remove(&key);
-            }
-            Err(error) => report(&mut self.troubles, &key, error),
+    /// Takes over the pipelines that other threads have compiled. Does not wait.
+    pub fn take_built(&self) {
+        let state = &mut *self.lock();
+        while let Some((key, number, built)) = state.workers.as_mut().and_then(Workers::take) {
+            state.take(&key, number, built);
         }
     }
 
-    /// Takes what was built beside; waits for nothing.
-    pub fn take_built(&mut self) {
-        while let Some((key, number, built)) = self.workers.as_mut().and_then(Workers::take) {
-            self.take(key, number, built);
-        }
-    }
-
-    /// Whether something is being built beside.
+    /// Returns whether another thread is compiling a pipeline.
     pub fn is_building(&self) -> bool {
-        self.workers.as_ref().is_some_and(|workers| workers.open() > 0)
+        self.lock().workers.as_ref().is_some_and(|workers| workers.open() > 0)
     }
 
-    /// Where pipelines are built from now on. What is under way is waited for where others are.
-    pub fn set_builds(&mut self, gpu: &Gpu, builds: Builds) {
-        self.builds = builds;
-        if builds == Builds::AtOnce {
-            self.workers = None;
-            let is_building = |(_, entry): &(&Key, &Entry)| entry.building != 0;
-            let keys: Vec<Key> = self.entries.iter().filter(is_building).map(|(key, _)| key.clone()).collect();
-            keys.iter().for_each(|key| self.build(gpu, key));
-        }
+    /// Returns how many pipelines have been compiled so far, at once or in the background.
+    pub fn builds(&self) -> u64 {
+        self.lock().builds
     }
 
-    /// Where pipelines are built.
-    pub fn builds(&self) -> Builds {
-        self.builds
+    /// Reads shaders from other texts from now on. Existing pipelines stay until [`Pipelines::reload`] finds that their
+    /// text has changed.
+    pub fn set_texts(&self, texts: Texts) {
+        let mut state = self.lock();
+        state.watch = Watch::new(&texts);
+        state.texts = texts;
     }
 
-    /// How many pipelines somebody who asked has waited for.
-    pub fn built_at_once(&self) -> u64 {
-        self.built_at_once
-    }
-
-    /// Other texts from now on; what is made of the old ones stays until [`Pipelines::reload`] finds a change.
-    pub fn set_texts(&mut self, texts: Texts) {
-        self.watch = Watch::new(&texts);
-        self.texts = texts;
-    }
-
-    /// Whether texts may change.
+    /// Returns whether shaders are files, which may change.
     pub fn watches(&self) -> bool {
-        self.texts.are_files()
+        self.lock().texts.are_files()
     }
 
-    /// Builds anew what is made of texts that have changed since the last call. How many pipelines that are.
-    pub fn reload(&mut self, gpu: &Gpu) -> usize {
-        let changed = self.watch.changed(&self.texts);
-        if changed.is_empty() {
-            return 0;
-        }
-        let changed = made_of(&self.texts, &changed);
-        // What did not hold may have failed by any text.
-        let is_changed = |key: &&Key| changed.contains(key.name()) || self.troubles.contains_key(*key);
-        let keys: Vec<Key> = self.entries.keys().filter(is_changed).cloned().collect();
+    /// Compiles again the pipelines whose text has changed since the last call. [`Pipelines::rebuilds`] counts them.
+    pub(crate) fn reload(&self, gpu: &Gpu, compiles: &mut Compiles) {
+        let keys: Vec<Key> = {
+            let state = &mut *self.lock();
+            let changed = state.watch.changed(&state.texts);
+            if changed.is_empty() {
+                return;
+            }
+            let changed = made_of(&state.texts, &changed);
+            // The error of a pipeline may be in any of the texts that it imports.
+            let is_changed = |key: &&Key| changed.contains(key.name()) || state.troubles.contains_key(*key);
+            let keys: Vec<Key> = state.entries.keys().filter(is_changed).cloned().collect();
+            state.rebuilds += keys.len() as u64;
+            keys
+        };
         for key in &keys {
-            self.build(gpu, key);
+            self.build(gpu, key, compiles);
         }
-        keys.len()
     }
 
-    /// What is wrong with shaders now, each once and in order.
-    pub fn troubles(&self) -> Vec<&ShaderError> {
-        let mut troubles: Vec<_> = self.troubles.values().collect();
-        troubles.sort_by_key(|error| error.to_string());
+    /// Returns how many pipelines have been compiled again because their text had changed.
+    pub fn rebuilds(&self) -> u64 {
+        self.lock().rebuilds
+    }
+
+    /// Returns the errors in shaders as they are now, each once and sorted.
+    pub fn troubles(&self) -> Vec<ShaderError> {
+        let mut troubles: Vec<_> = self.lock().troubles.values().cloned().collect();
+        troubles.sort_by_key(ToString::to_string);
         troubles.dedup();
         troubles
     }
 
-    /// Drops what was not used in the last frames.
-    pub fn end_frame(&mut self) {
-        self.frame += 1;
-        let frame = self.frame;
-        self.entries.retain(|_, entry| entry.used_in + KEEP_FRAMES > frame || entry.building != 0);
-        let entries = &self.entries;
-        self.troubles.retain(|key, _| entries.contains_key(key));
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // No code that may panic runs under the lock while an entry is half changed.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Keeps what is wrong with a pipeline's text, and logs it if it was not known.
+impl State {
+    fn take(&mut self, key: &Key, number: u64, built: Result<Pipeline, ShaderError>) {
+        let is_newest = |entry: &&mut Entry| entry.building.is_some_and(|(newest, _)| newest == number);
+        let Some(entry) = self.entries.get_mut(key).filter(is_newest) else { return };
+        entry.building = None;
+        match built {
+            Ok(pipeline) => {
+                entry.next = Some(Arc::new(pipeline));
+                self.troubles.remove(key);
+            }
+            Err(error) => report(&mut self.troubles, key, error),
+        }
+    }
+}
+
+/// A build at once. When it is dropped, also by a panic, its result is taken over and waiting threads go on.
+struct Outcome<'a> {
+    pipelines: &'a Pipelines,
+    key: &'a Key,
+    number: u64,
+    built: Option<Result<Pipeline, ShaderError>>,
+}
+
+impl Drop for Outcome<'_> {
+    fn drop(&mut self) {
+        let panicked = || Err(ShaderError::new(self.key.name(), "the shader compiler panicked"));
+        let built = self.built.take().unwrap_or_else(panicked);
+        self.pipelines.lock().take(self.key, self.number, built);
+        self.pipelines.built.notify_all();
+    }
+}
+
+/// Remembers the error of a pipeline's text, and logs it if it is new.
 fn report(troubles: &mut FxHashMap<Key, ShaderError>, key: &Key, error: ShaderError) {
     if !troubles.values().any(|known| *known == error) {
         tracing::warn!("{error}");

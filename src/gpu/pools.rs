@@ -1,4 +1,4 @@
-//! What frames keep from one to the next: pipelines, buffers, uniforms, bind groups.
+//! What a renderer keeps from one frame to the next: buffers, uniforms, bind groups. Pipelines belong to the device.
 
 use std::any::{Any, TypeId};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use super::Gpu;
 use super::arena::Arena;
 use super::bind::BindGroups;
 use super::buffer::Buffers;
-use super::pipelines::Pipelines;
+use super::pipelines::Compiles;
 use super::workers::Workers;
 
 /// What nobody has asked for in so many frames goes: some seconds of a window.
@@ -17,8 +17,8 @@ pub const KEEP_FRAMES: u64 = 240;
 
 /// The pools. All eyes and styles share them.
 pub struct Pools {
-    /// By what they are made of.
-    pub pipelines: Pipelines,
+    /// How the device's pipelines are compiled for this renderer.
+    pub compiles: Compiles,
     /// By name.
     pub buffers: Buffers,
     /// Of the frame that is being recorded.
@@ -33,7 +33,7 @@ impl Pools {
     /// Empty ones: what is asked for is made then.
     pub fn new(gpu: &Gpu) -> Self {
         Self {
-            pipelines: Pipelines::default(),
+            compiles: Compiles::default(),
             buffers: Buffers::default(),
             arena: Arena::new(gpu),
             groups: BindGroups::default(),
@@ -46,7 +46,6 @@ impl Pools {
         self.arena.begin_frame();
         self.buffers.end_frame();
         self.groups.end_frame();
-        self.pipelines.end_frame();
         self.kept.end_frame();
     }
 }

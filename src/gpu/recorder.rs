@@ -211,8 +211,8 @@ impl<'a> Recorder<'a> {
         find: impl Fn(&T) -> bool,
         make: impl FnOnce(&Gpu) -> T + Send + 'static,
     ) -> Option<Arc<T>> {
-        let Pools { kept, pipelines, .. } = &mut *self.pools;
-        let found = match pipelines.builds() {
+        let Pools { kept, compiles, .. } = &mut *self.pools;
+        let found = match compiles.builds {
             Builds::AtOnce => kept.get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
             Builds::InBackground => {
                 let gpu = self.gpu.clone();
@@ -242,20 +242,20 @@ impl<'a> Recorder<'a> {
 
     fn dispatch(&mut self, key: Compute, resources: &[Named], run: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
         let name = key.name;
-        let Pools { pipelines, groups, .. } = &mut *self.pools;
-        let key = Key::Compute(key);
+        let Pools { compiles, groups, .. } = &mut *self.pools;
+        let (key, pipelines) = (Key::Compute(key), self.gpu.pipelines());
         if self.blank.is_some() {
-            self.is_complete &= pipelines.ask(self.gpu, &key);
+            self.is_complete &= pipelines.request(self.gpu, &key, compiles);
             return;
         }
-        let Some((Ready { raw: Raw::Compute(pipeline), bound }, variables)) =
-            pipelines.ready(self.gpu, groups, &key, resources)
+        let Some((Ready { raw: Raw::Compute(pipeline), bound }, made)) =
+            pipelines.ready(self.gpu, groups, &key, resources, compiles)
         else {
             self.is_complete = false;
             return;
         };
         if let Some(trace) = &mut self.trace {
-            let (reads, writes) = uses(variables, resources);
+            let (reads, writes) = uses(&made.variables, resources);
             trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
         }
         let query = self.timer.begin(name, &mut self.encoder);
@@ -272,19 +272,19 @@ impl<'a> Recorder<'a> {
 
     /// Makes a render pipeline ready for [`Recorder::render`].
     pub fn drawing(&mut self, key: &Draw, resources: &[Named]) -> Drawing {
-        let Pools { pipelines, groups, .. } = &mut *self.pools;
-        let key = Key::Draw(key.clone());
+        let Pools { compiles, groups, .. } = &mut *self.pools;
+        let (key, pipelines) = (Key::Draw(key.clone()), self.gpu.pipelines());
         if self.blank.is_some() {
-            self.is_complete &= pipelines.ask(self.gpu, &key);
+            self.is_complete &= pipelines.request(self.gpu, &key, compiles);
             return Drawing { ready: None, uses: None };
         }
-        let Some((Ready { raw: Raw::Draw(pipeline), bound }, variables)) =
-            pipelines.ready(self.gpu, groups, &key, resources)
+        let Some((Ready { raw: Raw::Draw(pipeline), bound }, made)) =
+            pipelines.ready(self.gpu, groups, &key, resources, compiles)
         else {
             self.is_complete = false;
             return Drawing { ready: None, uses: None };
         };
-        let uses = self.trace.is_some().then(|| uses(variables, resources));
+        let uses = self.trace.is_some().then(|| uses(&made.variables, resources));
         Drawing { ready: Some((pipeline, bound)), uses }
     }
 

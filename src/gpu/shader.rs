@@ -12,7 +12,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
 use wgpu::naga;
 
-use super::Gpu;
 use super::reflection::{Reflection, Variable};
 use super::texts::Texts;
 
@@ -189,11 +188,10 @@ impl Shader {
     ///
     /// # Errors
     /// [`ShaderError`] when the text is wrong; what wgpu says of it goes to the open error scope.
-    pub fn new(gpu: &Gpu, texts: &Texts, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
+    pub fn new(device: &wgpu::Device, texts: &Texts, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
         let module = compose_of(texts, name, definitions)?;
         let reflection = Reflection::new(name, &module)?;
-        gpu.count_object();
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
             source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
         });

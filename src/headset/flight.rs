@@ -72,7 +72,7 @@ impl Flight {
         let gpu = &headset.gpu;
         let mut renderer = Renderer::new(gpu)?;
         // A headset waits for no compiler, and a frame is one submit.
-        renderer.set_builds(gpu, Builds::InBackground);
+        renderer.set_builds(Builds::InBackground);
         renderer.set_submits(Submits::Whole);
         renderer.set_antialias(options.antialias);
         let start = start(&world, &headset);

@@ -46,9 +46,9 @@ impl ShowPass {
             vignette: vignette as f32,
             pad: 0.0,
         };
-        let Pools { pipelines, groups, arena, .. } = &mut self.pools;
+        let Pools { compiles, groups, arena, .. } = &mut self.pools;
         let resources = [("show", arena.uniform(gpu, "show", &uniform)), ("picture", picture.into())];
-        let ready = pipelines.ready(gpu, groups, &draw, &resources);
+        let ready = gpu.pipelines().ready(gpu, groups, &draw, &resources, compiles);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("headset/show"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

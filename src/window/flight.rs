@@ -320,7 +320,7 @@ impl Flight {
         renderer.set_step_s(step_s);
         renderer.set_antialias(self.settings.antialias);
         // A window never waits for a compiler.
-        renderer.set_builds(&self.gpu, Builds::InBackground);
+        renderer.set_builds(Builds::InBackground);
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
         self.stroke_numbers.ask(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;

@@ -35,7 +35,7 @@ impl Live {
             std::fs::create_dir(folder.path().join(part)).unwrap();
         }
         let mut renderer = Renderer::new(&world.gpu).unwrap();
-        renderer.set_shaders(texts(folder.path()));
+        world.gpu.pipelines().set_texts(texts(folder.path()));
         let style = Style::load(style).unwrap();
         Some(Self { world, renderer, style, rig: Rig::mono(view(pose, pose)), folder })
     }
@@ -52,7 +52,7 @@ impl Live {
     }
 
     fn troubles(&self) -> Vec<String> {
-        self.renderer.shader_troubles().iter().map(ToString::to_string).collect()
+        self.world.gpu.pipelines().troubles().iter().map(ToString::to_string).collect()
     }
 }
 
@@ -162,7 +162,7 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
 fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
     let Some(mut live) = Live::new("ink") else { return };
     let first = live.picture();
-    live.renderer.set_builds(&live.world.gpu, Builds::InBackground);
+    live.renderer.set_builds(Builds::InBackground);
     let step = |live: &mut Live| {
         let World { gpu, surfaces, .. } = &mut live.world;
         live.renderer.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::light()).unwrap();

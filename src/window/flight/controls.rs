@@ -7,7 +7,7 @@ use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
 use super::{Flight, Next};
-use crate::frame::{Antialias, Renderer};
+use crate::frame::Antialias;
 use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
 use crate::scene::view::Clock;
@@ -105,8 +105,8 @@ impl Flight {
         }
         let gamepads = self.input.gamepads().may_come().then_some(self.next_gamepads);
         let renderer = self.renderer.as_ref();
-        let built = renderer.is_some_and(Renderer::is_building).then_some(self.next_built);
-        let shaders = renderer.is_some_and(Renderer::watches_shaders).then_some(self.next_shaders);
+        let built = renderer.is_some_and(|renderer| renderer.is_building(&self.gpu)).then_some(self.next_built);
+        let shaders = self.gpu.pipelines().watches().then_some(self.next_shaders);
         let toast = self.toasts.next_end();
         let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders];
         due.into_iter().flatten().min()
@@ -140,26 +140,25 @@ impl Flight {
     /// another one then.
     pub(super) fn look_after_shaders(&mut self, now: Instant) {
         let Some(renderer) = &mut self.renderer else { return };
-        if renderer.watches_shaders() && self.next_shaders <= now {
+        if self.gpu.pipelines().watches() && self.next_shaders <= now {
             self.next_shaders = now + SHADER_LOOK;
             if renderer.reload_shaders(&self.gpu) > 0 {
                 self.next_built = now + BUILT_LOOK;
                 // Right after a screenshot, pipelines are built at once.
-                self.stale |= !renderer.is_building();
+                self.stale |= !renderer.is_building(&self.gpu);
             }
         }
-        if renderer.is_building() && self.next_built <= now {
+        if renderer.is_building(&self.gpu) && self.next_built <= now {
             self.next_built = now + BUILT_LOOK;
-            renderer.take_built();
-            self.stale |= !renderer.is_building();
+            renderer.take_built(&self.gpu);
+            self.stale |= !renderer.is_building(&self.gpu);
         }
         self.tell_troubles();
     }
 
     /// Says what does not hold of shaders that are being worked on. Whether that is something else than before.
     pub(super) fn tell_troubles(&mut self) -> bool {
-        let Some(renderer) = &self.renderer else { return false };
-        self.toasts.set_lasting(renderer.shader_troubles().iter().map(ToString::to_string).collect())
+        self.toasts.set_lasting(self.gpu.pipelines().troubles().iter().map(ToString::to_string).collect())
     }
 
     pub(super) fn restart(&mut self) {
@@ -185,7 +184,7 @@ impl Flight {
         };
         // A file waits for what it needs.
         if let Some(renderer) = &mut self.renderer {
-            renderer.set_builds(&self.gpu, Builds::AtOnce);
+            renderer.set_builds(Builds::AtOnce);
         }
         let (surfaces, settings) = (&mut self.world.surfaces, &self.settings);
         let taken = screenshot::take(&self.gpu, &mut self.renderer, surfaces, &request, settings, Path::new("."));
