@@ -3,7 +3,7 @@
 //! is what hatching is meant to keep to on a software driver.
 #![allow(clippy::unwrap_used, reason = "a measurement fails by it")]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../src/tests/common/mod.rs"]
 mod common;
 
 use glam::DVec3;

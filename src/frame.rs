@@ -183,7 +183,7 @@ impl Renderer {
         self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);
     }
 
-    /// Whether frames submit all passes at once where the driver would have them one by one.
+    /// Sets how the passes of a frame are submitted; [`Submits::Timed`] where pass times are wanted.
     pub fn set_submits(&mut self, submits: Submits) {
         self.submits = submits;
     }

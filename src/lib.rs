@@ -36,3 +36,8 @@ pub mod window;
 #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
 pub mod headset;
 pub mod commands;
+
+#[cfg(test)]
+extern crate self as hachure;
+#[cfg(test)]
+mod tests;

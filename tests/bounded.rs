@@ -2,6 +2,7 @@
 //! triangles, which says how fine it is. Marks for no data that nobody declares are told.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 
+#[path = "../src/tests/common/mod.rs"]
 mod common;
 
 use std::path::Path;

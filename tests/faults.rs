@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
 #![allow(clippy::unwrap_used, reason = "a test may fail so")]
 
-#[path = "common/faulty_server.rs"]
+#[path = "../src/tests/common/faulty_server.rs"]
 mod faulty_server;
 #[path = "faults/flight.rs"]
 mod flight;

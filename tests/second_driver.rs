@@ -6,6 +6,7 @@
 //! drawing that is moved by three pixels has.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+#[path = "../src/tests/common/mod.rs"]
 mod common;
 
 use std::path::{Path, PathBuf};

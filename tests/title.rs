@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
 
-#[path = "common/program.rs"]
+#[path = "../src/tests/common/program.rs"]
 mod program;
 
 use std::path::Path;

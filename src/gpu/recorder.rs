@@ -3,10 +3,9 @@
 //! Everything that varies is handed in. A pass is a function of a [`Recorder`] and its inputs; it owns nothing, so the same
 //! pass can be recorded for many eyes and styles in one submit.
 //!
-//! On a GPU a frame is one submit, or several where a pass asks for it ([`Recorder::submit_so_far`]). On a software driver
-//! each pass is submitted by itself, so that it can be timed ([`timer`](super::timer)); [`Submits`] says otherwise
-//! where a test or a measurement wants what a GPU does. All of them come when the frame is recorded, and none of a
-//! frame that lacks a pipeline.
+//! A frame is one submit, or several where a pass requests it ([`Recorder::submit_so_far`]). Where pass times are wanted,
+//! a software driver gets each pass as a submit of its own ([`Submits::Timed`], [`timer`](super::timer)). All submits
+//! happen when the whole frame is recorded; a frame that lacks a pipeline submits nothing.
 //!
 //! A prewarming run ([`Recorder::prewarm`]) records nothing: it asks for what a frame would need.
 
@@ -28,14 +27,15 @@ pub const WORKGROUP_PX: u32 = 8;
 /// More than any place in a buffer that a pass counts from its end.
 const BLANK_BYTES: u64 = 1 << 12;
 
-/// How a frame is submitted.
+/// How the passes of a frame are submitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submits {
-    /// All at once on a GPU, each pass by itself on a software driver.
+    /// All passes in one submit, on every driver. A GPU measures them all the same; a software driver measures none.
     #[default]
-    AsTimed,
-    /// All at once on every driver; a software driver then measures no pass.
     Whole,
+    /// On a GPU all passes in one submit; on a software driver each pass by itself, so that it can be timed: two submits
+    /// and two waits more for each pass.
+    Timed,
 }
 
 /// A frame that is being recorded.

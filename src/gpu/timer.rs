@@ -66,7 +66,7 @@ impl Timer {
 
     /// Whether each pass is submitted by itself and waited for.
     pub(super) fn waits(&self, submits: Submits) -> bool {
-        self.waits && submits == Submits::AsTimed
+        self.waits && submits == Submits::Timed
     }
 
     /// Begins a pass, where the clock is the GPU's.

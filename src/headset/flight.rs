@@ -21,7 +21,6 @@ use crate::file::standard;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::Builds;
-use crate::gpu::recorder::Submits;
 use crate::measure::statistics::Percentiles;
 use crate::scene::view::{Clock, Lens, Rig};
 use crate::style::{self, Style};
@@ -73,7 +72,6 @@ impl Flight {
         let mut renderer = Renderer::new(gpu)?;
         // A headset waits for no compiler, and a frame is one submit.
         renderer.set_builds(Builds::InBackground);
-        renderer.set_submits(Submits::Whole);
         renderer.set_antialias(options.antialias);
         let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));

@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn surroundings_are_read_from_where_they_were() {
         let folder = tempfile::tempdir().unwrap();
-        let sky = include_bytes!("../../tests/style_parameters/white.hdr");
+        let sky = include_bytes!("../tests/style_parameters/white.hdr");
         atomic::write(&folder.path().join("sky.hdr"), sky).unwrap();
         let text = preset_text("relief").unwrap().replacen("[relief]", "[relief]\nenvironment = \"sky.hdr\"", 1);
         atomic::write(&folder.path().join("style.toml"), text.as_bytes()).unwrap();

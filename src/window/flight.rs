@@ -30,6 +30,7 @@ use crate::frame::{Light, Renderer};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::gpu::pipelines::Builds;
+use crate::gpu::recorder::Submits;
 use crate::lines::strokes::NumbersLater;
 use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::{Eyes, Pair};
@@ -321,6 +322,7 @@ impl Flight {
         renderer.set_antialias(self.settings.antialias);
         // A window never waits for a compiler.
         renderer.set_builds(Builds::InBackground);
+        renderer.set_submits(if self.panel_shown { Submits::Timed } else { Submits::Whole });
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
         self.stroke_numbers.ask(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;

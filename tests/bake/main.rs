@@ -3,12 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail so")]
 
 mod bounds;
-#[path = "../pyramid/brute.rs"]
+#[path = "../../src/tests/pyramid/brute.rs"]
 mod brute;
 mod chunks;
 mod large;
 mod process;
-#[path = "../pyramid/world.rs"]
+#[path = "../../src/tests/pyramid/world.rs"]
 mod world;
 
 use std::path::Path;

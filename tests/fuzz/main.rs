@@ -24,7 +24,7 @@ mod rule;
 mod seeds;
 mod sparse;
 mod watch;
-#[path = "../pyramid/world.rs"]
+#[path = "../../src/tests/pyramid/world.rs"]
 mod world;
 #[allow(dead_code, reason = "the other tests of the formats use more of it")]
 #[path = "../formats/write.rs"]

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
 #![cfg(target_os = "linux")]
 
-#[path = "../common/mod.rs"]
+#[path = "../../src/tests/common/mod.rs"]
 mod common;
 
 mod client;

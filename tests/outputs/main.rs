@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
 
-#[path = "../common/faulty_server.rs"]
+#[path = "../../src/tests/common/faulty_server.rs"]
 mod faulty_server;
 mod guard;
 mod place;

@@ -5,7 +5,7 @@
 //! prints how long each takes; `HACHURE_SERVERS=silence` only those kinds with the word in their name.
 #![allow(clippy::unwrap_used, reason = "a test may fail so")]
 
-#[path = "../common/mod.rs"]
+#[path = "../../src/tests/common/mod.rs"]
 mod common;
 mod kinds;
 mod odd;

@@ -6,6 +6,7 @@ use super::BenchArgs;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
 use crate::frame::{self, Renderer};
+use crate::gpu::recorder::Submits;
 use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::report::{Memory, Run};
@@ -73,6 +74,7 @@ impl StyleRun {
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let bytes_before = gpu.memory_bytes() as i64;
         let mut renderer = Renderer::new(gpu)?;
+        renderer.set_submits(Submits::Timed);
         renderer.set_antialias(args.antialias);
         let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
         Ok(Self {

@@ -17,6 +17,7 @@ use crate::file::png::{PngPixels, PngWriter};
 use crate::file::video::VideoWriter;
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
+use crate::gpu::recorder::Submits;
 use crate::picture::aov::Plane;
 use crate::picture::eyes::{self, joined};
 use crate::picture::imprint::{Imprint, matrices};
@@ -279,6 +280,10 @@ impl Job<'_> {
             samples: self.args.samples(),
             antialias: self.args.antialias,
         };
+        if self.args.json {
+            // The report has the time of each pass.
+            Renderer::or_new(&mut self.renderer, &self.gpu)?.set_submits(Submits::Timed);
+        }
         if let Some(renderer) = &mut self.renderer {
             renderer.set_step_s(1.0 / self.args.fps());
         }

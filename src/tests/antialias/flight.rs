@@ -1,0 +1,145 @@
+//! Frames that follow each other: lines that do not flicker, that stay sharp, and that leave nothing behind.
+
+use glam::{DQuat, DVec3};
+use hachure::frame::{Antialias, Renderer};
+use hachure::measure::temporal::{TemporalTotals, compare, read_drawn};
+use hachure::scene::view::{Pose, Rig, View};
+use hachure::style::Style;
+
+use crate::tests::antialias::{SIZE_PX, VIEW, apart, picture, sharpness, supersampled};
+use crate::tests::common::World;
+use crate::tests::common::draw::{draw, north_west};
+
+const FRAMES: u32 = 44;
+/// Of the picture that a frame should be.
+const SAMPLES: u32 = 32;
+/// So many frames have no history to be steady by.
+const SETTLING: u32 = 12;
+/// Near the ground.
+const LOW: &str = "-300,-2500,+60,20,-4,60";
+
+/// A slow path: a metre and an eighth of a degree in a frame, as `--test coherence` has it.
+fn slow(world: &World, renderer: u32) -> Pose {
+    let mut pose = world.pose(VIEW);
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(renderer);
+    let turn = DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(renderer));
+    for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
+        *axis = turn * *axis;
+    }
+    pose
+}
+
+struct Flown {
+    totals: TemporalTotals,
+    picture: Vec<[f64; 4]>,
+    last: Pose,
+}
+
+fn fly(world: &mut World, style: &Style, antialias: Antialias, frames: u32) -> Flown {
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(antialias);
+    let (mut totals, mut before) = (TemporalTotals::default(), None);
+    let mut last = slow(world, 0);
+    for number in 0..frames {
+        let pose = slow(world, number);
+        let view = View::whole(std::mem::replace(&mut last, pose), pose, SIZE_PX);
+        let rig = renderer.jittered(&Rig::mono(view), style);
+        draw_rig(world, &mut renderer, style, &rig);
+        if number >= SETTLING {
+            let drawn = read_drawn(&world.gpu, &renderer, &rig, 0, style).unwrap();
+            if let Some(before) = &before {
+                totals.add(compare(before, &drawn).unwrap());
+            }
+            before = Some(drawn);
+        }
+    }
+    Flown { totals, picture: picture(world, &renderer), last }
+}
+
+fn draw_rig(world: &mut World, renderer: &mut Renderer, style: &Style, rig: &Rig) {
+    let prepared = hachure::frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &north_west());
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &north_west()).unwrap();
+    world.gpu.check().unwrap();
+}
+
+/// Each pixel the mean with the two to its right.
+fn blurred(picture: &[[f64; 4]]) -> Vec<[f64; 4]> {
+    picture
+        .windows(3)
+        .map(|three| std::array::from_fn(|i| three.iter().map(|pixel| pixel[i]).sum::<f64>() / 3.0))
+        .collect()
+}
+
+#[test]
+fn lines_flicker_half_as_much_and_stay_sharp() {
+    let Some(mut world) = crate::tests::antialias::rough() else { return };
+    // Lines of a detector crawl, strokes do not: half of the little that strokes flicker is what is born and what goes.
+    for (name, most) in [("ink", 0.5), ("strokes", 0.6)] {
+        // Those that a cap of crowded ones leaves are calmer, of which just a little more than half is left.
+        let style = crate::tests::common::all_lines(name);
+        let [alone, together] =
+            [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, FRAMES));
+        let number = |flown: &Flown, name: &str| flown.totals.metrics().unwrap()[name].unwrap();
+        for metric in ["flicker", "flicker_ink", "e_warp", "line_coverage"] {
+            println!("{name}: {metric} {:.6} → {:.6}", number(&alone, metric), number(&together, metric));
+        }
+        let truth = supersampled(&mut world, &mut None, &style, together.last, SAMPLES);
+        let sharp = [&alone.picture, &together.picture].map(|picture| sharpness(picture) / sharpness(&truth));
+        println!("{name}: sharpness {:.3} and {:.3} of the supersampled picture's", sharp[0], sharp[1]);
+        assert!(number(&together, "flicker") <= most * number(&alone, "flicker"), "{name}");
+        assert!(number(&together, "e_warp") <= 0.7 * number(&alone, "e_warp"), "{name}");
+        assert!(sharp[1] >= 0.8, "{name}: {sharp:?}");
+        // Planted: nothing that could flicker less; a blur by a pixel.
+        assert!(number(&alone, "flicker") > 0.0, "{name}");
+        assert!(sharpness(&blurred(&together.picture)) < 0.8 * sharpness(&truth), "{name}");
+    }
+}
+
+/// A fast flight past near land: what comes into the picture, and what comes to light behind a ridge, has no history.
+#[test]
+fn nothing_is_left_behind() {
+    let Some(mut world) = crate::tests::antialias::rough() else { return };
+    let style = Style::load("ink").unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(Antialias::Temporal);
+    let mut one = Renderer::new(&world.gpu).unwrap();
+    let mut previous = world.pose(LOW);
+    let mut off = [0.0; 3];
+    let mut stale = None;
+    for number in 0..8 {
+        let mut pose = world.pose(LOW);
+        pose.position_m += pose.right * (30.0 * f64::from(number)) + pose.forward * (10.0 * f64::from(number));
+        for renderer in [&mut renderer, &mut one] {
+            let view = View::whole(previous, pose, SIZE_PX);
+            draw(&world.gpu, &mut world.surfaces, renderer, &view, &style, &north_west());
+        }
+        previous = pose;
+        let truth = supersampled(&mut world, &mut None, &style, pose, SAMPLES);
+        let shown = picture(&world, &renderer);
+        // Planted: the picture of the frame before.
+        let stale = stale.replace(shown.clone()).unwrap_or_else(|| shown.clone());
+        for (off, picture) in off.iter_mut().zip([&shown, &picture(&world, &one), &stale]) {
+            *off += apart(picture, &truth) / 8.0;
+        }
+    }
+    println!("off by {off:.4?}: temporal, alone, the frame before");
+    assert!(off[0] < 1.1 * off[1] && off[2] > 1.3 * off[0], "{off:?}");
+    // After a cut there is no history: nothing of the other place shows. Planted: a frame that says that it goes on.
+    let there = slow(&world, 0);
+    let off = [there, previous].map(|before| {
+        let mut cut = View::whole(before, there, SIZE_PX);
+        let rig = renderer.jittered(&Rig::mono(cut), &style);
+        draw_rig(&mut world, &mut renderer, &style, &rig);
+        let shown = picture(&world, &renderer);
+        cut.jitter_px = rig.eyes[0].jitter_px;
+        let mut fresh = Renderer::new(&world.gpu).unwrap();
+        fresh.set_antialias(Antialias::Temporal);
+        draw_rig(&mut world, &mut fresh, &style, &Rig::mono(cut));
+        // Back to where it was.
+        let back = renderer.jittered(&Rig::mono(View::whole(there, previous, SIZE_PX)), &style);
+        draw_rig(&mut world, &mut renderer, &style, &back);
+        apart(&shown, &picture(&world, &fresh))
+    });
+    println!("after a cut off by {off:.5?}: as it is, as if it went on");
+    assert!(off[0] < 1e-3 && off[1] > 1e-3, "{off:?}");
+}

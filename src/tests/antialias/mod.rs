@@ -1,0 +1,66 @@
+//! Edges that are smoothed by more than one sample of each pixel: those of one picture, and those of frames that follow
+//! each other.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+mod flight;
+mod pair;
+mod rest;
+mod samples;
+mod still_strokes;
+
+use common::draw::{halves, north_west};
+use common::{World, grid_of, rough_height_m};
+use hachure::composite::PICTURE;
+use hachure::frame::Renderer;
+use hachure::picture::{Band, PictureRequest, render};
+use hachure::scene::view::Pose;
+use hachure::style::Style;
+
+const SIZE_PX: [u32; 2] = [192, 108];
+const VIEW: &str = "-300,-2500,+350,20,-14,60";
+
+fn rough() -> Option<World> {
+    World::new(grid_of(257, 257, 30.0, rough_height_m), 0.25)
+}
+
+/// What the last frame shows.
+fn picture(world: &World, renderer: &Renderer) -> Vec<[f64; 4]> {
+    halves(&world.gpu, renderer.target(&PICTURE).unwrap())
+}
+
+/// The picture of so many samples.
+fn supersampled(
+    world: &mut World,
+    renderer: &mut Option<Renderer>,
+    style: &Style,
+    pose: Pose,
+    samples: u32,
+) -> Vec<[f64; 4]> {
+    let request = PictureRequest { samples, ..PictureRequest::still(pose, SIZE_PX, style, north_west()) };
+    let mut texels = Vec::new();
+    let take = |band: Band| {
+        texels.extend(band.picture.into_iter().map(|texel| texel.map(f64::from)));
+        Ok::<_, ()>(())
+    };
+    render(&world.gpu, renderer, &mut world.surfaces, &request, take).unwrap();
+    texels
+}
+
+/// Root of the mean squared difference.
+fn apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
+    let squared: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).powi(2)).sum();
+    (squared / (4 * a.len()) as f64).sqrt()
+}
+
+/// The mean squared step in brightness from a pixel to the next, across and down.
+fn sharpness(picture: &[[f64; 4]]) -> f64 {
+    let width = SIZE_PX[0] as usize;
+    let step = |pixel: usize| {
+        let [across, down] = [1, width].map(|step| picture[pixel + step][1] - picture[pixel][1]);
+        across * across + down * down
+    };
+    let pixels = picture.len() - width;
+    (0..pixels).filter(|pixel| pixel % width + 1 < width).map(step).sum::<f64>() / pixels as f64
+}

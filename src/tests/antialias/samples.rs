@@ -1,0 +1,82 @@
+//! A picture of several samples is what a much larger one would be, made small; its channels are not touched.
+
+use hachure::file::exr::Samples;
+use hachure::picture::{Band, PictureRequest, aov, render};
+use hachure::style::Style;
+
+use crate::tests::common::World;
+use crate::tests::common::draw::north_west;
+
+const SIZE_PX: [u32; 2] = [96, 54];
+
+/// Flat colours without lines: what a larger picture has as well.
+fn plain() -> Style {
+    let mut style = Style::load("plain").unwrap();
+    style.paper.grain = 0.0;
+    style
+}
+
+fn shoot(world: &mut World, style: &Style, size_px: [u32; 2], samples: u32) -> Band {
+    let pose = world.pose(crate::tests::antialias::VIEW);
+    let planes = aov::planes("depth,normal", style).unwrap();
+    let still = PictureRequest::still(pose, size_px, style, north_west());
+    let request = PictureRequest { planes: &planes, samples, ..still };
+    let mut bands = Vec::new();
+    let take = |band| {
+        bands.push(band);
+        Ok::<_, ()>(())
+    };
+    render(&world.gpu, &mut None, &mut world.surfaces, &request, take).unwrap();
+    world.gpu.check().unwrap();
+    bands.pop().unwrap()
+}
+
+/// Each pixel the mean of `side` × `side`.
+fn shrunk(picture: &[[f32; 4]], side: usize) -> Vec<[f32; 4]> {
+    let [width, height] = SIZE_PX.map(|side| side as usize);
+    let mean = |x: usize, y: usize, channel: usize| {
+        let of = (0..side * side).map(|i| picture[(y * side + i / side) * width * side + x * side + i % side][channel]);
+        of.sum::<f32>() / (side * side) as f32
+    };
+    (0..width * height).map(|pixel| std::array::from_fn(|i| mean(pixel % width, pixel / width, i))).collect()
+}
+
+/// Root of the mean squared difference.
+fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    let squared: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from((a - b).powi(2))).sum();
+    (squared / (4 * a.len()) as f64).sqrt()
+}
+
+#[test]
+fn samples_are_a_larger_picture_made_small() {
+    let Some(mut world) = crate::tests::antialias::rough() else { return };
+    let style = plain();
+    let truth = shrunk(&shoot(&mut world, &style, SIZE_PX.map(|side| 6 * side), 1).picture, 6);
+    let off = [1, 4, 16, 64].map(|samples| apart(&shoot(&mut world, &style, SIZE_PX, samples).picture, &truth));
+    println!("1, 4, 16, 64 samples differ from 36 pixels for each by {off:.5?}");
+    assert!(off[1] < 0.75 * off[0] && off[2] < 0.35 * off[0] && off[3] < 0.7 * off[2], "{off:?}");
+    // Planted: a larger picture that is moved by a pixel.
+    let mut moved = truth.clone();
+    moved.rotate_right(1);
+    assert!(apart(&moved, &truth) > 2.0 * off[2]);
+}
+
+#[test]
+fn lines_converge_and_channels_stay() {
+    let Some(mut world) = crate::tests::antialias::rough() else { return };
+    for name in ["ink", "pen"] {
+        let style = Style::load(name).unwrap();
+        let [one, few, more, most] = [1, 8, 32, 64].map(|samples| shoot(&mut world, &style, SIZE_PX, samples));
+        let off = [&one, &few, &more].map(|band| apart(&band.picture, &most.picture));
+        println!("{name}: 1, 8, 32 samples differ from 64 by {off:.5?}");
+        assert!(off[1] < 0.5 * off[0] && off[2] < 0.6 * off[1], "{name}: {off:?}");
+        let bits = |band: &Band| -> Vec<u32> {
+            let of = |samples: &Samples| match samples {
+                Samples::F32(values) => values.iter().map(|value| value.to_bits()).collect::<Vec<_>>(),
+                Samples::U32(values) => values.clone(),
+            };
+            band.planes.iter().flat_map(of).collect()
+        };
+        assert!(bits(&one) == bits(&most), "{name}");
+    }
+}

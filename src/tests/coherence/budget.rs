@@ -1,0 +1,67 @@
+//! No more line than the budget allows, and what it leaves out is told.
+
+use std::collections::HashMap;
+
+use hachure::lines::strokes::{LeftOut, NumbersLater};
+
+use crate::tests::coherence::{Flight, mountains, strokes};
+
+#[test]
+fn the_budget_leaves_out_the_shortest() {
+    let Some(mut world) = mountains() else { return };
+    let mut lengths = |budget_px: f32| {
+        let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
+        let (_, counts, samples) = flight.fly(&mut world, 0);
+        let mut lengths: HashMap<u32, usize> = HashMap::new();
+        samples.iter().for_each(|sample| *lengths.entry(sample.stroke).or_default() += 1);
+        (counts, lengths)
+    };
+    let (all, every) = lengths(400_000.0);
+    assert_eq!(all.left_out, 0);
+    let (few, kept) = lengths(500.0);
+    assert!(few.samples <= 250 && few.samples > 125 && few.left_out > 0, "{few:?}");
+    assert_eq!(few.strokes + few.left_out, all.strokes);
+    // Those that are kept are the longest: to a quarter of an octave.
+    let shortest = kept.values().min().unwrap();
+    let longest_lost = every.iter().filter(|(stroke, _)| !kept.contains_key(stroke)).map(|(_, size)| size).max();
+    assert!(*longest_lost.unwrap() as f64 <= *shortest as f64 * 1.3, "{longest_lost:?} {shortest}");
+    // A budget for less than a single stroke cuts that one off.
+    let (one, _) = lengths(100.0);
+    assert!(one.samples <= 50 && one.samples > 1, "{one:?}");
+}
+
+#[test]
+fn what_found_no_room_is_told_without_waiting() {
+    let Some(mut world) = mountains() else { return };
+    let mut told = |budget_px: f32| {
+        let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
+        let mut numbers = NumbersLater::default();
+        assert_eq!(numbers.last(), None);
+        // More than are open at once; between updates too, where nothing is counted anew.
+        for frame in 0..12 {
+            let (_, counts, _) = flight.fly(&mut world, frame);
+            let passes = flight.renderer.strokes();
+            numbers.ask(&world.gpu, passes);
+            let left_out = passes.unwrap().left_out(&world.gpu).unwrap();
+            assert_eq!(left_out.strokes, counts.left_out);
+            // The GPU has been waited for: the answer is there.
+            let last = numbers.last().unwrap();
+            assert_eq!((last.left_out, last.drawn), (left_out, counts.strokes), "frame {frame}");
+        }
+        let last = numbers.last().unwrap().left_out;
+        // Nobody polls in between: questions that are too many are not asked, and the others are answered.
+        (0..20).for_each(|_| numbers.ask(&world.gpu, flight.renderer.strokes()));
+        world.gpu.wait();
+        assert_eq!(numbers.last().unwrap().left_out, last);
+        // A style without strokes: what was asked before does not come.
+        numbers.ask(&world.gpu, flight.renderer.strokes());
+        numbers.ask(&world.gpu, None);
+        world.gpu.wait();
+        assert_eq!(numbers.last(), None);
+        last
+    };
+    let little = told(100.0);
+    assert!(little.strokes > 0 && little.told().unwrap().contains(&format!("{} strokes", little.strokes)));
+    let usual = told(strokes(|_| {}).strokes.unwrap().budget_px);
+    assert_eq!((usual, usual.told()), (LeftOut::default(), None));
+}

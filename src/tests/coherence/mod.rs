@@ -1,0 +1,78 @@
+//! Strokes from frame to frame: they stay where they are, take over from those before, come and go along themselves,
+//! and are never more than the budget allows.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+mod budget;
+mod checks;
+mod extremes;
+mod growth;
+mod places;
+mod sheet;
+mod steady;
+
+use common::World;
+use glam::DVec3;
+use hachure::frame::Renderer;
+use hachure::lines::strokes::samples::{Sample, SampleCounts};
+use hachure::scene::view::{Pose, View};
+use hachure::source::{Silent, procedural};
+use hachure::style::{self, Style};
+
+use crate::tests::common::draw::{NOON, draw};
+
+const SIZE_PX: [u32; 2] = [320, 180];
+/// A slow flight: a metre and an eighth of a degree in a frame.
+const START: &str = "-300,-2500,+350,20,-6,60";
+const STEP_M: f64 = 1.0;
+
+/// Mountains of the embedded world's kind, smaller.
+fn mountains() -> Option<World> {
+    World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0)
+}
+
+fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
+    let mut style = common::all_lines("strokes");
+    change(style.strokes.as_mut().unwrap());
+    style
+}
+
+/// The pose of a frame of the flight.
+fn pose(world: &World, renderer: u32) -> Pose {
+    let mut pose = world.pose(START);
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(renderer));
+    let turn = glam::DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(renderer));
+    for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
+        *axis = turn * *axis;
+    }
+    pose
+}
+
+struct Flight {
+    style: Style,
+    renderer: Renderer,
+    last: Option<View>,
+}
+
+impl Flight {
+    fn new(world: &World, style: Style) -> Self {
+        let renderer = Renderer::new(&world.gpu).unwrap();
+        Self { style, renderer, last: None }
+    }
+
+    /// A frame of the slow flight.
+    fn fly(&mut self, world: &mut World, renderer: u32) -> (View, SampleCounts, Vec<Sample>) {
+        let pose = pose(world, renderer);
+        self.draw(world, pose)
+    }
+
+    fn draw(&mut self, world: &mut World, pose: Pose) -> (View, SampleCounts, Vec<Sample>) {
+        let previous = self.last.map_or(pose, |last| last.pose);
+        let view = View::whole(previous, pose, SIZE_PX);
+        self.last = Some(view);
+        draw(&world.gpu, &mut world.surfaces, &mut self.renderer, &view, &self.style, &NOON);
+        let (counts, samples) = self.renderer.strokes().unwrap().samples().read(&world.gpu).unwrap();
+        (view, counts, samples)
+    }
+}

@@ -1,0 +1,119 @@
+//! How steady lines are that take over, against lines that are made anew.
+
+use glam::DVec3;
+use hachure::measure::report::Metrics;
+use hachure::measure::temporal::{DrawnFrame, TemporalTotals, compare, read_drawn};
+use hachure::scene::view::{Pose, Rig};
+use hachure::style::{self, Style};
+
+use crate::tests::coherence::sheet::turned;
+use crate::tests::coherence::{Flight, SIZE_PX, mountains, pose, strokes};
+use crate::tests::common::World;
+
+/// Of the line, in a turn of 30 degrees in a second.
+const MOST_FLICKER: f64 = 5e-4;
+
+/// How steady a style's flight is, over so many frames after the first.
+fn steadiness(world: &mut World, style: Style, poses: &[Pose]) -> Metrics {
+    steadiness_of(world, style, poses, |_, _| ())
+}
+
+/// The same of frames that were changed after they were drawn.
+fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl Fn(usize, &mut DrawnFrame)) -> Metrics {
+    let mut flight = Flight::new(world, style);
+    let mut totals = TemporalTotals::default();
+    let mut before = None;
+    for (frame, pose) in poses.iter().enumerate() {
+        let (view, ..) = flight.draw(world, *pose);
+        let mut now = read_drawn(&world.gpu, &flight.renderer, &Rig::mono(view), 0, &flight.style).unwrap();
+        change(frame, &mut now);
+        if let Some(before) = &before {
+            totals.add(compare(before, &now).unwrap());
+        }
+        before = Some(now);
+    }
+    totals.metrics().unwrap()
+}
+
+/// The slow flight over mountains of ours, and one over a real one.
+fn flights() -> Vec<(&'static str, World, Vec<Pose>)> {
+    let mut flights = Vec::new();
+    if let Some(world) = mountains() {
+        let poses = (0..=40).map(|frame| pose(&world, frame)).collect();
+        flights.push(("procedural", world, poses));
+    }
+    if let Some(world) = World::real("dem/geotiff/mt_rainier_90m.tif", 1.0) {
+        let start = world.pose("-19800,30500,+500,0,3,50");
+        let at = |frame: u32| {
+            let moved = DVec3::new(0.3, 1.0, 0.0) * (1.3 * f64::from(frame));
+            Pose { position_m: start.position_m + moved, ..start }
+        };
+        let poses = (0..=40).map(at).collect();
+        flights.push(("Rainier", world, poses));
+    }
+    flights
+}
+
+#[test]
+fn lines_that_take_over_are_four_times_as_still() {
+    for (place, mut world, poses) in flights() {
+        let mut fly = |name: &str, change: fn(&mut style::Strokes)| {
+            let metrics = steadiness(&mut world, strokes(change), &poses);
+            let of = |name: &str| metrics[name].unwrap();
+            println!(
+                "{place}, {name}: flicker {:.3} %, by ink {:.3} %, coverage {:.2} %, births {:.2}, deaths {:.2}, slip \
+                 {:.3} px, identity {:.1} %, E_warp {:.5}",
+                100.0 * of("flicker"),
+                100.0 * of("flicker_ink"),
+                100.0 * of("line_coverage"),
+                of("births_per_frame"),
+                of("deaths_per_frame"),
+                of("slip_px_p50"),
+                100.0 * of("identity_change"),
+                of("e_warp")
+            );
+            metrics
+        };
+        let anew = fly("anew", |own| (own.update_every, own.carry) = (1, false));
+        fly("thesis", |own| (own.update_every, own.carry) = (10, false));
+        let each = fly("each frame", |own| own.update_every = 1);
+        let ours = fly("default", |_| {});
+        let ratio = |metrics: &Metrics, name: &str| metrics[name].unwrap() / anew[name].unwrap();
+        for flicker in ["flicker", "flicker_ink"] {
+            // Over smooth land hardly a pixel flickers, and its few cannot be held against each other.
+            if anew[flicker].unwrap() > 1e-3 {
+                assert!(ratio(&ours, flicker) <= 0.25, "{flicker}: {}", ratio(&ours, flicker));
+                assert!(ratio(&each, flicker) <= 0.5, "{flicker}: {}", ratio(&each, flicker));
+            }
+        }
+        for metrics in [&ours, &each] {
+            assert!((0.9..=1.1).contains(&ratio(metrics, "line_coverage")), "{}", ratio(metrics, "line_coverage"));
+            assert!(metrics["slip_px_p50"].unwrap() < 0.5 && metrics["identity_change"].unwrap() < 0.25);
+        }
+        // Planted: where nothing is taken over, it is noticed. (Slip is measured against the same stroke alone.)
+        assert!(anew["identity_change"].unwrap() > 0.5);
+    }
+}
+
+#[test]
+fn a_turn_brings_its_strokes_with_it() {
+    let Some(mut world) = mountains() else { return };
+    let poses: Vec<Pose> = (0..=30).map(|frame| turned(&world, frame)).collect();
+    let mut flickers = |change: &dyn Fn(usize, &mut DrawnFrame)| {
+        let metrics = steadiness_of(&mut world, strokes(|_| {}), &poses, change);
+        let [all, coverage] = ["flicker", "line_coverage"].map(|name| metrics[name].unwrap());
+        println!("in a turn {:.4} % of the line flickers, coverage {:.2} %", 100.0 * all, 100.0 * coverage);
+        assert!(coverage > 0.01, "{coverage}");
+        all
+    };
+    let is_still = |flicker: f64| flicker <= MOST_FLICKER;
+    assert!(is_still(flickers(&|_, _| ())));
+    // Planted: in every second frame what has come in has no strokes yet.
+    let width = SIZE_PX[0] as usize;
+    let late = |frame: usize, drawn: &mut DrawnFrame| {
+        if frame % 2 == 1 {
+            drawn.ink.as_mut().unwrap().chunks_mut(width).for_each(|row| row[width - 6..].fill(0.0));
+        }
+    };
+    assert!(!is_still(flickers(&late)));
+}

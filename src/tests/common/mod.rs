@@ -1,0 +1,233 @@
+//! What the tests of the drawing share: a GPU, data, worlds, pictures.
+#![allow(dead_code, reason = "each test file uses a part of this")]
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+pub mod draw;
+pub mod equations;
+pub mod field;
+pub mod forest;
+pub mod hill;
+pub mod shapes;
+pub mod shot;
+pub mod silhouette;
+pub mod stores;
+pub mod stroke_lines;
+pub mod tones;
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+
+use glam::DVec2;
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+use hachure::pyramid::{self, BakeOptions, Pyramid, TileStore};
+use hachure::scene::camera::Camera;
+use hachure::scene::view::Pose;
+use hachure::source::georeference::{Crs, Georeference};
+use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
+use hachure::style::Style;
+use hachure::tiles::Terrain;
+use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::Surfaces;
+
+/// The device that tests share, with its pipelines. Returns `None` where there is no GPU and prints why;
+/// `HACHURE_REQUIRE_GPU=1` turns that into a failure.
+pub fn gpu() -> Option<Gpu> {
+    static SHARED: OnceLock<Result<Gpu, String>> = OnceLock::new();
+    let shared = SHARED.get_or_init(|| Gpu::open(&AdapterWish::Best).map_err(|error| error.to_string()));
+    found(shared.clone())
+}
+
+/// A device of its own, for a test that counts what a device makes, gives it other shaders, or breaks it.
+pub fn own_gpu() -> Option<Gpu> {
+    found(Gpu::open(&AdapterWish::Best).map_err(|error| error.to_string()))
+}
+
+fn found(gpu: Result<Gpu, String>) -> Option<Gpu> {
+    match gpu {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "{error}");
+            println!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// A folder for what takes long to make and is kept between runs.
+pub fn between_runs(name: &str) -> PathBuf {
+    let target = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
+    std::env::var_os("CARGO_TARGET_DIR").map_or(target, PathBuf::from).join("tmp").join(name)
+}
+
+/// A file of the real data (`dem/geotiff/…`), or none with a word about where it was looked for.
+pub fn real_data(name: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    println!("skipped: {} is not there", path.display());
+    None
+}
+
+/// A file's heights with its small holes filled.
+pub fn filled_grid(path: &Path) -> HeightGrid {
+    let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
+    source::read_all(&*source::open_reader_with(path, &options).unwrap(), path, &Silent).unwrap()
+}
+
+/// A preset that draws all of its lines and strokes: none is thinned out as crowded.
+pub fn all_lines(name: &str) -> Style {
+    let mut style = Style::load(name).unwrap();
+    style.lines.iter_mut().for_each(|lines| lines.crowd = 1.0);
+    style.strokes.iter_mut().for_each(|strokes| strokes.crowd = 1.0);
+    style
+}
+
+/// A height grid and its terrain; the folder lives as long.
+pub struct World {
+    pub gpu: Gpu,
+    pub grid: HeightGrid,
+    pub mapping: WorldMapping,
+    pub surfaces: Surfaces,
+    folder: tempfile::TempDir,
+}
+
+impl World {
+    /// Bakes `grid`; none where there is no GPU.
+    pub fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+        let gpu = gpu()?;
+        Self::on(gpu, grid, lod_error_px)
+    }
+
+    /// As [`World::new`], on a device that no other test uses.
+    pub fn apart(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+        let gpu = own_gpu()?;
+        Self::on(gpu, grid, lod_error_px)
+    }
+
+    fn on(gpu: Gpu, grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+        let (folder, pyramid) = baked(&grid);
+        Self::of_store_on(gpu, grid, folder, std::sync::Arc::new(pyramid), lod_error_px)
+    }
+
+    /// The world of a store, whose files lie in `folder`; `grid` is what it will be held against.
+    pub fn of_store(
+        grid: HeightGrid,
+        folder: tempfile::TempDir,
+        store: std::sync::Arc<dyn TileStore>,
+        lod_error_px: f64,
+    ) -> Option<Self> {
+        let gpu = gpu()?;
+        Self::of_store_on(gpu, grid, folder, store, lod_error_px)
+    }
+
+    fn of_store_on(
+        gpu: Gpu,
+        grid: HeightGrid,
+        folder: tempfile::TempDir,
+        store: std::sync::Arc<dyn TileStore>,
+        lod_error_px: f64,
+    ) -> Option<Self> {
+        let size = store.levels()[0];
+        let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
+        let options = TerrainOptions { lod_error_px, ..TerrainOptions::default() };
+        let surfaces = Terrain::new(&gpu, store, options).unwrap().into();
+        Some(Self { gpu, grid, mapping, surfaces, folder })
+    }
+
+    /// A real DEM; none where it is not there.
+    pub fn real(name: &str, lod_error_px: f64) -> Option<Self> {
+        let grid = source::open(&real_data(name)?, &Silent).unwrap();
+        Self::new(grid, lod_error_px)
+    }
+
+    /// As [`real`](Self::real), with its small holes filled as pictures have them: jumps at holes are no contours.
+    pub fn filled(name: &str, lod_error_px: f64) -> Option<Self> {
+        Self::new(filled_grid(&real_data(name)?), lod_error_px)
+    }
+
+    /// An eye from `x,y,z,yaw,pitch,fov`.
+    pub fn pose(&self, camera: &str) -> Pose {
+        let camera: Camera = camera.parse().unwrap();
+        pose_of(&camera.on_ground(|x, y| {
+            let terrain = &self.surfaces.terrain;
+            terrain.height_m(DVec2::new(x, y)).unwrap_or_else(|| f64::from(terrain.range_m()[1]))
+        }))
+    }
+}
+
+/// Of a camera whose height is one above the sea.
+pub fn pose_of(camera: &Camera) -> Pose {
+    Pose {
+        position_m: camera.position_m,
+        forward: camera.forward(),
+        right: camera.right(),
+        up: camera.up(),
+        fov_rad: camera.fov_deg.to_radians(),
+    }
+}
+
+/// A pyramid in a folder of its own.
+pub fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("world.tif");
+    pyramid::bake(grid, &path, &BakeOptions::default(), &Silent).unwrap();
+    let pyramid = Pyramid::open(&path).unwrap();
+    (folder, pyramid)
+}
+
+/// Heights of a function of (east, north) on a grid in metres whose centre is the origin.
+pub fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64) -> HeightGrid {
+    let half = [f64::from(width - 1), f64::from(height - 1)].map(|last| 0.5 * last * spacing_m);
+    let heights_m = (0..height)
+        .flat_map(|row| (0..width).map(move |column| (column, row)))
+        .map(|(column, row)| {
+            height_m(f64::from(column) * spacing_m - half[0], half[1] - f64::from(row) * spacing_m) as f32
+        })
+        .collect();
+    HeightGrid {
+        width,
+        height,
+        heights_m,
+        georeference: Georeference {
+            crs_from_grid: [-half[0], spacing_m, 0.0, half[1], 0.0, -spacing_m],
+            crs: Crs::Local,
+            geokeys: Default::default(),
+        },
+    }
+}
+
+/// A number in [0, 1) for each (i, j): SplitMix64.
+pub fn random(i: i64, j: i64) -> f64 {
+    let mut z = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (j as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Rough land: octaves of value noise, down to the sample, of rocks and cliffs.
+pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
+    let mut sum = 0.0;
+    for octave in 0..9 {
+        let size_m = 3000.0 / f64::from(1 << octave);
+        let (u, v) = (x_m / size_m, y_m / size_m);
+        let (i, j) = (u.floor(), v.floor());
+        let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
+        let (s, t) = (smooth(u - i), smooth(v - j));
+        let at = |di: i64, dj: i64| random(i as i64 + di + 1000 * octave, j as i64 + dj);
+        let value = (at(0, 0) * (1.0 - s) + at(1, 0) * s) * (1.0 - t) + (at(0, 1) * (1.0 - s) + at(1, 1) * s) * t;
+        sum += value * 0.35 * size_m;
+    }
+    // Cliffs: terraces of 120 m in a part of the land.
+    let terrace = (sum / 120.0).floor() * 120.0 + 120.0 * ((sum / 120.0).fract() * 6.0).min(1.0);
+    if random((x_m / 2500.0).floor() as i64, (y_m / 2500.0).floor() as i64 + 77) < 0.4 { terrace } else { sum }
+}
+
+/// The value below which `part` of the values lie; sorts them.
+pub fn quantile(values: &mut [f64], part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1);
+    values.get((last as f64 * part).ceil() as usize).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,242 @@
+//! The procedural continent: its levels against one another, its cuts against the whole, its paths above the ground.
+#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+use std::time::Instant;
+
+use hachure::pyramid::store::{ContinentStore, Ground, derive};
+use hachure::pyramid::surface::tile_height::{height_in_tile, tile_at};
+use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
+use hachure::scene::path::CameraPath;
+use hachure::scene::{Scene, World};
+use hachure::source::continent::{BASE_SAMPLES, Continent, Exemplar, SIZE_SAMPLES};
+use hachure::source::{Silent, Window, procedural};
+
+/// The continent as it ships; kept between runs.
+fn store(size: u32) -> ContinentStore {
+    let cache = crate::tests::common::between_runs("continent");
+    ContinentStore::open(1, size, 10.0, Some(&cache), &Silent).unwrap()
+}
+
+/// A land that is quickly made: a range across the middle.
+fn land() -> &'static Continent {
+    static LAND: OnceLock<Continent> = OnceLock::new();
+    LAND.get_or_init(|| {
+        let exemplar = procedural::generate_sized(3, 1536, 12.0, &Silent);
+        let side = BASE_SAMPLES as usize;
+        let base = (0..side * side).map(|i| {
+            let (x, y) = ((i % side) as f32, (i / side) as f32);
+            let range = (-((x - y) / 60.0).powi(2)).exp();
+            300.0 + 2500.0 * range * (1.0 + 0.3 * (0.31 * x).sin() * (0.27 * y).cos())
+        });
+        Continent::new(3, base.collect(), Exemplar::new(1536, &exemplar.heights_m))
+    })
+}
+
+fn rms(values: impl Iterator<Item = f32>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += f64::from(value).powi(2);
+        count += 1.0;
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+/// How far a level is from the averages of the finer one, `shift` samples beside, as a part of its own small relief.
+fn unlike(land: &Continent, level: u32, x: u32, y: u32, shift: u32) -> f64 {
+    let side = 200;
+    let fine = land.heights_m(level - 1, Window { x: 2 * x, y: 2 * y, width: 2 * side, height: 2 * side });
+    let coarse = land.heights_m(level, Window { x: x + shift, y, width: side, height: side });
+    let at = |column: u32, row: u32| fine[(row * 2 * side + column) as usize];
+    let difference = (0..side * side).map(|i| {
+        let (column, row) = (2 * (i % side), 2 * (i / side));
+        let mean = at(column, row) + at(column + 1, row) + at(column, row + 1) + at(column + 1, row + 1);
+        coarse[i as usize] - 0.25 * mean
+    });
+    let steps = (0..side * (side - 1)).map(|i| coarse[(i + side) as usize] - coarse[i as usize]);
+    rms(difference) / rms(steps)
+}
+
+#[test]
+fn a_level_is_near_the_average_of_the_finer_one() {
+    for level in 1..=7 {
+        let middle = (SIZE_SAMPLES / 2) >> level;
+        let far = (SIZE_SAMPLES >> level) - 210;
+        for (x, y) in [(middle, middle), (middle - 90, middle + 40), (far, far)] {
+            let (here, planted) = (unlike(land(), level, x, y, 0), unlike(land(), level, x, y, 1));
+            println!("level {level} at {x} {y}: {here:.4} of a step; beside {planted:.3}");
+            assert!(here < 0.08, "level {level} at {x} {y}: {here}");
+            assert!(planted > 0.3, "a level one sample beside must not pass: {planted}");
+        }
+    }
+}
+
+#[test]
+fn a_place_has_one_height_from_every_window() {
+    let end = SIZE_SAMPLES - 300;
+    for (x, y) in [(163_000, 163_100), (0, 0), (end, end), (end, 7)] {
+        let whole = land().heights_m(0, Window { x, y, width: 300, height: 290 });
+        let part = land().heights_m(0, Window { x: x + 101, y: y + 37, width: 57, height: 91 });
+        for (i, height) in part.iter().enumerate() {
+            let (column, row) = (i % 57 + 101, i / 57 + 37);
+            assert_eq!(height.to_bits(), whole[row * 300 + column].to_bits(), "{column} {row}");
+        }
+        // Exact far away too: neighbours differ, and little.
+        let steps: Vec<f32> = whole.windows(2).map(|pair| (pair[0] - pair[1]).abs()).collect();
+        let still = steps.iter().filter(|&&step| step == 0.0).count();
+        assert!(still < steps.len() / 50, "{still} of {} neighbours are level", steps.len());
+    }
+}
+
+#[test]
+fn a_cut_is_the_same_land() {
+    let whole = store(SIZE_SAMPLES);
+    let cut = store(2048);
+    assert_eq!((cut.levels()[0].width, whole.levels()[0].width), (2048, SIZE_SAMPLES));
+    for level in 0..cut.levels().len() as u32 {
+        let first = ((SIZE_SAMPLES - 2048) / 2) >> level;
+        let window = Window { x: 3, y: 5, width: 200, height: 100 };
+        let moved = Window { x: window.x + first, y: window.y + first, ..window };
+        assert_eq!(cut.heights_m(level, window), whole.heights_m(level, moved));
+    }
+    let [x0, step, _, y0, _, _] = whole.georeference().crs_from_grid;
+    assert_eq!((x0, step, y0), (-1_638_395.0, 10.0, 1_638_395.0));
+    assert_eq!(store(1000).levels()[0].width, 1000, "no more samples than asked for where levels allow it");
+}
+
+#[test]
+fn tiles_are_quick_and_fit_their_neighbours() {
+    let store = Arc::new(store(SIZE_SAMPLES));
+    let mut slowest = 0.0_f64;
+    for (level, size) in (0..).zip(store.levels().to_vec()) {
+        let (x, y) = (size.tiles_x() / 2, size.tiles_y() / 2);
+        let start = Instant::now();
+        let tile = store.clone().load(TileAddress { level, x, y }).unwrap();
+        let spent_ms = start.elapsed().as_secs_f64() * 1e3;
+        slowest = slowest.max(spent_ms);
+        println!("level {level}: {spent_ms:.1} ms, error {:.2} m", tile.statistics.error_m);
+        let found = [tile.statistics.min_m + tile.statistics.error_m, tile.statistics.max_m - tile.statistics.error_m];
+        assert!(found[0] >= store.range_m()[0] && found[1] <= store.range_m()[1], "{found:?} {:?}", store.range_m());
+        if x + 1 < size.tiles_x() {
+            let east = store.clone().load(TileAddress { level, x: x + 1, y }).unwrap();
+            for row in 0..260 {
+                for border in 0..4 {
+                    assert_eq!(tile.tile.samples[row * 260 + 256 + border], east.tile.samples[row * 260 + border]);
+                }
+            }
+        }
+    }
+    let beyond = TileAddress { level: 0, x: store.levels()[0].tiles_x(), y: 0 };
+    assert!(!store.has_tile(beyond) && store.clone().load(beyond).is_err());
+    // A shared machine may be ten times as slow as it is.
+    assert!(slowest < 300.0, "{slowest} ms");
+}
+
+#[test]
+fn estimates_hold_against_a_bake() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Arc::new(store(1024));
+    let out = folder.path().join("cut.tif");
+    bake(&store.grid(0), &out, &BakeOptions::default(), &Silent).unwrap();
+    let pyramid = Arc::new(Pyramid::open(&out).unwrap());
+    let (mut safe, mut count) = (0, 0);
+    for (level, size) in (1..).zip(&store.levels()[1..]) {
+        for i in 0..size.tiles_x() * size.tiles_y() {
+            let address = TileAddress { level, x: i % size.tiles_x(), y: i / size.tiles_x() };
+            let estimate = store.clone().load(address).unwrap();
+            let measured = pyramid.clone().load(address).unwrap();
+            println!("{address:?}: {} for {}", estimate.statistics.error_m, measured.statistics.error_m);
+            for (estimate, measured) in estimate.patches.patches().iter().zip(measured.patches.patches()) {
+                count += 1;
+                safe += i32::from(estimate.mesh_error_m >= measured.mesh_error_m);
+            }
+            let ratio = estimate.statistics.error_m / measured.statistics.error_m;
+            assert!((0.9..8.0).contains(&ratio), "{address:?}: {ratio}");
+        }
+    }
+    assert!(safe * 100 >= count * 95, "{safe} of {count} patches");
+}
+
+#[test]
+fn coarse_tiles_know_of_the_relief_that_they_do_not_show() {
+    let store = Arc::new(store(SIZE_SAMPLES));
+    let ground = Ground::new(Arc::clone(&store) as Arc<dyn TileStore>);
+    let level = 8;
+    let middle = f64::from(SIZE_SAMPLES) / 2.0;
+    let address = tile_at(store.levels(), level, middle, middle).unwrap();
+    let loaded = Arc::clone(&store).load(address).unwrap();
+    let mut worst_m = 0.0_f64;
+    for i in 0..24 {
+        // Ridges and valleys of places some 40 km apart; a patch of 60 samples each, since a summit is not hit at once.
+        let (x, y) = (middle + 4000.0 * f64::from(i % 5 - 2), middle + 4000.0 * f64::from(i / 5 - 2));
+        for k in 0..64 {
+            let (column, row) = (x + 60.0 * f64::from(k % 8), y + 60.0 * f64::from(k / 8));
+            let coarse_m = height_in_tile(store.levels(), address, &loaded.tile, column, row).unwrap();
+            worst_m = worst_m.max((ground.height_m(column, row).unwrap() - coarse_m).abs());
+        }
+    }
+    let estimate_m = f64::from(derive(store.levels(), address, loaded.tile.clone()).statistics.error_m);
+    let error_m = f64::from(loaded.statistics.error_m);
+    println!("lost {worst_m:.0} m, bound {error_m:.0} m, estimate from the samples {estimate_m:.0} m");
+    assert!(worst_m <= error_m && worst_m > 150.0);
+    // What was missing before: the samples alone do not tell.
+    assert!(estimate_m < worst_m);
+}
+
+#[test]
+fn the_valley_flight_stays_above_the_ground_and_inside() {
+    let store = store(2048);
+    let grid = store.grid(0);
+    let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
+    assert_eq!(path.duration_s(), 60.0);
+    let half = (f64::from(grid.width) - 1.0) / 2.0;
+    let (mut lowest, mut last) = (f64::INFINITY, None);
+    for camera in path.frames(20.0) {
+        let at = camera.position_m;
+        assert!(!camera.height_above_ground && at.x.abs() < 9_500.0 && at.y.abs() < 9_500.0, "{at}");
+        let (column, row) = ((half + at.x / 10.0) as usize, (half - at.y / 10.0) as usize);
+        for i in 0..9 {
+            let ground = grid.heights_m[(row + i / 3) * grid.width as usize + column + i % 3];
+            lowest = lowest.min(at.z - f64::from(ground));
+        }
+        if let Some(last) = last {
+            let speed = (at - last) as glam::DVec3;
+            assert!((280.0..330.0).contains(&(speed.truncate().length() * 20.0)), "{}", speed.length() * 20.0);
+        }
+        last = Some(at);
+    }
+    println!("at least {lowest:.0} m above the ground");
+    assert!(lowest > 60.0, "{lowest}");
+}
+
+#[test]
+fn the_teleport_jumps_every_five_seconds() {
+    let path = CameraPath::read(Path::new("terrain/paths/teleport.csv")).unwrap();
+    assert_eq!(path.duration_s(), 60.0);
+    for jump in 1..12 {
+        let time_s = 5.0 * f64::from(jump);
+        let (before, after) = (path.sample(time_s - 1e-6), path.sample(time_s));
+        let jumped_m = before.position_m.distance(after.position_m);
+        assert!((4e5..1.6e6).contains(&jumped_m), "{jumped_m}");
+        assert!(before.position_m.distance(path.sample(time_s - 0.1).position_m) < 500.0, "no swing before a jump");
+        assert!(after.position_m.abs().max_element() < 1.6e6);
+    }
+}
+
+#[test]
+fn scenes_say_continent() {
+    let world = |text: &str| Scene::parse(Path::new("x.toml"), &format!("[world]\n{text}\n")).map(|scene| scene.world);
+    let whole = World::Continent { seed: 1, size_samples: SIZE_SAMPLES, spacing_m: 10.0 };
+    assert_eq!(world("continent = {}").unwrap(), whole);
+    assert_eq!(Scene::read(Path::new("terrain/continent.toml")).unwrap().world, whole);
+    let small = World::Continent { seed: 1, size_samples: 2048, spacing_m: 10.0 };
+    assert_eq!(Scene::read(Path::new("terrain/continent_small.toml")).unwrap().world, small);
+    assert!(matches!(world("dem = [\"a.tif\", \"b.tif\"]").unwrap(), World::Files(files) if files.len() == 2));
+    for wrong in
+        ["continent = { size_samples = 5 }", "continent = { spacing_m = 0 }", "dem = []", "continent = {}\ndem = \"a\""]
+    {
+        let message = world(wrong).unwrap_err().to_string();
+        assert!(message.starts_with("x.toml") && !message.contains('\n'), "{message}");
+    }
+}

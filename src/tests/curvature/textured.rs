@@ -1,0 +1,107 @@
+//! Lines of pixels through a stroke texture: they take the ink that strokes take, and the texture runs along them.
+
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use hachure::frame::Renderer;
+use hachure::lines::curvature::CURVATURE_LINE;
+use hachure::lines::strokes::texture::{Brush, grow};
+use hachure::style::texture::Recipe;
+use hachure::style::{Detector, Style};
+
+use crate::tests::common::draw::{NOON, draw, floats, still};
+use crate::tests::common::{all_lines, shapes};
+
+const SIZE_PX: [u32; 2] = [480, 480];
+const RADIUS_M: f64 = 100.0;
+const AWAY_M: f64 = 300.0;
+const WIDTH_PX: f64 = 16.0;
+/// Sectors of the circle that are compared.
+const SECTORS: usize = 8;
+
+fn style(texture: Option<&str>) -> Style {
+    let mut style = all_lines("ink");
+    style.lines.as_mut().unwrap().detector = Detector::Curvature;
+    style.curvature.width_px = WIDTH_PX as f32;
+    style.curvature.suggestive = 0.0;
+    style.curvature.texture_name = texture.map(str::to_owned);
+    style.curvature.texture = texture.map(|name| Recipe::load(name, std::path::Path::new("")).unwrap());
+    style
+}
+
+/// The outline of a ball in the middle of the picture.
+struct Outline {
+    line: Vec<f64>,
+    radius_px: f64,
+}
+
+impl Outline {
+    /// Ink at an angle, so far inside the outline.
+    fn ink(&self, angle: f64, inside_px: f64) -> f64 {
+        let px = DVec2::from_angle(angle) * (self.radius_px - inside_px) + DVec2::splat(0.5 * f64::from(SIZE_PX[0]));
+        self.line[px.y as usize * SIZE_PX[0] as usize + px.x as usize]
+    }
+
+    /// Mean change of ink by a step along the line, or across it, in each sector.
+    fn changes(&self, along_px: f64, across_px: f64) -> [f64; SECTORS] {
+        std::array::from_fn(|sector| {
+            let steps = 400;
+            let changes = (0..steps).flat_map(|step| {
+                let turn = (sector as f64 + f64::from(step) / f64::from(steps)) / SECTORS as f64;
+                let angle = turn * std::f64::consts::TAU;
+                [6.0, 8.0, 10.0].map(|inside_px| {
+                    let there = self.ink(angle + along_px / self.radius_px, inside_px + across_px);
+                    (self.ink(angle, inside_px) - there).abs()
+                })
+            });
+            changes.sum::<f64>() / (3 * steps) as f64
+        })
+    }
+
+    fn mean(&self) -> f64 {
+        let places = (0..2000).flat_map(|i| [7.0, 8.0, 9.0].map(|inside_px| (f64::from(i) * 0.00314, inside_px)));
+        places.map(|(angle, inside_px)| self.ink(angle, inside_px)).sum::<f64>() / 6000.0
+    }
+}
+
+#[test]
+fn textures_run_along_lines_of_pixels() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    let ball = Arc::new(shapes::mesh(shapes::sphere(5)));
+    let eye_m = DVec3::new(0.0, -1000.0, 1500.0);
+    shapes::place(&mut world, &ball, &shapes::stance(eye_m + DVec3::Y * AWAY_M, 0.0, RADIUS_M));
+    let pose = world.pose("0,-1000,1500,0,0,60");
+    let view = still(pose, SIZE_PX);
+    let radius_px = view.focal_px() * (RADIUS_M / AWAY_M).asin().tan();
+    let mut outline = |texture| {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style(texture), &NOON);
+        let line = floats::<1>(&world.gpu, renderer.target(&CURVATURE_LINE).unwrap());
+        Outline { line: line.into_iter().map(|[ink]| ink.into()).collect(), radius_px }
+    };
+    let solid = outline(None);
+    assert!(solid.mean() > 0.99, "{}", solid.mean());
+    for name in ["brush", "charcoal"] {
+        let drawn = outline(Some(name));
+        let recipe = Recipe::load(name, std::path::Path::new("")).unwrap();
+        let expected = grow(&recipe)[0].mean_ink(&Brush::of(&recipe), 1.0);
+        let by = |range: [f64; SECTORS]| {
+            (range.iter().copied().fold(f64::INFINITY, f64::min), range.iter().copied().fold(0.0, f64::max))
+        };
+        let (along, across) = (by(drawn.changes(4.0, 0.0)), by(drawn.changes(0.0, 4.0)));
+        println!(
+            "{name}: ink {:.3}, a wide stroke has {expected:.3}; by 4 px along it changes by {:.3} to {:.3}, across by \
+             {:.3} to {:.3}",
+            drawn.mean(),
+            along.0,
+            along.1,
+            across.0,
+            across.1
+        );
+        assert!((drawn.mean() - expected).abs() < 0.06, "{name}");
+        // As much in all sectors: no swirl. Hairs of a brush run along; solid lines change nowhere.
+        assert!(along.1 < 2.2 * along.0 && along.0 > 0.0, "{name}");
+        assert!(name != "brush" || along.1 < 0.6 * across.0);
+        assert!(solid.changes(4.0, 0.0)[0] < 1e-3);
+    }
+}

@@ -1,0 +1,82 @@
+//! Near, middle and far: distance takes ink, in every preset.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+use common::draw::{draw, halves, places_m, still};
+use common::{World, grid_of, quantile, rough_height_m};
+use hachure::composite::PICTURE;
+use hachure::frame::{Light, Renderer};
+use hachure::scene::{Haze, Scene};
+use hachure::style::{self, Style};
+
+const SIZE_PX: [u32; 2] = [480, 270];
+const SPACING_M: f64 = 60.0;
+const SAMPLES: u32 = 1025;
+
+/// How much darker than paper the nearest and the farthest third of the land are, by distance.
+fn darkness(world: &mut World, style: &Style, light: &Light) -> [f64; 2] {
+    let pose = world.pose("0,-22000,+1200,4,-7,50");
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
+    let paper = f64::from(style.paper.color.linear()[1]);
+    let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
+    let land: Vec<(f64, f64)> = places_m(&world.gpu, &renderer, pose.position_m)
+        .iter()
+        .zip(picture)
+        .filter_map(|(place, texel)| Some(((*place)?.distance(pose.position_m), 1.0 - texel[1] / paper)))
+        .collect();
+    let mut distances: Vec<f64> = land.iter().map(|(distance, _)| *distance).collect();
+    let [near, far] = [quantile(&mut distances, 0.01), quantile(&mut distances, 0.99)];
+    let third = (far - near) / 3.0;
+    let mean = |from: f64, to: f64| {
+        let inks: Vec<f64> =
+            land.iter().filter(|(distance, _)| (from..to).contains(distance)).map(|(_, ink)| *ink).collect();
+        assert!(inks.len() > 1000, "{}", inks.len());
+        inks.iter().sum::<f64>() / inks.len() as f64
+    };
+    [mean(near, near + third), mean(far - third, far)]
+}
+
+#[test]
+fn the_far_third_has_less_ink_than_the_near_one() {
+    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, rough_height_m), 0.0) else { return };
+    let extent_m = [f64::from(SAMPLES - 1) * SPACING_M; 2];
+    let light = Scene::default().light(extent_m);
+    // Planted: a world without air.
+    let clear = Light { haze_m: 1e9, ..light };
+    let mut failed = Vec::new();
+    for name in style::names() {
+        // Terraces of this land are as level as lakes are, and shores are no marks.
+        let style = Style { water: None, ..Style::load(name).unwrap() };
+        // Styles of lines alone draw hardly anything on near faces, and more far away: they are not judged.
+        if style.hatching.is_none() && !style.has_land_lines() {
+            continue;
+        }
+        let [near, far] = darkness(&mut world, &style, &light);
+        let [clear_near, clear_far] = darkness(&mut world, &style, &clear);
+        let [part, clear_part] = [far / near, clear_far / clear_near];
+        println!("{name:12} near {near:.3}, far {far:.3}: {part:.2}; without haze {clear_part:.2}");
+        // Half is what is wanted, and what is left above it is contours: this land has ridges behind each other to its
+        // edge.
+        // Rows of hachures have more: of land that is folded in every sample they draw more far away than near. Rock
+        // drawing is for steep land, of which this picture has hardly any near.
+        let most = match name {
+            "rock" => 2.0,
+            _ if style.rows.is_some() => 0.85,
+            _ => 0.68,
+        };
+        if part > most || clear_part < 1.5 * part {
+            failed.push(name);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+/// A large world has as much air between near and far as a small one.
+#[test]
+fn air_is_clear_for_thirty_kilometres_at_most() {
+    let haze = Haze::default();
+    assert_eq!(haze.distance_over_m([3000.0, 4000.0]), 2250.0);
+    assert_eq!(haze.distance_over_m([1e6, 1e6]), 30_000.0);
+}

@@ -1,0 +1,192 @@
+//! Lines, strokes and marks of two eyes are the same, on land that is far.
+
+use glam::DVec2;
+use hachure::measure::stereo::orphans;
+use hachure::picture::nearest::nearest_m;
+use hachure::scene::stereo::IPD_M;
+use hachure::source::{Silent, procedural};
+
+use super::*;
+use crate::tests::common::World;
+
+const SIZE_PX: [u32; 2] = [480, 270];
+const MOUNTAINS: [(&str, &str); 3] = [
+    ("dem/geotiff/mt_rainier_90m.tif", "-19800,30500,+500,0,3,50"),
+    ("dem/geotiff/mt_everest_90m.tif", "0,-15000,+900,0,2,50"),
+    ("dem/geotiff/N46E008_alps.tif", "0,0,+300,40,0,55"),
+];
+
+/// Mountains of ours, and as many real ones, each with a camera.
+fn places(real: usize) -> Vec<(String, World, Pose)> {
+    let own = World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0);
+    let own = own.map(|world| ("procedural", world, "-300,-2500,+350,20,-6,60"));
+    let real =
+        MOUNTAINS.iter().take(real).filter_map(|(file, camera)| Some((*file, World::filled(file, 1.0)?, *camera)));
+    let place = |(name, world, camera): (&str, World, &str)| {
+        let pose = world.pose(camera);
+        (name.to_owned(), world, pose)
+    };
+    own.into_iter().chain(real).map(place).collect()
+}
+
+/// A thirtieth of the nearest land.
+fn wide_m(world: &mut World, pose: Pose, style: &Style) -> f64 {
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, style).unwrap().unwrap() / 30.0
+}
+
+fn of(metrics: &Metrics, name: &str) -> f64 {
+    metrics[name].unwrap_or_else(|| panic!("{name} was not measured"))
+}
+
+#[test]
+fn lines_of_far_land_have_partners() {
+    let style = Style::load("ink").unwrap();
+    for (place, mut world, pose) in places(3) {
+        let wide_m = wide_m(&mut world, pose, &style);
+        let mut at = |style: &Style, ipd_m: f64| {
+            let eyes = draw(&world.gpu, &mut world.surfaces, style, &rig(pose, ipd_m, SIZE_PX));
+            (agreement(&eyes), eyes)
+        };
+        let (narrow, _) = at(&style, IPD_M);
+        let (wide, eyes) = at(&style, wide_m);
+        let (alone, _) = at(&ink_alone(), wide_m);
+        let orphans_of = |metrics: &Metrics| of(metrics, "orphans");
+        println!(
+            "{place}: orphans {:.4} % at 65 mm, {:.4} % at {wide_m:.1} m, alone {:.4} %; ink correlates by {:.3}; \
+             coverage {:.3} of that alone",
+            100.0 * orphans_of(&narrow),
+            100.0 * orphans_of(&wide),
+            100.0 * orphans_of(&alone),
+            of(&wide, "line_correlation"),
+            of(&wide, "line_coverage") / of(&alone, "line_coverage")
+        );
+        assert!(orphans_of(&narrow) <= 1e-3 && orphans_of(&wide) <= 1e-3, "{place}");
+        assert!(of(&wide, "line_correlation") >= 0.9, "{place}");
+        assert!((of(&wide, "line_coverage") / of(&alone, "line_coverage") - 1.0).abs() <= 0.15, "{place}");
+        // Planted: parallax of the wrong sign, and lines that are three pixels off.
+        let exchanged = [eyes[1].clone(), eyes[0].clone()];
+        let swapped = [0, 1].map(|i| DrawnFrame { ink: exchanged[i].ink.clone(), ..eyes[i].clone() });
+        assert!(orphans_of(&agreement(&swapped)) > 10.0 * orphans_of(&wide), "{place}");
+        let mut off = eyes[1].clone();
+        off.ink.as_mut().unwrap().rotate_right(3 * SIZE_PX[0] as usize);
+        assert!(orphans_of(&agreement(&[eyes[0].clone(), off])) > 10.0 * orphans_of(&wide), "{place}");
+    }
+}
+
+/// Lines along the rims of holes are taken away in each eye; those of ridges before holes stay in both.
+#[test]
+fn holes_take_no_lines_of_pairs() {
+    let (file, camera) = MOUNTAINS[0];
+    let Some(mut world) = World::real(file, 1.0) else { return };
+    let pose = world.pose(camera);
+    let wide_m = wide_m(&mut world, pose, &Style::load("ink").unwrap());
+    let [agreed, alone] = [Style::load("ink").unwrap(), ink_alone()].map(|style| {
+        let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
+        of(&agreement(&eyes), "line_coverage")
+    });
+    println!("line coverage {:.3} % with agreement, {:.3} % alone", 100.0 * agreed, 100.0 * alone);
+    assert!((agreed / alone - 1.0).abs() <= 0.15);
+}
+
+#[test]
+fn what_lacks_a_partner_is_told() {
+    let Some((place, mut world, pose)) = places(0).into_iter().next() else { return };
+    let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("ink").unwrap(), &rig(pose, IPD_M, SIZE_PX));
+    // Planted: a patch of the right eye's lines is gone.
+    let mut rubbed = eyes[1].clone();
+    let (low, high) = (DVec2::new(200.0, 120.0), DVec2::new(360.0, 240.0));
+    let is_in = |pixel: usize, by_px: f64| {
+        let at = DVec2::new((pixel as u32 % SIZE_PX[0]).into(), (pixel as u32 / SIZE_PX[0]).into());
+        at.cmpge(low - by_px).all() && at.cmplt(high + by_px).all()
+    };
+    rubbed
+        .ink
+        .as_mut()
+        .unwrap()
+        .iter_mut()
+        .enumerate()
+        .filter(|(pixel, _)| is_in(*pixel, 0.0))
+        .for_each(|(_, ink)| *ink = 0.0);
+    let lone = orphans(&eyes[0], &rubbed).unwrap();
+    let ink = eyes[0].ink.as_ref().unwrap();
+    let missed = (0..ink.len()).filter(|pixel| is_in(*pixel, -4.0) && ink[*pixel] > 0.5 && lone[*pixel] == 0.0).count();
+    let elsewhere = (0..ink.len()).filter(|pixel| !is_in(*pixel, 4.0) && lone[*pixel] > 0.1).count();
+    let found = lone.iter().filter(|ink| **ink > 0.5).count();
+    println!("{place}: {found} pixels lack a partner, {missed} are missed, {elsewhere} lie elsewhere");
+    assert!(found > 100 && missed == 0 && elsewhere == 0);
+}
+
+#[test]
+fn strokes_of_two_eyes_are_the_same_strokes() {
+    for (place, mut world, pose) in places(1) {
+        for name in ["strokes", "charcoal"] {
+            let mut style = Style::load(name).unwrap();
+            style.strokes.as_mut().unwrap().wobble_px = 0.0;
+            let wide_m = wide_m(&mut world, pose, &style);
+            let mut at = |ipd_m: f64| {
+                let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
+                (agreement(&eyes), eyes)
+            };
+            for (ipd_m, least, most) in [(IPD_M, 0.95, [0.01, 0.002]), (wide_m, 0.93, [0.03, 0.006])] {
+                let (metrics, mut eyes) = at(ipd_m);
+                println!(
+                    "{place}, {name}, eyes {ipd_m:.3} m apart: ink correlates by {:.3}, orphans {:.3} %, other identity \
+                     {:.2} %, other width {:.2} %",
+                    of(&metrics, "line_correlation"),
+                    100.0 * of(&metrics, "orphans"),
+                    100.0 * of(&metrics, "other_identity"),
+                    100.0 * of(&metrics, "other_width")
+                );
+                assert!(of(&metrics, "line_correlation") >= least, "{place}, {name}");
+                assert!(of(&metrics, "other_identity") <= most[0], "{place}, {name}");
+                assert!(of(&metrics, "other_width") <= 0.01, "{place}, {name}");
+                assert!(of(&metrics, "orphans") <= most[1], "{place}, {name}");
+                // Planted: identity and width are not shared.
+                let centres = eyes[1].centres.as_mut().unwrap();
+                centres.id.iter_mut().for_each(|id| *id = id.wrapping_mul(3));
+                assert!(of(&agreement(&eyes), "other_identity") > 0.9, "{place}, {name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn marks_of_two_eyes_are_as_dark() {
+    for (place, mut world, pose) in places(1) {
+        for name in ["crosshatch", "pencil", "charcoal", "stipple", "hachures", "rock"] {
+            let style = Style::load(name).unwrap();
+            let wide_m = wide_m(&mut world, pose, &style);
+            let mut eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
+            let correlation = of(&agreement(&eyes), "mark_correlation");
+            println!("{place}, {name}: the ink of marks correlates by {correlation:.3}");
+            // Each eye chooses among rows by its own picture, so some marks are in one eye only.
+            let is_of_rows = style.rows.is_some();
+            assert!(correlation >= if is_of_rows { 0.9 } else { 0.93 }, "{place}, {name}");
+            // Planted: marks that lie some pixels off.
+            eyes[1].marks.as_mut().unwrap().rotate_right(6);
+            let apart = of(&agreement(&eyes), "mark_correlation");
+            assert!(apart < if is_of_rows { 0.8 } else { 0.9 }, "{place}, {name}: {apart:.3}");
+        }
+    }
+}
+
+/// `cargo test --release --test eyes table -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement"]
+fn table() {
+    for (place, mut world, pose) in places(3) {
+        for name in hachure::style::names() {
+            let style = Style::load(name).unwrap();
+            let wide_m = wide_m(&mut world, pose, &style);
+            for ipd_m in [IPD_M, wide_m] {
+                let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
+                let metrics = agreement(&eyes);
+                let shown =
+                    ["orphans", "line_correlation", "mark_correlation", "picture_correlation", "other_identity"];
+                let values = shown.map(|name| metrics[name].map_or("-".to_owned(), |value| format!("{value:.4}")));
+                println!("| {place} | {ipd_m:.3} | {name} | {} |", values.join(" | "));
+            }
+        }
+    }
+}

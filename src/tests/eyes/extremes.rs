@@ -1,0 +1,66 @@
+//! Eyes close together and far apart, before a wall, in the ground, looking straight up and down, behind a cliff, with
+//! lenses of a degree and of a hundred and fifty: what is drawn is finite, and lines that both eyes see are not lost.
+
+use hachure::lines::smooth::SMOOTHED;
+use hachure::lines::stereo::agree::AGREED;
+
+use super::*;
+use crate::tests::common::draw::{floats, halves};
+use crate::tests::common::{World, all_lines, grid_of};
+
+const SIZE_PX: [u32; 2] = [160, 90];
+
+/// A plain with a wall of 200 m to the north of x = 0.
+fn cliff() -> Option<World> {
+    World::new(grid_of(257, 257, 4.0, |x, y| if y > 0.0 && x > -40.0 { 200.0 } else { 0.05 * x.sin() }), 1.0)
+}
+
+/// Place, eyes, how far they are apart in metres.
+const PLACES: [(&str, &str, f64); 10] = [
+    ("eyes 1 mm apart", "0,-200,+20,0,5,60", 0.001),
+    ("eyes 1 km apart", "0,-200,+20,0,5,60", 1000.0),
+    ("a wall 0.2 m away", "30,-0.2,100,0,0,60", 0.065),
+    ("in the ground", "30,60,100,0,0,60", 0.065),
+    ("in the plain", "0,-200,-5,0,5,60", 0.065),
+    ("straight up", "0,-200,+20,0,90,60", 0.5),
+    ("straight down", "0,-200,+120,0,-90,60", 0.5),
+    ("one eye behind a cliff", "-40,20,100,0,0,60", 2.0),
+    ("a lens of 1 degree", "0,-200,+20,0,10,1", 0.065),
+    ("a lens of 150 degrees", "0,-200,+20,0,5,150", 0.065),
+];
+
+#[test]
+fn what_two_eyes_draw_is_finite_everywhere() {
+    let Some(mut world) = cliff() else { return };
+    let mut taken = 0.0;
+    for (place, camera, ipd_m) in PLACES {
+        let pose = world.pose(camera);
+        for name in ["ink", "charcoal", "crosshatch", "wash"] {
+            let style = Style::load(name).unwrap();
+            let rig = rig(pose, ipd_m, SIZE_PX);
+            let frame = frame_of(&world.gpu, &mut world.surfaces, &style, &rig);
+            for eye in 0..2 {
+                let picture = halves(&world.gpu, frame.eye_target(eye, &hachure::composite::PICTURE).unwrap());
+                assert!(picture.iter().flatten().all(|value| value.is_finite()), "{place}, {name}");
+            }
+            if name != "ink" {
+                continue;
+            }
+            // What agreement alone takes.
+            let frame = frame_of(&world.gpu, &mut world.surfaces, &all_lines(name), &rig);
+            for eye in 0..2 {
+                let lines =
+                    [&SMOOTHED, &AGREED].map(|kind| floats::<1>(&world.gpu, frame.eye_target(eye, kind).unwrap()));
+                let sum = |line: &[[f32; 1]]| line.iter().map(|[ink]| f64::from(*ink)).sum::<f64>();
+                let [all, left] = lines.each_ref().map(|line| sum(line));
+                println!("{place}, eye {eye}: {left:.1} of {all:.1} pixels of line are left");
+                assert!(lines[1].iter().zip(&lines[0]).all(|(left, all)| (0.0..=all[0]).contains(&left[0])), "{place}");
+                taken += all - left;
+                // What one eye alone sees stays.
+                assert!(left >= 0.9 * all, "{place}: {left} of {all}");
+            }
+        }
+    }
+    // A pass that takes nothing would pass all of this.
+    assert!(taken > 1.0, "{taken}");
+}

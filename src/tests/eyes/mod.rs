@@ -1,0 +1,58 @@
+//! Two eyes draw one drawing: how well they agree, and what must not depend on which of them comes first.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+mod agreement;
+mod exchange;
+mod extremes;
+mod near;
+
+use glam::DVec3;
+use hachure::frame::{self, Light, Renderer};
+use hachure::gpu::Gpu;
+use hachure::measure::report::Metrics;
+use hachure::measure::stereo::StereoTotals;
+use hachure::measure::temporal::{DrawnFrame, read_drawn};
+use hachure::scene::stereo::Pair;
+use hachure::scene::view::{Pose, Rig, View};
+use hachure::style::{Lines, Stereo, Style};
+use hachure::world::Surfaces;
+
+const LIGHT: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
+
+/// Two eyes at a camera that rests.
+fn rig(pose: Pose, ipd_m: f64, size_px: [u32; 2]) -> Rig {
+    Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, size_px))
+}
+
+/// The first frame of a style.
+fn frame_of(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Renderer {
+    let mut renderer = Renderer::new(gpu).unwrap();
+    let prepared = frame::prepare(gpu, surfaces, rig, style, &LIGHT);
+    renderer.render_rig(gpu, surfaces, &prepared, rig, style, &LIGHT).unwrap();
+    gpu.check().unwrap();
+    renderer
+}
+
+/// What all eyes draw of it.
+fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
+    let renderer = frame_of(gpu, surfaces, style, rig);
+    (0..rig.eyes.len()).map(|eye| read_drawn(gpu, &renderer, rig, eye, style).unwrap()).collect()
+}
+
+fn agreement(eyes: &[DrawnFrame]) -> Metrics {
+    let mut totals = StereoTotals::default();
+    totals.add(&eyes[0], &eyes[1]).unwrap();
+    totals.metrics().unwrap()
+}
+
+/// A preset with other lines.
+fn with_lines(name: &str, change: impl FnOnce(&mut Lines)) -> Style {
+    let mut style = Style::load(name).unwrap();
+    change(style.lines.as_mut().unwrap());
+    style
+}
+
+/// `ink` whose eyes know nothing of each other.
+fn ink_alone() -> Style {
+    with_lines("ink", |lines| lines.stereo = Stereo::Alone)
+}

@@ -1,0 +1,176 @@
+//! Things half a metre to ten metres away: contours lie elsewhere on them for each eye.
+
+use std::sync::Arc;
+
+use hachure::mesh::Mesh;
+use hachure::mesh::placed::Stance;
+
+use super::*;
+use crate::tests::common::{World, all_lines, real_data, shapes};
+
+const SIZE_PX: [u32; 2] = [480, 270];
+const IPD_M: f64 = 0.065;
+
+/// High above the land, which is far below: what is seen is the thing alone, the sky and the land.
+const CAMERA: &str = "0,0,700,20,-20,60";
+
+/// So far away, and so large.
+const PLACES: [(f64, f64); 4] = [(0.2, 0.06), (0.5, 0.12), (2.0, 0.6), (10.0, 3.0)];
+
+const REAL: [&str; 4] = [
+    "obj/permissive/suzanne.obj",
+    "obj/permissive/spot_triangulated.obj",
+    "obj/trees_quaternius/Pine_1.obj",
+    "obj/trees_quaternius/DeadTree_3.obj",
+];
+
+/// Puts a thing before the camera.
+fn place(world: &mut World, mesh: &Arc<Mesh>, (away_m, radius_m): (f64, f64), z_up: bool, yaw_deg: f64) -> Pose {
+    let pose = world.pose(CAMERA);
+    let middle_m = pose.position_m + pose.forward * away_m;
+    let mut stance = Stance { z_up, ..shapes::stance(middle_m, yaw_deg, radius_m / mesh.radius_m) };
+    let standing = shapes::place(world, mesh, &stance);
+    stance.origin_m += middle_m - standing.middle_m;
+    shapes::place(world, mesh, &stance);
+    pose
+}
+
+/// Of the ink of `charcoal` in a cell: its texture has gaps, which lie elsewhere on a stroke that is another one's.
+const LEAST_LEFT: f64 = 0.3;
+
+/// What eyes draw that know nothing of each other.
+fn draw_alone(world: &mut World, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
+    let mut of = |eye: usize| draw(&world.gpu, &mut world.surfaces, style, &Rig::mono(rig.eyes[eye])).remove(0);
+    vec![of(0), of(1)]
+}
+
+/// How much of the ink that an eye alone draws is left, in the cell of 30 × 30 pixels where that is least.
+fn least_left(pair: &[DrawnFrame], alone: &[DrawnFrame]) -> f64 {
+    const CELL_PX: u32 = 30;
+    // Fewer pixels than these are ends of lines.
+    const LEAST_INK: f64 = 30.0;
+    let cells = |eye: &DrawnFrame| {
+        let mut sums = vec![0.0; (SIZE_PX[0] / CELL_PX * (SIZE_PX[1] / CELL_PX)) as usize];
+        for (pixel, ink) in (0..).zip(eye.ink.as_ref().unwrap()) {
+            let [column, row] = [pixel % SIZE_PX[0] / CELL_PX, pixel / SIZE_PX[0] / CELL_PX];
+            sums[(row * (SIZE_PX[0] / CELL_PX) + column) as usize] += f64::from(*ink);
+        }
+        sums
+    };
+    let left = pair.iter().zip(alone).flat_map(|(pair, alone)| cells(pair).into_iter().zip(cells(alone)));
+    left.filter(|(_, alone)| *alone >= LEAST_INK).map(|(pair, alone)| pair / alone).fold(f64::INFINITY, f64::min)
+}
+
+struct Measured {
+    orphans: f64,
+    alone: f64,
+    correlation: f64,
+    least_left: f64,
+    /// As both eyes drew it.
+    eyes: Vec<DrawnFrame>,
+}
+
+fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
+    // Of all contours none is lost for the other eye; a cap leaves some out in both.
+    let all = all_lines(style);
+    let all_eyes = draw(&world.gpu, &mut world.surfaces, &all, rig);
+    let least_left = least_left(&all_eyes, &draw_alone(world, &all, rig));
+    let style = Style::load(style).unwrap();
+    let eyes = draw(&world.gpu, &mut world.surfaces, &style, rig);
+    let eyes_alone = draw_alone(world, &style, rig);
+    let (pair, alone) = (agreement(&eyes), agreement(&eyes_alone));
+    let part = |metrics: &Metrics, name: &str| metrics[name].unwrap_or(f64::NAN);
+    let orphans = [&pair, &alone].map(|metrics| part(metrics, "orphans"));
+    println!(
+        "{thing}, {}: coverage {:.3} %, orphans {:.3} %, alone {:.3} %; ink correlates by {:.3}, alone {:.3}; coverage {:.3} of that \
+         alone, in a cell at least {least_left:.3}; other identity {:.2} %, other width {:.2} %",
+        style.name,
+        100.0 * part(&pair, "line_coverage"),
+        100.0 * orphans[0],
+        100.0 * orphans[1],
+        part(&pair, "line_correlation"),
+        part(&alone, "line_correlation"),
+        part(&pair, "line_coverage") / part(&alone, "line_coverage"),
+        100.0 * part(&pair, "other_identity"),
+        100.0 * part(&pair, "other_width"),
+    );
+    let correlation = part(&pair, "line_correlation");
+    Measured { orphans: orphans[0], alone: orphans[1], correlation, least_left, eyes }
+}
+
+#[test]
+fn near_things_have_the_same_lines_for_both_eyes() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    for (shape, soup, places) in [("ball", shapes::sphere(5), &PLACES[..]), ("cube", shapes::cube(), &PLACES[1..3])] {
+        let mesh = Arc::new(shapes::mesh(soup));
+        for &(away_m, radius_m) in places {
+            let pose = place(&mut world, &mesh, (away_m, radius_m), true, 45.0);
+            let rig = rig(pose, IPD_M, SIZE_PX);
+            let thing = format!("{shape} {away_m} m away");
+            let lines = measure(&mut world, &thing, "ink", &rig);
+            let strokes = measure(&mut world, &thing, "charcoal", &rig);
+            // As near as a hand's breadth, all of the ball is between the contours of both eyes.
+            let most = if away_m < 0.5 { 0.1 } else { 0.01 };
+            assert!(lines.orphans <= most && strokes.orphans <= most, "{thing}");
+            assert!(lines.least_left >= 0.8 && strokes.least_left >= LEAST_LEFT, "{thing}");
+            // Strokes that run off the sheet leave it at other places in each eye.
+            assert!(away_m < 0.5 || strokes.correlation >= 0.93, "{thing}");
+            // Planted: strokes of the right eye that lie four pixels lower.
+            let mut eyes = strokes.eyes;
+            // Planted: a column of cells that one eye lost.
+            let mut lost = eyes.clone();
+            let columns = (210..270).flat_map(|column| (0..SIZE_PX[1] as usize).map(move |row| (row, column)));
+            columns.for_each(|(row, column)| lost[0].ink.as_mut().unwrap()[row * SIZE_PX[0] as usize + column] = 0.0);
+            assert!(least_left(&lost, &eyes) < LEAST_LEFT && least_left(&eyes, &eyes) == 1.0, "{thing}");
+            eyes[1].ink.as_mut().unwrap().rotate_right(4 * SIZE_PX[0] as usize);
+            let lower = agreement(&eyes);
+            assert!(lower["orphans"].unwrap() > 0.05 && lower["line_correlation"].unwrap() < 0.9, "{thing}");
+        }
+    }
+}
+
+#[test]
+fn models_have_the_same_lines_for_both_eyes() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    for (i, name) in REAL.iter().enumerate() {
+        let Some(file) = real_data(name) else { continue };
+        let mesh = Arc::new(hachure::mesh::obj::read(&file).unwrap());
+        // A model and a tree as near as a hand, and one of each farther away.
+        for at in &PLACES[1 + i % 2..][..1] {
+            let pose = place(&mut world, &mesh, *at, false, 30.0);
+            let rig = rig(pose, IPD_M, SIZE_PX);
+            let thing = format!("{name} {} m away", at.0);
+            for style in ["ink", "strokes", "charcoal"] {
+                let measured = measure(&mut world, &thing, style, &rig);
+                // Broad strokes on needles as near as a hand: each eye keeps another outline of those side by side, and
+                // gives it a width by its length.
+                let most = if style == "charcoal" && at.0 < 1.0 { 0.02 } else { 0.01 };
+                assert!(measured.orphans <= most, "{thing}, {style}");
+                let least = if style == "charcoal" { LEAST_LEFT } else { 0.8 };
+                assert!(measured.least_left >= least, "{thing}, {style}");
+                assert!(measured.orphans <= (0.5 * measured.alone).max(0.001), "{thing}, {style}");
+            }
+        }
+    }
+}
+
+/// A side of the cube that only the right eye sees, edge-on: the contour runs along its near edge for the left eye, and
+/// along its far edge for the right one.
+#[test]
+fn a_contour_that_jumps_across_a_face_stays_for_both_eyes() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    let mesh = Arc::new(shapes::mesh(shapes::cube()));
+    let pose = place(&mut world, &mesh, PLACES[1], true, 30.0);
+    let charcoal = Style::load("charcoal").unwrap();
+    let eyes = draw(&world.gpu, &mut world.surfaces, &charcoal, &rig(pose, IPD_M, SIZE_PX));
+    // Of the side alone: right of the middle, between the cube's upper and lower edge, without the land's edge behind.
+    let of_side = |eye: &DrawnFrame| {
+        let ink = eye.ink.as_ref().unwrap();
+        let rows = (110..125).chain(150..160);
+        let near = |row: usize| (250..300).map(move |column| row * SIZE_PX[0] as usize + column);
+        rows.flat_map(near).map(|pixel| f64::from(ink[pixel])).sum::<f64>()
+    };
+    let [left, right] = [&eyes[0], &eyes[1]].map(of_side);
+    println!("ink of the side: {left:.1} and {right:.1}");
+    assert!(left > 30.0 && (0.7..1.4).contains(&(left / right)), "{left}, {right}");
+}

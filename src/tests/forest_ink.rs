@@ -1,0 +1,75 @@
+//! Forests are neither black nor bare, from whatever distance they are seen.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+use crate::tests::common;
+
+use common::World;
+use common::draw::{draw, halves, north_west, still};
+use common::forest::of;
+use common::{grid_of, quantile};
+use hachure::composite::PICTURE;
+use hachure::frame::Renderer;
+use hachure::scene::forest::{Form, Species};
+use hachure::style::Style;
+
+const SIZE_PX: [u32; 2] = [256, 144];
+
+/// How dark pictures from a distance are in the mean: 0 is the sheet, 1 black. Near, one picture is a matter of luck.
+fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, away_m: f64) -> f64 {
+    let pitch_deg: f64 = -25.0;
+    let up_m = away_m * -pitch_deg.to_radians().sin();
+    let light = |[r, g, b, _]: &[f64; 4]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let paper = style.paper.color.linear().map(f64::from);
+    let views = if away_m < 100.0 { 8 } else { 1 };
+    let all = (0..views).map(|i| {
+        let i = f64::from(i);
+        let camera = format!("{},{},{up_m},{},{pitch_deg},30", 37.0 + 9.0 * i, -0.6 * away_m, 30.0 + 45.0 * i);
+        let pose = world.pose(&camera);
+        // Strokes of another view would make room only slowly.
+        renderer.forget();
+        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, &north_west());
+        let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
+        picture.iter().map(light).sum::<f64>() / picture.len() as f64 / light(&[paper[0], paper[1], paper[2], 1.0])
+    });
+    1.0 - all.sum::<f64>() / f64::from(views)
+}
+
+/// How many times the middle of some numbers, or its inverse, the one is that is farthest from it.
+fn from_middle(numbers: &[f64]) -> f64 {
+    let middle = quantile(&mut numbers.to_vec(), 0.5);
+    numbers.iter().map(|number| (number / middle).max(middle / number.max(1e-6))).fold(0.0, f64::max)
+}
+
+#[test]
+fn ink_of_a_forest_does_not_depend_on_its_distance() {
+    let Some(mut world) = World::new(grid_of(1025, 1025, 60.0, |_, _| 0.0), 1.0) else { return };
+    let mut forest = of(Form::Conifer, 300.0, 20.0);
+    forest.species = Species::mixed(20.0);
+    let distances_m = [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0, 20_000.0];
+    let styles = ["ink", "strokes", "crosshatch", "pencil", "stipple", "hachures"].map(|name| {
+        let mut style = Style::load(name).unwrap();
+        // What haze does is not asked here.
+        style.haze.faintest_tone = 1.0;
+        (name, style)
+    });
+    let mut of_each = |forest: Option<_>, distances_m: &[f64]| {
+        world.surfaces.set_forest(forest);
+        styles.each_ref().map(|(_, style)| {
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            let of = |away_m: &f64| darkness(&mut world, &mut renderer, style, *away_m);
+            distances_m.iter().map(of).collect::<Vec<_>>()
+        })
+    };
+    let far = 5;
+    let (bare, wooded) = (of_each(None, &distances_m[far..]), of_each(Some(forest), &distances_m));
+    let mut worst = 0.0_f64;
+    for ((name, _), (bare, wooded)) in styles.iter().zip(bare.into_iter().zip(wooded)) {
+        let most = from_middle(&wooded);
+        // Planted: a forest that ends before it is far away.
+        let ends = [&wooded[..far], &bare].concat();
+        assert!(from_middle(&ends) > 2.0, "{ends:?}");
+        println!("{name:12} forest {wooded:.3?}, bare and far {bare:.3?}; at most {most:.2} times the middle");
+        worst = worst.max(most);
+    }
+    assert!(worst < 2.0, "{worst}");
+}

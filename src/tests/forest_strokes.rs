@@ -1,0 +1,272 @@
+//! Near trees have strokes: the edges that the GPU finds on them are those of their meshes in f64, and what is drawn of
+//! these are their outlines.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+use crate::tests::common;
+
+use common::World;
+use common::draw::{NOON, draw, floats, still, strokes_left};
+use common::forest::{DrawnTree, listed, of};
+use common::grid_of;
+use glam::{DVec2, DVec3, Vec3};
+use hachure::forest::edges::{MeshEdge, edges};
+use hachure::forest::species::{Detail, Grown};
+use hachure::frame::Renderer;
+use hachure::gpu::readback::read;
+use hachure::lines::strokes::stroke::INK;
+use hachure::scene::forest::{Form, Species};
+use hachure::scene::view::View;
+use hachure::style::Style;
+use hachure::surface::edges::{EDGE_DRAW, EDGES, Edge};
+use hachure::surface::trees::NEAR;
+use hachure::surface::{POSITION, SURFACE_ID, id};
+
+const SIZE_PX: [u32; 2] = [480, 270];
+const CAMERA: &str = "40,-300,9,10,3,60";
+/// What is nearer along the view axis is not drawn.
+const CLEAR_M: f64 = 5.0;
+const CLEARING_M: f64 = 2.0;
+/// Two places that far apart are two: they come from f32.
+const EXACT_M: f64 = 0.01;
+
+const FORMS: [(Form, Grown); 4] = [
+    (Form::Conifer, Grown::Conifer),
+    (Form::Broadleaf, Grown::Broadleaf),
+    (Form::Birch, Grown::Birch),
+    (Form::Snag, Grown::Snag),
+];
+
+struct Bench {
+    world: World,
+    renderer: Renderer,
+    style: Style,
+    view: View,
+}
+
+impl Bench {
+    /// A plain with all species, and strokes that are made anew in each frame.
+    fn new(camera: &str) -> Option<Self> {
+        let mut world = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02)?;
+        let mut forest = of(Form::Conifer, 250.0, 18.0);
+        forest.species = FORMS.iter().map(|(form, _)| Species::new(*form, 1.0, 18.0)).collect();
+        world.surfaces.set_forest(Some(forest));
+        let mut style = common::all_lines("strokes");
+        style.strokes.as_mut().unwrap().update_every = 1;
+        let view = still(world.pose(camera), SIZE_PX);
+        let renderer = Renderer::new(&world.gpu).unwrap();
+        Some(Self { world, renderer, style, view })
+    }
+
+    /// Draws, and reads the edges of trees.
+    fn edges(&mut self) -> Vec<Edge> {
+        let Self { world, renderer, style, view } = self;
+        for _ in 0..2 {
+            draw(&world.gpu, &mut world.surfaces, renderer, view, style, &NOON);
+        }
+        let vertices: u32 = strokes_left(&world.gpu, renderer, &EDGE_DRAW, 1)[0];
+        let all: Vec<Edge> = strokes_left(&world.gpu, renderer, &EDGES, vertices as usize / 2);
+        // Edges of the land ask for nothing behind them.
+        all.into_iter().filter(|edge| edge.kind >> 8 > 0).collect()
+    }
+
+    /// The trees that have strokes, from near to far; from the eye.
+    fn near_trees(&self) -> Vec<DrawnTree> {
+        let origin_m = self.view.pose.position_m;
+        let mut trees = listed(&self.world, &self.renderer, origin_m);
+        // Most of it is the near mesh.
+        trees.retain(|tree| tree.level == NEAR && tree.shown[1] >= 0.5);
+        let key = |tree: &DrawnTree| ((Vec3::from(tree.instance.flat_m)).length_squared(), tree.instance.id);
+        trees.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap());
+        trees
+    }
+}
+
+/// The near mesh of a tree as it stands, from the eye.
+fn standing(tree: &DrawnTree) -> (Vec<DVec3>, Vec<MeshEdge>) {
+    let own: Vec<DVec3> = FORMS[tree.species as usize].1.grow(Detail::Near).iter().map(|corner| corner.at).collect();
+    let instance = &tree.instance;
+    let foot_m = Vec3::from(instance.flat_m).as_dvec3();
+    let [sine, cosine] = instance.turn.map(f64::from);
+    let at = |corner: &DVec3| {
+        let across_m = DVec2::new(cosine, sine).rotate(corner.truncate()) * f64::from(instance.width_m);
+        foot_m + across_m.extend(corner.z * f64::from(instance.height_m))
+    };
+    (own.iter().map(at).collect(), edges(&own))
+}
+
+/// What is nearer of a tree is not drawn: all of it where its trunk is as near.
+fn clear_m(tree: &DrawnTree) -> f64 {
+    let foot_m = Vec3::from(tree.instance.flat_m).as_dvec3();
+    let height_m = f64::from(tree.instance.height_m);
+    let to_trunk_m = foot_m.truncate().extend(0.0_f64.clamp(foot_m.z, foot_m.z + height_m)).length();
+    let part = ((to_trunk_m - CLEAR_M) / CLEARING_M).clamp(0.0, 1.0);
+    let all_m = to_trunk_m + height_m;
+    all_m + part * part * (3.0 - 2.0 * part) * (CLEAR_M - all_m)
+}
+
+/// Whether an edge should be in the list.
+#[derive(Clone, Copy, PartialEq)]
+enum Verdict {
+    Yes,
+    No,
+    /// Rounding decides, or the border of the picture.
+    Unsure,
+}
+
+/// By brute force: on the picture both corners across lie on one side of the edge.
+fn verdict(view: &View, clear_m: f64, places: &[DVec3], edge: &MeshEdge) -> Verdict {
+    let on_picture = |corner: usize| {
+        let at_m = places[corner];
+        let is_ahead = at_m.dot(view.pose.forward) > clear_m + 0.01;
+        view.place_px(at_m).filter(|_| is_ahead)
+    };
+    let [Some(a), Some(b)] = edge.ends.map(on_picture) else { return Verdict::Unsure };
+    let size = DVec2::new(f64::from(SIZE_PX[0]), f64::from(SIZE_PX[1]));
+    let is_within = |p: DVec2| p.cmpgt(DVec2::splat(1.0)).all() && p.cmplt(size - 1.0).all();
+    if !is_within(a) || !is_within(b) {
+        return Verdict::Unsure;
+    }
+    let Some(other) = edge.across_other else { return Verdict::Yes };
+    let [Some(c), Some(d)] = [edge.across, other].map(on_picture) else { return Verdict::Unsure };
+    // Pixels from the line through the edge.
+    let beside = |p: DVec2| (b - a).perp_dot(p - a) / (b - a).length().max(1e-9);
+    if beside(c).abs().min(beside(d).abs()) < 0.02 || (b - a).length() < 0.02 {
+        return Verdict::Unsure;
+    }
+    if (beside(c) > 0.0) == (beside(d) > 0.0) { Verdict::Yes } else { Verdict::No }
+}
+
+/// Follows the list through the trees: how many edges are as they should be, and how many are not.
+fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (usize, usize) {
+    let is_same = |edge: &Edge, places: &[DVec3], told: &MeshEdge| {
+        let [a, b] = [edge.a_m, edge.b_m].map(|at_m| Vec3::from(at_m).as_dvec3());
+        a.distance(places[told.ends[0]]) < EXACT_M && b.distance(places[told.ends[1]]) < EXACT_M
+    };
+    let (mut right, mut wrong, mut next) = (0, 0, 0);
+    for tree in trees {
+        let (places, edges) = standing(tree);
+        let clear_m = clear_m(tree);
+        for told in &edges {
+            let mut verdict = verdict(&bench.view, clear_m, &places, told);
+            if spoil && told.across_other.is_some() {
+                verdict = match verdict {
+                    Verdict::Yes => Verdict::No,
+                    Verdict::No => Verdict::Yes,
+                    Verdict::Unsure => Verdict::Unsure,
+                };
+            }
+            let is_found = found.get(next).is_some_and(|edge| is_same(edge, &places, told));
+            next += usize::from(is_found);
+            match verdict {
+                Verdict::Unsure => {
+                    // One that is cut has other ends.
+                    let is_cut = |edge: &Edge| {
+                        let [a, b] = [edge.a_m, edge.b_m].map(|at_m| Vec3::from(at_m).as_dvec3());
+                        let [p, q] = told.ends.map(|end| places[end]);
+                        let off_m = |at: DVec3| (at - p).cross(q - p).length() / p.distance(q).max(1e-9);
+                        let cut_m = a.dot(bench.view.pose.forward).min(b.dot(bench.view.pose.forward));
+                        (cut_m - clear_m).abs() < EXACT_M && off_m(a).max(off_m(b)) < EXACT_M
+                    };
+                    next += usize::from(!is_found && found.get(next).is_some_and(is_cut));
+                }
+                Verdict::Yes | Verdict::No => {
+                    if is_found == (verdict == Verdict::Yes) {
+                        right += 1;
+                    } else {
+                        wrong += 1;
+                    }
+                }
+            }
+        }
+    }
+    (right, wrong + found.len() - next)
+}
+
+#[test]
+fn edges_are_contours_of_the_meshes_in_order_of_distance() {
+    let Some(mut bench) = Bench::new(CAMERA) else { return };
+    let found = bench.edges();
+    let trees = bench.near_trees();
+    let (right, wrong) = compare(&bench, &found, &trees, false);
+    println!("{} edges of {} trees; {right} of all are right, {wrong} wrong", found.len(), trees.len());
+    assert!(trees.len() > 10 && found.len() > 1000 && right > 10_000);
+    assert!(wrong * 1000 < right, "{wrong} of {right}");
+    // Planted: what turns away from the eye on both sides or on none; trees in another order.
+    let (right, wrong) = compare(&bench, &found, &trees, true);
+    assert!(wrong * 2 > right);
+    let mut others = trees.clone();
+    others.reverse();
+    let (_, wrong) = compare(&bench, &found, &others, false);
+    assert!(wrong * 2 > found.len(), "{wrong}");
+    // The same again, whichever workgroup was quicker.
+    let again = bench.edges();
+    assert_eq!(bytemuck::cast_slice::<Edge, u8>(&again), bytemuck::cast_slice::<Edge, u8>(&found));
+}
+
+/// Pixels of near trees: those beside which something lies far behind for three pixels, and those around which all is
+/// near.
+fn outline(bench: &Bench) -> [Vec<bool>; 2] {
+    let Bench { world, renderer, .. } = bench;
+    let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
+    let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
+    let along_m: Vec<f64> = floats::<4>(&world.gpu, renderer.target(&POSITION).unwrap())
+        .iter()
+        .map(|at| if at[3] == 0.0 { 1e6 } else { f64::from(at[3]) })
+        .collect();
+    let near: Vec<u32> = bench.near_trees().iter().map(|tree| tree.instance.id).collect();
+    let [width, height] = SIZE_PX.map(|side| side as usize);
+    let is_tree = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        let is_inside = x > 8 && y > 8 && x + 9 < width && y + 9 < height;
+        is_inside && ids[i] >= id::FIRST_TREE && along_m[i] > CLEAR_M + 1.0 && near.contains(&ids[i])
+    };
+    let is_outline = |i: usize| {
+        let is_clear = |step: isize| (1..=3).all(|n| along_m[i.wrapping_add_signed(step * n)] > along_m[i] + 6.0);
+        is_tree(i) && [1, -1, width as isize, -(width as isize)].into_iter().any(is_clear)
+    };
+    let is_within = |i: usize| {
+        let around = (-3..=3_isize).flat_map(|y| (-3..=3).map(move |x| y * width as isize + x));
+        let is_near = |j: usize| (along_m[j] - along_m[i]).abs() < 0.6;
+        is_tree(i) && around.map(|step| i.wrapping_add_signed(step)).all(is_near)
+    };
+    let all = || 0..width * height;
+    [all().map(is_outline).collect(), all().map(is_within).collect()]
+}
+
+#[test]
+fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
+    let Some(mut bench) = Bench::new(CAMERA) else { return };
+    // As wide as a line, and all of them.
+    let strokes = bench.style.strokes.as_mut().unwrap();
+    (strokes.width_px, strokes.taper_px) = (1.5, 0.0);
+    bench.edges();
+    let [outline, within] = outline(&bench);
+    let target = bench.renderer.target(&INK).unwrap();
+    let bytes = read(&bench.world.gpu, target, [0, 0], SIZE_PX).unwrap();
+    let ink: Vec<bool> =
+        bytes.chunks_exact(2).map(|ink| half::f16::from_le_bytes([ink[0], ink[1]]).to_f32() > 0.3).collect();
+    let width = SIZE_PX[0] as usize;
+    let is_near = |all: &[bool], i: usize, dx: usize| {
+        let reach = -2..=2_isize;
+        reach
+            .clone()
+            .any(|y| reach.clone().any(|x| all.get(i.wrapping_add_signed(y * width as isize + x) + dx) == Some(&true)))
+    };
+    let recall = |dx: usize| {
+        let all: Vec<usize> = (0..outline.len()).filter(|i| outline[*i]).collect();
+        (all.iter().filter(|i| is_near(&ink, **i, dx)).count() as f64 / all.len() as f64, all.len())
+    };
+    let (found, all) = recall(0);
+    const BESIDE: usize = 9;
+    let (shifted, _) = recall(BESIDE);
+    let needless = |dx: usize| {
+        let all = (0..within.len() - dx).filter(|i| within[*i]);
+        let (all, inked) = all.fold((0, 0), |(all, inked), i| (all + 1, inked + usize::from(ink[i + dx])));
+        f64::from(inked as u32) / f64::from(all)
+    };
+    println!("{found:.3} of {all} pixels of outlines have a stroke; {shifted:.3} as many pixels beside");
+    println!("{:.4} of what lies within crowns is ink; {:.4} as many pixels beside", needless(0), needless(BESIDE));
+    assert!(all > 1000 && found > 0.95 && needless(0) < 0.01);
+    // Planted: strokes that lie beside.
+    assert!(shifted < 0.8 && needless(BESIDE) > 3.0 * needless(0) + 0.01);
+}

@@ -1,0 +1,248 @@
+//! Light falls on the form of the land: few large masses of shade where the land is rough, the same light where it is
+//! smooth, two sides to every ridge, and paper where it is level.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+use common::draw::{draw, floats, halves, places_m, still};
+use common::{World, grid_of, random, rough_height_m};
+use glam::DVec3;
+use hachure::composite::PICTURE;
+use hachure::frame::{Light, Renderer};
+use hachure::scene::Sun;
+use hachure::style::Style;
+use hachure::surface::NORMAL;
+use hachure::tones::TONE;
+
+const SIZE_PX: [u32; 2] = [480, 270];
+
+/// A style whose tone is light, in steps or smooth.
+fn style(steps: u32, light: &str) -> Style {
+    let text = format!(
+        "name = \"form\"\ndescription = \"\"\n[light]\nwrap = 0\n{light}\n[tone]\nkind = \"toon\"\nsteps = {steps}\n\
+         darkest = 0\nlightest = 1\n"
+    );
+    Style::parse("form", &text).unwrap()
+}
+
+fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
+    Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None, focus: None }
+}
+
+/// What a second frame draws: tones, and none where the sky is.
+fn tones(world: &mut World, style: &Style, light: &Light, camera: &str) -> Vec<Option<f64>> {
+    let pose = world.pose(camera);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    for _ in 0..2 {
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
+    }
+    let places = places_m(&world.gpu, &renderer, pose.position_m);
+    let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
+    tones.iter().zip(places).map(|([.., tone], place)| place.map(|_| *tone)).collect()
+}
+
+/// The islands of a stepped tone: what part of the land lies in those that are smaller than 0.2 % of the picture; and how
+/// many pairs of neighbours a border of two steps goes between.
+fn broken(tones: &[Option<f64>]) -> (f64, usize) {
+    let [width, height] = SIZE_PX.map(|side| side as usize);
+    let step = |i: usize| tones[i].map(|tone| (tone * 1000.0).round() as i64);
+    let neighbours = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        [
+            (x > 0, i.wrapping_sub(1)),
+            (x + 1 < width, i + 1),
+            (y > 0, i.wrapping_sub(width)),
+            (y + 1 < height, i + width),
+        ]
+        .into_iter()
+        .filter_map(|(is_there, neighbour)| is_there.then_some(neighbour))
+    };
+    let (mut seen, mut small, mut land, mut border) = (vec![false; tones.len()], 0, 0, 0);
+    for first in 0..tones.len() {
+        if seen[first] || tones[first].is_none() {
+            continue;
+        }
+        let (mut island, mut next) = (0, vec![first]);
+        seen[first] = true;
+        while let Some(i) = next.pop() {
+            island += 1;
+            for neighbour in neighbours(i).filter(|neighbour| tones[*neighbour].is_some()) {
+                if step(neighbour) != step(i) {
+                    border += 1;
+                } else if !seen[neighbour] {
+                    seen[neighbour] = true;
+                    next.push(neighbour);
+                }
+            }
+        }
+        land += island;
+        small += if island < tones.len() / 500 { island } else { 0 };
+    }
+    (small as f64 / land as f64, border / 2)
+}
+
+/// Real land is rough at every scale, as this is; the same is measured on real land where there is some.
+#[test]
+fn rough_land_has_few_large_masses_of_shade() {
+    let Some(mut world) = World::new(grid_of(1025, 1025, 30.0, rough_height_m), 0.0) else { return };
+    let light = sun(300.0, 35.0);
+    for camera in ["0,-9000,+900,10,-14,50", "3000,2000,+1500,200,-20,50", "0,0,+30000,0,-90,40"] {
+        let (of_samples, long) = broken(&tones(&mut world, &style(4, ""), &light, camera));
+        let (of_form, short) = broken(&tones(&mut world, &style(4, "form_px = 16"), &light, camera));
+        println!(
+            "{camera}: {of_samples:.4} of the land in small islands and {long} px of border; {of_form:.4}, {short} px"
+        );
+        assert!(of_form < 0.04 && of_form < 0.1 * of_samples && 8 * short < long);
+        // Planted: the land as it is.
+        assert!(of_samples > 0.02);
+    }
+}
+
+#[test]
+fn smooth_land_is_lit_as_it_was() {
+    let hill = |x: f64, y: f64| 900.0 * (-(x * x + y * y) / (2.0 * 4000.0_f64.powi(2))).exp();
+    let Some(mut world) = World::new(grid_of(1025, 1025, 30.0, hill), 0.0) else { return };
+    let light = sun(300.0, 35.0);
+    let differ = |world: &mut World, camera: &str| {
+        let plain = tones(world, &style(0, ""), &light, camera);
+        let formed = tones(world, &style(0, "form_px = 16"), &light, camera);
+        let differences = plain.iter().zip(&formed).filter_map(|(a, b)| Some(((*a)? - (*b)?).abs()));
+        let differences: Vec<f64> = differences.collect();
+        differences.iter().filter(|difference| **difference > 0.02).count() as f64 / differences.len() as f64
+    };
+    for camera in ["0,-9000,+900,0,-10,50", "0,0,+20000,0,-90,40"] {
+        let part = differ(&mut world, camera);
+        println!("{camera}: {part:.5} of the land is lit otherwise by more than 0.02");
+        // A pixel or two beside the skyline, where blocks of the form see the land from another side.
+        assert!(part < 0.003, "{part}");
+    }
+    // Planted: land that is not smooth.
+    let Some(mut rough) = World::new(grid_of(257, 257, 30.0, rough_height_m), 0.0) else { return };
+    assert!(differ(&mut rough, "0,0,+20000,0,-90,40") > 0.1);
+}
+
+/// A roof: its two sides, and which way it runs.
+fn ridge(along_x: bool) -> Option<World> {
+    let height_m = move |x: f64, y: f64| -0.5 * (if along_x { y } else { x }).hypot(200.0);
+    World::new(grid_of(513, 513, 30.0, height_m), 0.0)
+}
+
+#[test]
+fn a_ridge_along_the_light_has_two_sides() {
+    // The light comes along the x axis.
+    let light = sun(270.0, 40.0);
+    let apart = |world: &mut World, keys: &str| {
+        let tones = tones(world, &style(0, keys), &light, "0,0,+4000,0,-90,40");
+        // To the left and above the middle, and on the other side of the ridge.
+        let [width, height] = SIZE_PX.map(|side| side as usize);
+        let at = |x: usize, y: usize| tones[y * width + x].unwrap();
+        [
+            at(width / 2, height / 2 - 20) - at(width / 2, height / 2 + 20),
+            at(width / 2 - 20, height / 2) - at(width / 2 + 20, height / 2),
+        ]
+    };
+    let Some(mut along) = ridge(true) else { return };
+    let [still, turned] = ["form_px = 8", "form_px = 8\nturn_deg = 30"].map(|keys| apart(&mut along, keys)[0].abs());
+    println!("a ridge along the light: its sides are {still:.3} apart, turned {turned:.3}");
+    assert!(still < 0.02 && turned > 0.1);
+    let Some(mut across) = ridge(false) else { return };
+    let [still, turned] = ["form_px = 8", "form_px = 8\nturn_deg = 30"].map(|keys| apart(&mut across, keys)[1].abs());
+    println!("a ridge across it: {still:.3}, turned {turned:.3}");
+    // Its light stays.
+    assert!(still > 0.3 && (still - turned).abs() < 0.02);
+}
+
+/// Plains of 1.5° and slopes of 12°, both with some noise.
+#[test]
+fn level_land_is_paper() {
+    let land = |x: f64, y: f64| {
+        let noise_m = 0.3 * random((x / 30.0) as i64, (y / 30.0) as i64);
+        noise_m + if y < 0.0 { 0.026 * x } else { 0.026 * x + 0.21 * y }
+    };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, land), 0.0) else { return };
+    let light = sun(315.0, 40.0);
+    for name in ["hachures", "engraving", "crosshatch", "pencil", "stipple", "woodcut"] {
+        let mut ink = |level: bool| {
+            let mut style = Style::load(name).unwrap();
+            style.strokes = None;
+            style.paper.grain = 0.0;
+            if !level {
+                style.light.level_deg = 0.0;
+                // Nor is it white because light is strong.
+                style.light.exposure = 1.0;
+                style.cuts.iter_mut().flat_map(|cuts| &mut cuts.layers).for_each(|layer| layer.level_deg = 0.5);
+                style.rows.iter_mut().for_each(|rows| rows.level_deg = 0.5);
+            }
+            let pose = world.pose("0,0,+2500,0,-90,50");
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            for _ in 0..3 {
+                draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
+            }
+            let paper = style.paper.color.linear().map(f64::from);
+            let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
+            let half = picture.len() / 2;
+            let mean = |texels: &[[f64; 4]]| texels.iter().map(|texel| texel[1]).sum::<f64>() / texels.len() as f64;
+            // The picture's upper half is the slope, some rows around the middle are neither.
+            let rows = 24 * SIZE_PX[0] as usize;
+            [&picture[half + rows..], &picture[..half - rows]].map(|part| 1.0 - mean(part) / paper[1])
+        };
+        let [plain, slope] = ink(true);
+        let [grit, _] = ink(false);
+        println!("{name:12} plain {plain:.4}, slope {slope:.3}; without level_deg the plain {grit:.3}");
+        assert!(plain <= 0.01 && slope > 0.05, "{name}: {plain} {slope}");
+        // Planted: without it there is some.
+        assert!(grit > 0.01, "{name}: {grit}");
+    }
+}
+
+/// The form is a function of place and distance: the tone of a place stays when the camera turns.
+#[test]
+fn a_turn_does_not_move_the_form() {
+    let Some(mut world) = World::new(grid_of(1025, 1025, 30.0, rough_height_m), 0.0) else { return };
+    let light = sun(300.0, 35.0);
+    let mut shot = |keys: &str, yaw_deg: f64| {
+        let style = style(0, keys);
+        let pose = world.pose(&format!("0,-9000,+900,{yaw_deg},-14,50"));
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        for _ in 0..2 {
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
+        }
+        let tones: Vec<f64> =
+            halves(&world.gpu, renderer.target(&TONE).unwrap()).into_iter().map(|[.., tone]| tone).collect();
+        let places = places_m(&world.gpu, &renderer, pose.position_m);
+        let normals = floats::<4>(&world.gpu, renderer.target(&NORMAL).unwrap());
+        (pose, tones, places, normals)
+    };
+    let mut moved = |keys: &str, planted: usize| {
+        let (_, tones, places, _) = shot(keys, 10.0);
+        let (pose, turned, turned_places, normals) = shot(keys, 13.0);
+        let view = still(pose, SIZE_PX);
+        let mut differences: Vec<f64> = Vec::new();
+        for (tone, at_m) in tones.iter().zip(&places).filter_map(|(tone, place)| Some((tone, (*place)?))) {
+            let Some(px) = view.place_px(at_m - pose.position_m) else { continue };
+            let [x, y] = [px.x.floor(), px.y.floor()];
+            if x < 0.0 || y < 0.0 || x >= f64::from(SIZE_PX[0]) || y >= f64::from(SIZE_PX[1]) {
+                continue;
+            }
+            let i = y as usize * SIZE_PX[0] as usize + x as usize;
+            let toward = DVec3::from_array([0, 1, 2].map(|axis| f64::from(normals[i][axis])));
+            // The same face of the land, not seen along it.
+            let is_same =
+                turned_places[i].is_some_and(|place| place.distance(at_m) < 0.0015 * at_m.distance(pose.position_m));
+            if is_same && toward.dot((pose.position_m - at_m).normalize()) > 0.15 {
+                differences.push((turned[(i + planted) % turned.len()] - tone).abs());
+            }
+        }
+        assert!(differences.len() > 5_000, "{}", differences.len());
+        common::quantile(&mut differences, 0.95)
+    };
+    let [form, samples, planted] =
+        [("form_px = 16", 0), ("", 0), ("form_px = 16", 12)].map(|(keys, aside)| moved(keys, aside));
+    println!(
+        "95 % of places keep their tone within {form:.4}; the land as it is {samples:.4}; 12 pixels aside {planted:.4}"
+    );
+    // A pixel sees the land up to half a pixel beside, and more of it changes there where it is not generalised.
+    assert!(form < 0.02 && form < samples);
+    // Planted: places that are not the same.
+    assert!(planted > 0.02);
+}

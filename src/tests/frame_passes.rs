@@ -1,0 +1,294 @@
+//! `src/frame_passes.md` says what frames do: its table is made from the traces of frames that were drawn.
+//!
+//! `HACHURE_REWRITE=1 cargo test --release --test frame_passes` writes the table anew.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::disallowed_methods, reason = "the list is a file of the source, which is under version control")]
+
+use crate::tests::common;
+
+use common::hill::Hill;
+use common::shapes;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use glam::DVec3;
+use hachure::frame::{self, Antialias, Renderer};
+use hachure::gpu::shader::SHADERS;
+use hachure::gpu::target::{Target, TargetKind};
+use hachure::gpu::trace::{PassTrace, Traced};
+use hachure::picture::show::{self, ShowError};
+use hachure::scene::Wind;
+use hachure::scene::forest::Form;
+use hachure::scene::stereo::Pair;
+use hachure::scene::view::{Pose, View};
+use hachure::style::{self, Detector, ReliefKind, Style};
+use hachure::surface::hidden::HiddenArea;
+
+use crate::tests::common::World;
+use crate::tests::common::draw::{draw, north_west};
+
+const LIST: &str = include_str!("../frame_passes.md");
+const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/frame_passes.md");
+const BEGIN: &str = "<!-- The table begins. -->\n";
+const END: &str = "<!-- The table ends. -->\n";
+
+const SIZE_PX: [u32; 2] = [96, 54];
+
+/// What a pass of any frame reads and writes, and which frames have it.
+struct Row {
+    name: &'static str,
+    reads: BTreeSet<String>,
+    writes: BTreeSet<String>,
+    frames: BTreeSet<String>,
+}
+
+/// A kind of frame: a preset's, or the same over meshes, or with motion.
+struct Traces {
+    presets: Vec<&'static str>,
+    rows: Vec<Row>,
+}
+
+fn named(used: &Traced) -> String {
+    used.format().map_or_else(|| used.name.to_owned(), |format| format!("{} `{format:?}`", used.name))
+}
+
+impl Traces {
+    /// Adds a frame: passes that are new stand behind the one that they followed.
+    fn add(&mut self, renderer: &str, trace: &[PassTrace]) {
+        let mut at = 0;
+        for pass in trace {
+            let found = self.rows.iter().position(|row| row.name == pass.name);
+            let row = found.unwrap_or_else(|| {
+                let (reads, writes, frames) = Default::default();
+                self.rows.insert(at, Row { name: pass.name, reads, writes, frames });
+                at
+            });
+            // What runs again and again stands where it first ran.
+            at = at.max(row + 1);
+            self.rows[row].reads.extend(pass.reads.iter().map(named));
+            self.rows[row].writes.extend(pass.writes.iter().map(named));
+            self.rows[row].frames.insert(renderer.to_owned());
+        }
+    }
+
+    /// In which frames a pass runs.
+    fn when(&self, row: &Row) -> String {
+        let styles: Vec<&str> = self.presets.iter().copied().filter(|name| row.frames.contains(*name)).collect();
+        if styles.len() == self.presets.len() {
+            return "always".to_owned();
+        }
+        if styles.is_empty() {
+            return row.frames.iter().cloned().collect::<Vec<_>>().join(", ");
+        }
+        format!("`{}`", styles.join("`, `"))
+    }
+
+    fn table(&self) -> String {
+        let mut text = "| # | pass | reads | writes | in frames of |\n| --- | --- | --- | --- | --- |\n".to_owned();
+        let list = |names: &BTreeSet<String>| names.iter().cloned().collect::<Vec<_>>().join(", ");
+        for (number, row) in (1..).zip(&self.rows) {
+            let (reads, writes, when) = (list(&row.reads), list(&row.writes), self.when(row));
+            text += &format!("| {number} | `{}` | {reads} | {writes} | {when} |\n", row.name);
+        }
+        text
+    }
+}
+
+fn drawing(world: &mut World, renderer: &mut Renderer, style: &Style, poses: [Pose; 2]) -> Vec<PassTrace> {
+    let [previous, pose] = poses;
+    let view = View::whole(previous, pose, SIZE_PX);
+    renderer.set_traces(true);
+    draw(&world.gpu, &mut world.surfaces, renderer, &view, style, &north_west());
+    renderer.trace().to_vec()
+}
+
+fn traces() -> Option<Traces> {
+    let (hill, mut world) = shapes::hill()?;
+    let mut traces = Traces { presets: style::names(), rows: Vec::new() };
+    let pose = world.pose("900,-900,+20,315,3,60");
+    // Between updates strokes are moved along.
+    let next = Pose { position_m: pose.position_m + DVec3::X * 0.01, ..pose };
+    // A turn makes them anew, and they take over from those of the frame before.
+    let turned = world.pose("900,-900,+20,326,3,60");
+    // The frames that have most come first: their order is that of all.
+    traces.presets.sort_by_key(|name| (!["pen", "wash"].contains(name), *name));
+    for name in traces.presets.clone() {
+        let style = Style::load(name).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let first = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+        let then = drawing(&mut world, &mut renderer, &style, [pose, next]);
+        let last = drawing(&mut world, &mut renderer, &style, [next, turned]);
+        [first, then, last].iter().for_each(|trace| traces.add(name, trace));
+    }
+    for name in ["ink", "pencil"] {
+        let style = Style::load(name).unwrap();
+        let rig = Pair { ipd_m: 1.0, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_traces(true);
+        let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, &style, &north_west());
+        renderer.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
+        traces.add("pairs of eyes", renderer.trace());
+    }
+    for name in ["ink", "pen"] {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_antialias(Antialias::Temporal);
+        let trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
+        traces.add("temporal anti-aliasing", &trace);
+    }
+    let mut style = Style::load("ink").unwrap();
+    style.lines.as_mut().unwrap().detector = Detector::Curvature;
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+    traces.add("styles with `detector = \"curvature\"`", &trace);
+    for kind in [ReliefKind::Scaling, ReliefKind::Exaggerated] {
+        let mut style = Style::load("relief").unwrap();
+        style.relief.as_mut().unwrap().kind = kind;
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+        traces.add(&format!("styles with relief of kind `{}`", kind.name()), &trace);
+    }
+    let mut style = Style::load("suggestive").unwrap();
+    style.strokes.as_mut().unwrap().ridge_apparent = true;
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+    traces.add("styles with apparent ridges", &trace);
+    let style = Style::load("pen").unwrap();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &style.clone().for_map(10.0), [pose; 2]);
+    traces.add("maps of styles with lines of equal height", &trace);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_wants_motion(true);
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+    traces.add("channel `motion`", &trace);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+    traces.add("headsets that hide areas", &trace);
+    world.surfaces.set_forest(Some(common::forest::of(Form::Conifer, 100.0, 20.0)));
+    for style in [&style, &Style::load("crosshatch").unwrap(), &Style::load("wash").unwrap()] {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, style, [pose; 2]);
+        traces.add("scenes with a forest", &trace);
+    }
+    world.surfaces.set_wind(Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_wants_motion(true);
+    let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
+    traces.add("scenes with a forest in wind", &trace);
+    world.surfaces.set_wind(None);
+    world.surfaces.set_forest(None);
+    let text = "name = \"water\"\ndescription = \"\"\n[water]\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n";
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(&mut world, &mut renderer, &Style::parse("water", text).unwrap(), [pose; 2]);
+    traces.add("styles with water", &trace);
+    let at_m = DVec3::new(850.0, -850.0, 0.0);
+    let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
+    shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(at_m, 0.0, 10.0));
+    for style in [&style, &Style::load("wash").unwrap(), &Style::load("hachures").unwrap()] {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, style, [pose; 2]);
+        traces.add("scenes with meshes", &trace);
+    }
+    let (_, mut grid) = Hill::square(321, 10.0);
+    let is_hole = |i: usize| (200..260).contains(&(i % 321)) && (200..260).contains(&(i / 321));
+    grid.heights_m.iter_mut().enumerate().filter(|(i, _)| is_hole(*i)).for_each(|(_, height_m)| *height_m = f32::NAN);
+    let mut world = World::new(grid, 1.0)?;
+    for name in ["ink", "pen"] {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
+        traces.add("land with holes", &trace);
+    }
+    traces.presets.sort_unstable();
+    Some(traces)
+}
+
+#[test]
+fn the_table_is_that_of_the_frames() {
+    let Some(mut traces) = traces() else { return };
+    let table = traces.table();
+    let (begin, end) = (LIST.find(BEGIN).unwrap() + BEGIN.len(), LIST.find(END).unwrap());
+    if std::env::var_os("HACHURE_REWRITE").is_some() {
+        std::fs::write(PATH, format!("{}\n{table}\n{}", &LIST[..begin], &LIST[end..])).unwrap();
+    }
+    let written = LIST[begin..end].trim();
+    for (written, drawn) in written.lines().zip(table.lines()) {
+        assert_eq!(written, drawn, "HACHURE_REWRITE=1 writes the table anew");
+    }
+    assert_eq!(written, table.trim(), "HACHURE_REWRITE=1 writes the table anew");
+    // Every shader is a pass of some frame.
+    let drawn: BTreeSet<&str> = traces.rows.iter().map(|row| row.name).collect();
+    // The window's own pass and the headset's are not of the frame.
+    let beside = ["composite/present", "headset/show"];
+    let known: BTreeSet<&str> = SHADERS.iter().map(|(name, _)| *name).filter(|name| !beside.contains(name)).collect();
+    assert_eq!(drawn, known);
+    assert!(beside.iter().all(|name| LIST.contains(name)));
+    // Planted: a pass that reads one thing more, and one that nobody has listed.
+    let more = Traced { name: "nothing", texture: None, bytes: 0 };
+    let planted = |name| PassTrace { name, submit: 0, reads: vec![more.clone()], writes: Vec::new() };
+    for name in ["surface/land/resolve", "surface/none"] {
+        traces.add("ink", &[planted(name)]);
+        assert!(traces.table() != table, "{name}");
+    }
+}
+
+/// Looks at every picture that a trace names; their names.
+fn look_at_all(world: &World, trace: &[PassTrace]) -> Result<BTreeSet<&'static str>, ShowError> {
+    let mut names = BTreeSet::new();
+    for (name, texture) in show::pictures(trace) {
+        let shown = show::read(&world.gpu, trace, name, SIZE_PX)?;
+        let [width, height] = shown.size_px;
+        assert!(width >= texture.width() && height >= texture.height(), "{name}");
+        assert_eq!(shown.rgba8().len() as u32, 4 * width * height, "{name}");
+        assert!(!shown.channels().is_empty(), "{name}");
+        names.insert(name);
+    }
+    Ok(names)
+}
+
+#[test]
+fn every_picture_of_a_frame_can_be_shown() {
+    let Some((_, mut world)) = shapes::hill() else { return };
+    let pose = world.pose("900,-900,+20,315,3,60");
+    let mut names = BTreeSet::new();
+    let mut trace = Vec::new();
+    for name in style::names() {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_wants_motion(true);
+        trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
+        names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
+        world.gpu.check().unwrap();
+    }
+    // They are those of the table: a name stands before its format.
+    let is_listed = |name: &&str| LIST.contains(&format!(" {name} `"));
+    assert!(names.len() > 20 && names.iter().all(is_listed), "{names:?}");
+    assert!(
+        ["depth", "surface id", "height tiles", "ramp", "stroke texture", "motion", "horizon maps"]
+            .iter()
+            .all(|name| names.contains(name))
+    );
+    // Planted: a picture of a format that nobody has taught to show itself, and one that is not there.
+    let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint);
+    let texture = Some(Target::new(&world.gpu, &kind, [4, 4]).texture);
+    let new = Traced { name: "new", texture, bytes: 64 };
+    trace.push(PassTrace { name: "surface/none", submit: 0, reads: vec![new], writes: Vec::new() });
+    assert!(matches!(look_at_all(&world, &trace), Err(ShowError::Format { name: "new", .. })));
+    let error = show::read(&world.gpu, &trace, "nwe", SIZE_PX).unwrap_err().to_string();
+    assert!(error.contains("--show nwe") && error.contains("new") && error.contains("surface id"), "{error}");
+}
+
+#[test]
+fn the_pictures_of_the_list_are_those_of_the_table() {
+    let (_, meanings) = LIST.split_once("## What the formats hold").unwrap();
+    let (begin, end) = (LIST.find(BEGIN).unwrap(), LIST.find(END).unwrap());
+    let table = &LIST[begin..end];
+    let mut pictures = 0;
+    for row in meanings.lines().filter_map(|line| line.strip_prefix("| `")) {
+        let (names, _) = row.split_once(" |").unwrap();
+        for name in names.split("`, `").map(|name| name.trim_end_matches('`')) {
+            assert!(table.contains(&format!("{name} `")), "no pass has a picture that is called {name}");
+            pictures += 1;
+        }
+    }
+    assert!(pictures > 15, "{pictures}");
+}

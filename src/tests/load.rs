@@ -1,0 +1,277 @@
+//! The same picture under load: whatever order tiles come in, and whatever else the machine does, a file shows the same
+//! to the bit.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use common::stores::{Accident, Bumpy, Fate, Shuffled};
+use common::{grid_of, pose_of, rough_height_m};
+use glam::{DVec2, DVec3};
+use hachure::frame::{Light, Renderer};
+use hachure::gpu::Gpu;
+use hachure::gpu::readback::read_buffer;
+use hachure::lines::strokes::samples::Sample;
+use hachure::lines::strokes::{COUNTS, SEGMENTS, Segment, StrokeCounts};
+use hachure::picture::{self, PictureRequest};
+use hachure::pyramid::store::{Ground, MosaicStore};
+use hachure::pyramid::surface::statistics::TileStatistics;
+use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
+use hachure::scene::camera::Camera;
+use hachure::scene::view::{Pose, View};
+use hachure::source::{HeightGrid, Silent, WorldMapping};
+use hachure::style::{Style, names};
+use hachure::surface::edges::{EDGES, Edge};
+use hachure::tiles::Terrain;
+use hachure::tiles::earth_curvature::EarthCurvature;
+use hachure::tiles::grid_projection::GridProjection;
+use hachure::tiles::needed::{LevelRule, TilePlaces, needed};
+use hachure::tiles::terrain::TerrainOptions;
+
+const SIZE_PX: [u32; 2] = [96, 54];
+const ROOM: u64 = 64 << 20;
+
+fn bake(grid: &HeightGrid, path: &Path) -> Arc<dyn TileStore> {
+    pyramid::bake(grid, path, &BakeOptions::default(), &Silent).unwrap();
+    Arc::new(Pyramid::open(path).unwrap())
+}
+
+type Land = (&'static str, Arc<dyn TileStore>);
+
+/// A land whose tiles know their errors.
+fn measured(folder: &Path) -> Land {
+    ("measured", bake(&grid_of(1401, 1290, 20.0, rough_height_m), &folder.join("land.tif")))
+}
+
+/// The same, the same without errors, and one of two members.
+fn lands(folder: &Path) -> [Land; 3] {
+    let measured = measured(folder);
+    std::fs::copy(folder.join("land.tif"), folder.join("bare.tif")).unwrap();
+    let estimated = pyramid::store::open_local_cog(&folder.join("bare.tif")).unwrap().unwrap();
+    let coarse = bake(&grid_of(520, 500, 40.0, rough_height_m), &folder.join("coarse.tif"));
+    let fine = bake(&grid_of(700, 640, 10.0, rough_height_m), &folder.join("fine.tif"));
+    let mosaic = Arc::new(MosaicStore::new(vec![fine, coarse]).unwrap());
+    [measured, ("estimated", estimated), ("mosaic", mosaic)]
+}
+
+/// Draws views of a land one after the other, as a file is drawn: bits of all pixels of each.
+struct Easel {
+    gpu: Gpu,
+    style: Style,
+    renderer: Option<Renderer>,
+}
+
+impl Easel {
+    fn new(style: &str) -> Option<Self> {
+        Some(Self { gpu: common::gpu()?, style: Style::load(style).unwrap(), renderer: None })
+    }
+
+    fn take_up(&mut self, style: &str) {
+        self.style = Style::load(style).unwrap();
+        self.renderer = None;
+    }
+
+    fn draw(&mut self, store: &Arc<dyn TileStore>, memory_bytes: u64, poses: &[Pose]) -> Vec<Vec<[u32; 4]>> {
+        let options = TerrainOptions { tile_memory_bytes: memory_bytes, ..TerrainOptions::default() };
+        let mut surfaces = Terrain::new(&self.gpu, Arc::clone(store), options).unwrap().into();
+        let light =
+            Light { to_sun: DVec3::new(-0.5, 0.5, 0.3).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None };
+        if let Some(renderer) = &mut self.renderer {
+            renderer.forget();
+        }
+        let mut previous = poses[0];
+        poses
+            .iter()
+            .map(|pose| {
+                let still = PictureRequest::still(*pose, SIZE_PX, &self.style, light);
+                let request = PictureRequest { previous: std::mem::replace(&mut previous, *pose), ..still };
+                let mut bits = Vec::new();
+                picture::render(&self.gpu, &mut self.renderer, &mut surfaces, &request, |band| {
+                    bits.extend(band.picture.iter().map(|texel| texel.map(f32::to_bits)));
+                    Ok::<_, std::convert::Infallible>(())
+                })
+                .unwrap();
+                bits
+            })
+            .collect()
+    }
+}
+
+fn poses(store: &Arc<dyn TileStore>, views: &[&str]) -> Vec<Pose> {
+    let ground = Ground::new(Arc::clone(store));
+    let size = store.levels()[0];
+    let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
+    let pose = |view: &&str| {
+        let camera: Camera = view.parse().unwrap();
+        pose_of(&camera.on_ground(|x, y| {
+            let grid = mapping.grid_from_world(DVec2::new(x, y));
+            ground.height_m(grid.x, grid.y).unwrap_or(f64::from(store.range_m()[1]))
+        }))
+    };
+    views.iter().map(pose).collect()
+}
+
+/// Pixels that differ.
+fn apart(a: &[[u32; 4]], b: &[[u32; 4]]) -> usize {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
+}
+
+/// Draws with a tile the last one of all, `most` different ones in turn; how many drawings differ from the one without
+/// delays.
+fn differing_orders(easel: &mut Easel, land: &Land, memory_bytes: u64, views: &[&str], most: usize) -> usize {
+    let (name, inner) = land;
+    let poses = poses(inner, views);
+    let first = Shuffled::new(Arc::clone(inner), 0, None);
+    let expected = easel.draw(&(Arc::clone(&first) as Arc<dyn TileStore>), memory_bytes, &poses);
+    let tiles = first.fetched();
+    let count = tiles.len().min(most);
+    let mut differing = 0;
+    for i in 0..count {
+        let late = tiles[tiles.len() - 1 - i * tiles.len() / count];
+        let store: Arc<dyn TileStore> = Shuffled::new(Arc::clone(inner), 1 + i as u64, Some(late));
+        let drawn = easel.draw(&store, memory_bytes, &poses);
+        let pixels: Vec<usize> = drawn.iter().zip(&expected).map(|(a, b)| apart(a, b)).collect();
+        if pixels.iter().any(|pixels| *pixels > 0) {
+            println!("{name}, {}: {late:?} last: {pixels:?} pixels differ", easel.style.name);
+            differing += 1;
+        }
+    }
+    println!("{name}, {}: {differing} of {count} orders differ; {} tiles", easel.style.name, tiles.len());
+    differing
+}
+
+/// A flight; the ground under the camera is not in the picture.
+const FLIGHT: [&str; 4] = [
+    "-2000,-3000,+300,30,-12,60",
+    "-1990,-2950,+280,33,-11,60",
+    "-1980,-2900,+260,36,-10,60",
+    "-1900,-2500,+200,50,-4,60",
+];
+
+/// Set, all presets are drawn, in more orders: minutes.
+fn is_long() -> bool {
+    std::env::var_os("HACHURE_LARGE").is_some()
+}
+
+#[test]
+fn any_order_of_tiles_gives_the_same_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let lands = lands(folder.path());
+    let Some(mut easel) = Easel::new("plain") else { return };
+    let mut differing = 0;
+    for land in &lands {
+        let most = if is_long() { 100 } else { 16 };
+        differing += differing_orders(&mut easel, land, ROOM, &FLIGHT[..1], most);
+        differing += differing_orders(&mut easel, land, ROOM, &FLIGHT[3..], most);
+    }
+    let styles: Vec<&str> = if is_long() { names() } else { vec!["pencil"] };
+    for style in styles {
+        easel.take_up(style);
+        let most = if is_long() { 24 } else { 4 };
+        differing += differing_orders(&mut easel, &lands[0], ROOM, &FLIGHT[3..], most);
+    }
+    assert_eq!(differing, 0);
+}
+
+#[test]
+fn a_tile_that_is_another_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let land = measured(folder.path());
+    let Some(mut easel) = Easel::new("plain") else { return };
+    let poses = poses(&land.1, &FLIGHT[..1]);
+    let expected = easel.draw(&land.1, ROOM, &poses);
+    // Planted: of all tiles one is raised by ten centimetres.
+    let raised: Accident = Box::new(|tile, _| match tile {
+        TileAddress { level: 0, x: 2, y: 2 } => Fate::ComesRaised(0.1),
+        _ => Fate::Comes,
+    });
+    let store: Arc<dyn TileStore> = Bumpy::new(Arc::clone(&land.1), 0, raised);
+    let pixels = apart(&easel.draw(&store, ROOM, &poses)[0], &expected[0]);
+    println!("{pixels} pixels differ");
+    assert!(pixels > 0);
+}
+
+#[test]
+fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
+    // Planted: what is needed by a view that has not looked at one of its tiles yet. If no tile wanted more than its
+    // footprint says, the orders of the tests above would be no test.
+    let folder = tempfile::tempdir().unwrap();
+    let (_, store) = measured(folder.path());
+    let size = store.levels()[0];
+    let mapping = WorldMapping::new(store.georeference(), size.width, size.height).unwrap();
+    let grid_projection = GridProjection::fit(&mapping, size.width, size.height);
+    let pose = poses(&store, &FLIGHT[..1])[0];
+    let view = View::whole(pose, pose, SIZE_PX);
+    let earth_curvature = EarthCurvature { inverse_radius: 0.0, camera_z_m: pose.position_m.z, lowest_m: 0.0 };
+    let rule = LevelRule {
+        camera_m: pose.position_m,
+        frusta: vec![view.frustum()],
+        focal_px: view.focal_px(),
+        error_px: 0.5,
+        earth_curvature,
+    };
+    let mut all: HashMap<TileAddress, TileStatistics> = HashMap::new();
+    for (level, size) in (0..).zip(store.levels()) {
+        for (x, y) in (0..size.tiles_y()).flat_map(|y| (0..size.tiles_x()).map(move |x| (x, y))) {
+            let address = TileAddress { level, x, y };
+            all.insert(address, Arc::clone(&store).load(address).unwrap().statistics);
+        }
+    }
+    let find = |without: Option<TileAddress>| {
+        let known = |tile| all.get(&tile).filter(|_| Some(tile) != without);
+        let mut places = TilePlaces::default();
+        let found = needed(
+            &hachure::tiles::needed::Land { store: &*store, grid_projection: &grid_projection },
+            &mut places,
+            known,
+            &rule,
+        );
+        found.into_iter().map(|tile| tile.address).collect::<Vec<_>>()
+    };
+    let expected = find(None);
+    let missed = expected.iter().filter(|tile| find(Some(**tile)).len() < expected.len()).count();
+    println!("{missed} of {} tiles want others", expected.len());
+    assert!(missed > 0);
+}
+
+/// Strokes in the order of their lists: edges, segments, samples.
+fn lists(easel: &Easel) -> (Vec<Edge>, Vec<Segment>, Vec<Sample>) {
+    let strokes = easel.renderer.as_ref().and_then(Renderer::strokes).unwrap();
+    let raw = |kind| strokes.buffer(kind).unwrap().raw;
+    let counts: StrokeCounts = read_buffer(&easel.gpu, &raw(&COUNTS), 1).unwrap()[0];
+    let edges = read_buffer(&easel.gpu, &raw(&EDGES), counts.edges as usize).unwrap();
+    let segments = read_buffer(&easel.gpu, &raw(&SEGMENTS), counts.segments as usize).unwrap();
+    (edges, segments, strokes.samples().read(&easel.gpu).unwrap().1)
+}
+
+#[test]
+fn films_of_strokes_are_the_same_from_run_to_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let land = measured(folder.path());
+    let Some(mut easel) = Easel::new("pen") else { return };
+    for style in if is_long() { &["pen", "strokes", "pencil", "brush"][..] } else { &["pen"] } {
+        easel.take_up(style);
+        let poses = poses(&land.1, &FLIGHT);
+        let expected = easel.draw(&land.1, ROOM, &poses);
+        let (edges, segments, samples) = lists(&easel);
+        assert!(edges.len() > 500 && segments.len() > 100 && samples.len() > 200, "{} {}", edges.len(), segments.len());
+        for run in 0..if is_long() { 40 } else { 4 } {
+            let store: Arc<dyn TileStore> = Shuffled::new(Arc::clone(&land.1), run, None);
+            let drawn = easel.draw(&store, ROOM, &poses);
+            let found = lists(&easel);
+            assert!(found.0 == edges, "{style}, run {run}: edges stand in another order");
+            assert!(found.1 == segments, "{style}, run {run}: segments stand in another order");
+            assert!(found.2 == samples, "{style}, run {run}: samples differ");
+            let pixels: Vec<usize> = drawn.iter().zip(&expected).map(|(a, b)| apart(a, b)).collect();
+            assert_eq!(pixels, [0; 4], "{style}, run {run}");
+        }
+        // Planted: two segments that have changed places.
+        let mut swapped = segments.clone();
+        swapped.swap(0, 1);
+        assert!(swapped != segments);
+    }
+}

@@ -1,0 +1,266 @@
+//! Materials of models: libraries as they are found, and what is wrong with them.
+
+use std::path::{Path, PathBuf};
+
+use hachure::mesh::{Material, Mesh, obj};
+use hachure::source::Silent;
+
+/// A mesh and what was told of its materials.
+fn read(path: &Path) -> Result<(Mesh, Vec<String>), String> {
+    let mut told = Vec::new();
+    let mesh = obj::read_with(path, &Silent, &mut |warning| told.push(warning)).map_err(|error| error.to_string())?;
+    for warning in &told {
+        assert!(!warning.contains('\n') && warning.contains(&*path.parent().unwrap().to_string_lossy()), "{warning}");
+    }
+    Ok((mesh, told))
+}
+
+const SQUARES: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 2 3 4\n";
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.0.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        path
+    }
+
+    /// A model of which the last face, two triangles, has the material `bark`; its materials, and what was told.
+    fn model(&self, head: impl AsRef<[u8]>) -> (Mesh, Vec<String>) {
+        let text = [head.as_ref(), SQUARES.as_bytes(), b"usemtl bark\nf 5 6 7 8\n"].concat();
+        read(&self.file("model.obj", text)).unwrap()
+    }
+}
+
+const BARK: &str = "newmtl bark\nKd 1 0 0\n";
+
+fn is_bark(found: &(Mesh, Vec<String>), color: [f32; 3]) -> bool {
+    let (mesh, told) = found;
+    let of: Vec<u16> = mesh.triangles.iter().map(|triangle| triangle.material).collect();
+    assert_eq!(of, [0, 0, 1, 1]);
+    assert_eq!(mesh.materials[0], Material::plain(String::new()));
+    told.is_empty() && mesh.materials[1..] == [Material { name: "bark".to_owned(), color }]
+}
+
+#[test]
+fn libraries_are_found_however_they_are_named() {
+    for (file, line) in [
+        ("bark.mtl", "mtllib bark.mtl\n"),
+        ("bark.mtl", "\u{feff}mtllib  ./bark.mtl \r\n"),
+        ("Bark.MTL", "mtllib bark.mtl\n"),
+        ("two words.mtl", "mtllib two words.mtl\n"),
+        ("two words.mtl", "mtllib \"two words.mtl\"\n"),
+        ("sub/bark.mtl", "mtllib sub\\bark.mtl\n"),
+        ("bark.mtl", "mtllib C:\\models\\bark.mtl\n"),
+        ("bark.mtl", "mtllib /home/somebody/bark.mtl\n"),
+        ("baum rinde ä.mtl", "mtllib baum rinde ä.mtl\n"),
+        ("bark.mtl", "mtllib \\\nbark.mtl\n"),
+    ] {
+        let folder = Folder::new();
+        folder.file(file, BARK);
+        assert!(is_bark(&folder.model(line), [1.0, 0.0, 0.0]), "{line}");
+        // Planted: another name is not found, and that is told.
+        let (mesh, told) = folder.model(line.replace("mtl", "mtx").replace("mtxlib", "mtllib"));
+        assert!(mesh.materials[1].color == Material::PLAIN_COLOR && told.len() == 2, "{told:?}");
+    }
+    let folder = Folder::new();
+    folder.file("rinde \u{e4}.mtl", BARK);
+    assert!(is_bark(&folder.model(b"mtllib rinde \xe4.mtl\n"), [1.0, 0.0, 0.0]), "Latin-1");
+    folder.file("a b.mtl", "newmtl leaf\nKd 0 1 0\n");
+    folder.file("c.mtl", format!("newmtl\nKd 0\n{BARK}"));
+    assert!(is_bark(&folder.model("mtllib a b.mtl c.mtl\n"), [1.0, 0.0, 0.0]), "two in a line");
+    assert!(is_bark(&folder.model("mtllib a b.mtl\nmtllib c.mtl\n"), [1.0, 0.0, 0.0]), "two lines");
+    folder.file("first.mtl", "newmtl bark\nKd 0 0 1\n");
+    assert!(is_bark(&folder.model("mtllib first.mtl c.mtl\n"), [0.0, 0.0, 1.0]), "the first counts");
+}
+
+#[test]
+fn a_model_reads_nothing_outside_of_its_folder() {
+    let folder = Folder::new();
+    folder.file("bark.mtl", BARK);
+    let inner = "mtllib ../bark.mtl\n".to_owned() + SQUARES + "usemtl bark\nf 5 6 7 8\n";
+    let path = folder.file("inner/model.obj", inner);
+    let (mesh, told) = read(&path).unwrap();
+    assert!(mesh.materials[1].color == Material::PLAIN_COLOR && told.len() == 2, "{told:?}");
+    assert!(obj::files_beside(&path).is_empty());
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(folder.0.path().join("bark.mtl"), folder.0.path().join("inner/bark.mtl")).unwrap();
+        assert_eq!(read(&path).unwrap().1.len(), 2, "a link leads out");
+    }
+    // Planted: what lies inside is read.
+    std::fs::remove_file(folder.0.path().join("inner/bark.mtl")).ok();
+    let library = folder.file("inner/bark.mtl", BARK);
+    assert!(is_bark(&read(&path).unwrap(), [1.0, 0.0, 0.0]));
+    assert_eq!(obj::files_beside(&path), [library]);
+}
+
+#[test]
+fn what_is_wrong_with_materials_is_told_and_plain() {
+    for (library, told, color) in [
+        ("newmtl bark\nKd a b c\n", "line 2 is passed over: Kd needs", Material::PLAIN_COLOR),
+        (
+            "newmtl bark\nKd 1 0 0\nd 0.5\n",
+            "these materials are transparent, and drawn opaque: \"bark\"",
+            [1.0, 0.0, 0.0],
+        ),
+        ("newmtl bark\nKd 1 0 0\nTr 0.5\n", "transparent", [1.0, 0.0, 0.0]),
+        ("newmtl bark\nKd 1 0 0\nmap_Kd -clamp on no such.png\n", "no texture \"no such.png\"", [1.0, 0.0, 0.0]),
+        ("newmtl bark\nKd 1 0 0\nmap_Kd broken.png\n", "broken.png", [1.0, 0.0, 0.0]),
+        (
+            "newmtl leaf\nKd 1 0 0\n",
+            "no library of it has these materials, which are plain: \"bark\"",
+            Material::PLAIN_COLOR,
+        ),
+        ("\0\u{1}PK", "no library of it has", Material::PLAIN_COLOR),
+    ] {
+        let folder = Folder::new();
+        folder.file("a.mtl", library);
+        folder.file("broken.png", b"\x89PNG nothing");
+        let (mesh, warnings) = folder.model("mtllib a.mtl\n");
+        assert!(warnings.len() == 1 && warnings[0].contains(told), "{library}: {warnings:?}");
+        assert_eq!((mesh.triangles.len(), mesh.materials[1].color), (4, color), "{library}");
+    }
+    let folder = Folder::new();
+    folder.file("a.mtl", "newmtl bark\nKd 1 0 0\nd 1.0\nTr 1.0\n");
+    assert!(is_bark(&folder.model("mtllib a.mtl\n"), [1.0, 0.0, 0.0]), "d counts, and Tr does not");
+    // A folder of the library's name, and a library that is too long.
+    std::fs::create_dir(folder.0.path().join("b.mtl")).unwrap();
+    assert_eq!(folder.model("mtllib b.mtl\n").1.len(), 2);
+    folder.file("c.mtl", vec![b'#'; (16 << 20) + 1]);
+    assert!(folder.model("mtllib c.mtl\n").1[0].contains("at most 16 MiB"));
+}
+
+#[test]
+fn a_texture_gives_its_mean_colour() {
+    let folder = Folder::new();
+    folder.file("a.mtl", "newmtl bark\nKd 0 0 1\nmap_Kd leaf.png\n");
+    let png = |pixels: &[u8]| {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.write_header().unwrap().write_image_data(pixels).unwrap();
+        folder.file("leaf.png", bytes);
+    };
+    // What is not there does not count.
+    png(&[255, 0, 255, 255, 9, 9, 9, 0]);
+    assert!(is_bark(&folder.model("mtllib a.mtl\n"), [1.0, 0.0, 1.0]));
+    png(&[255, 0, 0, 255, 0, 0, 0, 255]);
+    assert!(is_bark(&folder.model("mtllib a.mtl\n"), [0.5, 0.0, 0.0]), "the mean is of light");
+    // Planted: nothing of it is there at all.
+    png(&[0; 8]);
+    assert!(is_bark(&folder.model("mtllib a.mtl\n"), [0.0, 0.0, 1.0]));
+    assert_eq!(obj::files_beside(&folder.0.path().join("model.obj")).len(), 2);
+}
+
+#[test]
+fn materials_follow_their_faces() {
+    // Polygons, lines and points between them, faces that go on, and triangles that are dropped.
+    let text = "usemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 2\nl 1 2\nf 1 2 3 4\np 1\nusemtl unused\n\
+        usemtl b\nf 1 2 \\\n 5\nf 1 1 2\nusemtl a\nf 2 3\\\n 5\nf 3 2 5\nusemtl\nf 3 4 5\n";
+    let mesh = obj::parse("a".to_owned(), text.as_bytes()).unwrap();
+    let names: Vec<&str> = mesh.triangles.iter().map(|it| mesh.materials[it.material as usize].name.as_str()).collect();
+    assert_eq!(names, ["a", "a", "b", "a", ""]);
+    assert_eq!(mesh.materials.len(), 4, "plain, a, b, and the one without a name");
+    // Nothing of them touches the triangles.
+    let bare: String =
+        text.lines().filter(|line| !line.starts_with("usemtl")).map(|line| format!("{line}\n")).collect();
+    let bare = obj::parse("a".to_owned(), bare.as_bytes()).unwrap();
+    assert_eq!((&bare.vertices_m, bare.flaws), (&mesh.vertices_m, mesh.flaws));
+    let plain = |mesh: &Mesh| mesh.triangles.iter().map(|it| (it.corners, it.across, it.normals)).collect::<Vec<_>>();
+    assert_eq!(plain(&bare), plain(&mesh));
+    // Planted: without the line that has two points, faces are counted rightly; with a face of two corners too.
+    let short = obj::parse("a".to_owned(), text.replace("f 1 1 2\n", "f 1 2\nf 1 1 2\n").as_bytes()).unwrap();
+    assert_eq!(plain(&short), plain(&mesh));
+    assert_eq!(short.materials.len(), 4);
+}
+
+type Outcome = Result<(usize, usize), &'static str>;
+
+/// Of each odd file: its materials and the warnings, or a part of why it does not load.
+const ODD: &[(&str, Outcome)] = &[
+    ("assimp/box_longline.obj", Ok((1, 1))),
+    ("assimp/box_mat_with_spaces.obj", Ok((1, 2))),
+    ("assimp/cube_usemtl.obj", Ok((3, 1))),
+    ("assimp/empty.obj", Err("it has no faces")),
+    ("assimp/empty_mat.obj", Ok((1, 0))),
+    ("assimp/multiple_spaces.obj", Ok((0, 0))),
+    ("assimp/number_formats.obj", Err("line 11: \"3.1+e2\" is no number")),
+    ("assimp/point_cloud.obj", Err("it has no faces")),
+    ("assimp/testline.obj", Err("it has no faces")),
+    ("assimp/testmixed.obj", Ok((1, 1))),
+    ("assimp/testpoints.obj", Err("it has no faces")),
+    ("tinyobjloader/colorspace-issue-184.obj", Ok((1, 1))),
+    ("tinyobjloader/cube-vertex-w-component.obj", Ok((3, 0))),
+    ("tinyobjloader/cube-vertexcol.obj", Ok((3, 0))),
+    ("tinyobjloader/cube.obj", Ok((3, 0))),
+    ("tinyobjloader/invalid-face-definition.obj", Err("line 15: a face needs 3 corners, and this one has 1")),
+    ("tinyobjloader/invalid-relative-texture-index.obj", Err("line 2: the face names vertex 1, and there are 0")),
+    ("tinyobjloader/invalid-relative-vertex-index.obj", Err("line 1: the face names vertex -4, and there are 0")),
+    ("tinyobjloader/issue-140-zero-face-idx.obj", Err("line 16: the face names vertex 0, and there are 4")),
+    ("tinyobjloader/issue-161-inconsistent-f.obj", Ok((1, 1))),
+    ("tinyobjloader/issue-162-smoothing-group.obj", Ok((2, 0))),
+    ("tinyobjloader/issue-244-mtl-searchpaths.obj", Ok((2, 0))),
+    ("tinyobjloader/issue-319-002.obj", Ok((0, 0))),
+    ("tinyobjloader/issue-356-leading-spaces-newmtl.obj", Err("it has no faces")),
+    ("tinyobjloader/issue-92.obj", Ok((1, 1))),
+    ("tinyobjloader/leading-zero-in-exponent-notation-issue-210.obj", Ok((1, 0))),
+    ("tinyobjloader/missing_material_file.obj", Ok((4, 1))),
+    ("tinyobjloader/no_material.obj", Ok((0, 0))),
+    ("tinyobjloader/norm-texopt.obj", Ok((1, 0))),
+    ("tinyobjloader/pbr-mat-ext.obj", Ok((1, 0))),
+    ("tinyobjloader/points-prim.obj", Err("it has no faces")),
+    ("tinyobjloader/smoothing-normal.obj", Ok((1, 0))),
+    ("tinyobjloader/test-nan.obj", Err("line 12: the vertex is not finite")),
+    ("tinyobjloader/tr-and-d-issue-43.obj", Ok((2, 1))),
+    ("tinyobjloader/usemtl-issue-104.obj", Ok((0, 1))),
+    ("tinyobjloader/usemtl-issue-68.obj", Ok((2, 0))),
+    ("tobj/triangle.obj", Ok((0, 0))),
+];
+
+#[test]
+fn odd_files_have_their_materials_or_a_warning() {
+    let Some(index) = crate::tests::common::real_data("OBJ_INDEX.txt") else { return };
+    let folder = index.parent().unwrap().join("obj_odd");
+    for (name, expected) in ODD {
+        match (read(&folder.join(name)), expected) {
+            (Ok((mesh, told)), Ok((materials, warnings))) => {
+                assert_eq!((mesh.materials.len() - 1, told.len()), (*materials, *warnings), "{name}: {told:?}");
+            }
+            (Err(error), Err(cause)) => assert!(error.ends_with(cause) && !error.contains('\n'), "{name}: {error}"),
+            (found, _) => panic!("{name}: {:?}", found.map(|(mesh, _)| mesh.materials)),
+        }
+    }
+    // Planted: a library that is not beside a copy of its model.
+    let place = Folder::new();
+    let cube = place.file("cube.obj", std::fs::read(folder.join("tinyobjloader/cube.obj")).unwrap());
+    let (mesh, told) = read(&cube).unwrap();
+    assert_eq!((mesh.materials.len() - 1, told.len()), (3, 2));
+    assert!(mesh.materials.iter().all(|material| material.color == Material::PLAIN_COLOR));
+}
+
+#[test]
+fn trees_have_the_colours_of_their_libraries() {
+    let Some(index) = crate::tests::common::real_data("OBJ_INDEX.txt") else { return };
+    let folder = index.parent().unwrap().join("obj");
+    let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-3);
+    let (oak, told) = read(&folder.join("trees_kenney/tree_oak.obj")).unwrap();
+    assert!(told.is_empty() && oak.materials.len() == 3);
+    // 41, 201 and 171 of 255 in sRGB.
+    assert!(near(oak.materials[1].color, [0.0222, 0.5841, 0.4072]), "{:?}", oak.materials);
+    // Blender's are linear.
+    let (birch, _) = read(&folder.join("trees_quaternius/BirchTree_2.obj")).unwrap();
+    let dark = birch.materials.iter().find(|material| material.name == "DarkGreen.001").unwrap();
+    assert!(near(dark.color, [0.0425, 0.0727, 0.0296]), "{:?}", birch.materials);
+    // Its leaves are a picture, and its bark a JPEG, which is not read.
+    let (tree, told) = read(&folder.join("trees_quaternius/Tree_3_textured.obj")).unwrap();
+    assert!(told.is_empty() && tree.materials.len() == 3);
+    let [_, bark, leaves] = &tree.materials[..] else { panic!() };
+    assert!(bark.color[0] == bark.color[2] && leaves.color[1] > leaves.color[0] && leaves.color[1] > leaves.color[2]);
+}

@@ -1,0 +1,17 @@
+//! Meshes that stand on the land: their files, their edges, their strokes, their surface.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+use crate::tests::common;
+
+mod colours;
+mod cull;
+mod edges;
+mod huge;
+mod levels;
+mod materials;
+mod reader;
+mod scene;
+use common::shapes;
+mod simplified;
+mod strokes;
+mod surface;

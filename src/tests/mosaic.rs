@@ -1,0 +1,390 @@
+//! Several DEMs as one, against the single ones.
+#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+
+use crate::tests::common;
+
+use std::sync::Arc;
+
+use common::field::Field;
+use common::shot::shoot;
+use common::{World, quantile};
+use hachure::pyramid::store::{Cancel, Decode, MosaicStore};
+use hachure::pyramid::surface::statistics::PatchStatistics;
+use hachure::pyramid::tile::is_void;
+use hachure::pyramid::{BakeOptions, LevelSize, Pyramid, PyramidError, TileAddress, TileStore, bake};
+use hachure::source::georeference::{Crs, Georeference};
+use hachure::source::mosaic::MosaicReader;
+use hachure::source::{HeightGrid, HeightReader, Silent, SourceError, Window, WorldMapping, open};
+
+struct Grid(HeightGrid);
+
+impl HeightReader for Grid {
+    fn size(&self) -> [u32; 2] {
+        [self.0.width, self.0.height]
+    }
+
+    fn georeference(&self) -> &Georeference {
+        &self.0.georeference
+    }
+
+    fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+        let line = |row: u32| {
+            let start = (row * self.0.width + window.x) as usize;
+            self.0.heights_m[start..start + window.width as usize].iter().copied()
+        };
+        Ok((window.y..window.y + window.height).flat_map(line).collect())
+    }
+
+    fn block(&self) -> [u32; 2] {
+        [256, 256]
+    }
+
+    fn identity(&self) -> String {
+        "grid in memory".into()
+    }
+}
+
+fn reader(grids: &[&HeightGrid]) -> MosaicReader {
+    MosaicReader::new(grids.iter().map(|&grid| Box::new(Grid(grid.clone())) as Box<dyn HeightReader>).collect())
+        .unwrap()
+}
+
+fn whole(reader: &MosaicReader) -> Vec<f32> {
+    let [width, height] = reader.size();
+    reader.read(Window { x: 0, y: 0, width, height }).unwrap()
+}
+
+fn store(grids: &[&HeightGrid]) -> (tempfile::TempDir, Arc<MosaicStore>) {
+    let folder = tempfile::tempdir().unwrap();
+    let members = grids.iter().enumerate().map(|(i, &grid)| {
+        let out = folder.path().join(format!("{i}.tif"));
+        bake(grid, &out, &BakeOptions::default(), &Silent).unwrap();
+        Arc::new(Pyramid::open(&out).unwrap()) as Arc<dyn TileStore>
+    });
+    let store = MosaicStore::new(members.collect()).unwrap();
+    (folder, Arc::new(store))
+}
+
+/// A level of a store; NaN where it has no tile or no height.
+fn level(store: &Arc<MosaicStore>, level: u32) -> (usize, Vec<f32>) {
+    let size = store.levels()[level as usize];
+    let mut heights_m = vec![f32::NAN; size.samples()];
+    for y in 0..size.tiles_y() {
+        for x in 0..size.tiles_x() {
+            let address = TileAddress { level, x, y };
+            if !store.has_tile(address) {
+                continue;
+            }
+            let tile = store.clone().load(address).unwrap().tile;
+            let region = size.tile_region(x, y, 0);
+            for row in 0..region.height {
+                for column in 0..region.width {
+                    let sample = tile.samples[((row + 2) * 260 + column + 2) as usize];
+                    let at = (region.y + row) as usize * size.width as usize + (region.x + column) as usize;
+                    heights_m[at] = if is_void(sample) { f32::NAN } else { sample };
+                }
+            }
+        }
+    }
+    (size.width as usize, heights_m)
+}
+
+/// The share of samples of `part`, laid at (`x`, `y`), that differ by more than `bound_m`.
+fn unlike(mosaic: &[f32], width: usize, part: &HeightGrid, x: usize, y: usize, bound_m: f32) -> f64 {
+    let differs = part.heights_m.iter().enumerate().filter(|(i, height)| {
+        let (column, row) = (i % part.width as usize, i / part.width as usize);
+        let there = mosaic[(y + row) * width + x + column];
+        if height.is_nan() { false } else { there.is_nan() || (there - *height).abs() > bound_m }
+    });
+    differs.count() as f64 / part.heights_m.len() as f64
+}
+
+fn real(name: &str) -> Option<HeightGrid> {
+    Some(open(&common::real_data(&format!("dem/geotiff/{name}.tif"))?, &Silent).unwrap())
+}
+
+fn local(width: u32, height: u32, spacing_m: f64, [west, north]: [f64; 2], of: impl Fn(f64, f64) -> f64) -> HeightGrid {
+    let at = |i: u32| (west + spacing_m * f64::from(i % width), north - spacing_m * f64::from(i / width));
+    let heights_m = (0..width * height).map(at).map(|(x, y)| of(x, y) as f32).collect();
+    let crs_from_grid = [west, spacing_m, 0.0, north, 0.0, -spacing_m];
+    let georeference = Georeference { crs_from_grid, crs: Crs::Local, geokeys: Default::default() };
+    HeightGrid { width, height, heights_m, georeference }
+}
+
+fn hills(x: f64, y: f64) -> f64 {
+    900.0 + 200.0 * (x / 900.0).sin() * (y / 1100.0).cos() + 0.05 * x
+}
+
+#[test]
+fn two_degrees_that_share_a_column_are_one() {
+    let (Some(west), Some(east)) = (real("N49W124"), real("N49W123")) else { return };
+    let reader = reader(&[&west, &east]);
+    assert_eq!(reader.size(), [2401, 1201]);
+    let heights_m = whole(&reader);
+    assert_eq!(unlike(&heights_m, 2401, &west, 0, 0, 0.0), 0.0);
+    assert_eq!(unlike(&heights_m, 2401, &east, 1200, 0, 0.0), 0.0);
+    // The planted error: a member that lies one sample beside.
+    assert!(unlike(&heights_m, 2401, &east, 1199, 0, 0.0) > 0.5);
+
+    let (_folder, store) = store(&[&west, &east]);
+    let (width, heights_m) = level(&store, 0);
+    assert_eq!(width, 2401);
+    // The lowest bit of a sample is the mark of voids.
+    assert_eq!(unlike(&heights_m, width, &west, 0, 0, 1e-3), 0.0);
+    assert_eq!(unlike(&heights_m, width, &east, 1200, 0, 1e-3), 0.0);
+    // No seam on a coarser level: across it the land is as steep as beside it.
+    let (width, heights_m) = level(&store, 2);
+    let step = |column: usize| {
+        let rows = heights_m.chunks_exact(width).map(|row| (row[column + 1] - row[column]).abs());
+        let steps: Vec<f32> = rows.filter(|step| !step.is_nan()).collect();
+        steps.iter().sum::<f32>() / steps.len() as f32
+    };
+    let beside = (280..320).filter(|column| !(297..303).contains(column)).map(step).fold(0.0, f32::max);
+    for column in 297..303 {
+        assert!(step(column) < 1.3 * beside, "{column}: {} beside {beside}", step(column));
+    }
+}
+
+#[test]
+fn four_tiles_of_a_city_are_one() {
+    let tiles: Option<Vec<HeightGrid>> = (0..4).map(|i| real(&format!("ds_los_angeles_tile_{i}"))).collect();
+    let Some(tiles) = tiles else { return };
+    let reader = reader(&tiles.iter().collect::<Vec<_>>());
+    let heights_m = whole(&reader);
+    let [width, height] = reader.size();
+    println!("{width} × {height}");
+    let [x0, step, _, y0, _, down] = reader.georeference().crs_from_grid;
+    for tile in &tiles {
+        let place = tile.georeference.crs_from_grid;
+        let (x, y) = (((place[0] - x0) / step).round() as usize, ((place[3] - y0) / down).round() as usize);
+        // Where tiles overlap, the first holds.
+        assert!(unlike(&heights_m, width as usize, tile, x, y, 0.5) < 0.05, "{x} {y}");
+        let beside = if x > 0 { x - 1 } else { 1 };
+        assert!(unlike(&heights_m, width as usize, tile, beside, y, 0.0) > 0.3, "one sample beside must not pass");
+    }
+    let voids = heights_m.iter().filter(|height| height.is_nan()).count();
+    let own: usize = tiles.iter().map(|tile| tile.heights_m.iter().filter(|height| height.is_nan()).count()).sum();
+    assert!(voids <= own, "no gap between the tiles: {voids} voids, {own} of their own");
+}
+
+#[test]
+fn members_that_abut_have_no_gap() {
+    // Pixels are areas: the second begins one spacing after the last sample of the first; then half a sample beside.
+    for shift in [0.0, 5.0] {
+        let a = local(300, 200, 10.0, [0.0, 0.0], hills);
+        let b = local(300, 200, 10.0, [3000.0, shift], hills);
+        let read = reader(&[&a, &b]);
+        let inner = Window { x: 5, y: 5, width: 590, height: 190 };
+        assert!(read.read(inner).unwrap().iter().all(|height| !height.is_nan()));
+        let (_folder, store) = store(&[&a, &b]);
+        for at in 0..2 {
+            let (width, heights_m) = level(&store, at);
+            let scale = 1 << at;
+            for row in 4..90 / scale {
+                for column in 280 / scale..320 / scale {
+                    let first = f64::from(scale as u32 - 1) * 0.5;
+                    let [x0, step, _, y0, _, down] = store.georeference().crs_from_grid;
+                    let x = x0 + step * ((column * scale) as f64 + first);
+                    let y = y0 + down * ((row * scale) as f64 + first);
+                    let there = f64::from(heights_m[row * width + column]);
+                    assert!((there - hills(x, y)).abs() < 0.3, "{at} {column} {row}: {there} for {}", hills(x, y));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_inset_fades_into_its_base() {
+    let base = local(400, 400, 20.0, [0.0, 0.0], hills);
+    // Finer, and 6 m higher: a step, if nothing were done.
+    let inset = local(400, 300, 10.0, [2000.0, -2000.0], |x, y| hills(x, y) + 6.0);
+    let (_folder, store) = store(&[&base, &inset]);
+    assert_eq!(store.levels()[0].width, 799);
+    let [fine, coarse] = [0, 1].map(|at| level(&store, at));
+    // Sparse: level 0 exists on the inset and a tile around it only.
+    assert!(store.has_tile(TileAddress { level: 0, x: 1, y: 1 }));
+    assert!(store.has_tile(TileAddress { level: 0, x: 3, y: 2 }));
+    assert!(!store.has_tile(TileAddress { level: 0, x: 3, y: 3 }));
+    assert!(store.has_tile(TileAddress { level: 1, x: 1, y: 1 }));
+    let excess = |column: usize, row: usize| {
+        f64::from(fine.1[row * fine.0 + column]) - hills(10.0 * column as f64, -10.0 * row as f64)
+    };
+    assert!(unlike(&fine.1, fine.0, &inset, 200, 200, 1e-3) < 0.1, "the middle is the inset's own");
+    assert!((excess(400, 350) - 6.0).abs() < 1e-3);
+    assert!(excess(150, 350).abs() < 0.2);
+    let mut planted_errors_found = 0;
+    for column in 190..215 {
+        let step = (excess(column + 1, 350) - excess(column, 350)).abs();
+        assert!(step < 1.2, "{column}: a step of {step}");
+        planted_errors_found += i32::from(step > 0.4);
+    }
+    assert!(planted_errors_found > 2, "the fade is there");
+    // The coarser level agrees with the finer one, fade and all.
+    for (column, row) in [(75, 175), (200, 175), (103, 160), (99, 150)] {
+        let mean = [0, 1, 2, 3].map(|k| excess(2 * column + k % 2, 2 * row + k / 2)).iter().sum::<f64>() / 4.0;
+        let (x, y) = (20.0 * column as f64 + 5.0, -20.0 * row as f64 - 5.0);
+        let there = f64::from(coarse.1[row * coarse.0 + column]) - hills(x, y);
+        assert!((there - mean).abs() < 1.0, "{column} {row}: {there} for {mean}");
+    }
+    // The reader takes the finer member, bit for bit, and the base around it.
+    let read = reader(&[&base, &inset]);
+    let heights_m = whole(&read);
+    assert_eq!(unlike(&heights_m, 799, &inset, 200, 200, 0.0), 0.0);
+    assert!((f64::from(heights_m[100 * 799 + 100]) - hills(1000.0, -1000.0)).abs() < 1e-3);
+    assert!((f64::from(heights_m[101 * 799 + 101]) - hills(1010.0, -1010.0)).abs() < 0.05);
+}
+
+/// Where the inset of the drawn mosaic begins, and where it ends, in samples of level 0 on both axes.
+const INSET: [u32; 2] = [800, 1824];
+/// The base is 2⁴ times as coarse as the inset.
+const BASE_LEVEL: u32 = 4;
+
+/// The planted error: a mosaic whose tiles end where its inset ends.
+struct Bare(Arc<MosaicStore>);
+
+impl TileStore for Bare {
+    fn name(&self) -> String {
+        self.0.name()
+    }
+
+    fn levels(&self) -> &[LevelSize] {
+        self.0.levels()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        self.0.georeference()
+    }
+
+    fn range_m(&self) -> [f32; 2] {
+        self.0.range_m()
+    }
+
+    fn is_measured(&self) -> bool {
+        self.0.is_measured()
+    }
+
+    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        self.0.coarse_patches()
+    }
+
+    fn has_tile(&self, address: TileAddress) -> bool {
+        let side = 256 << address.level;
+        let meets = |tile: u32| tile * side < INSET[1] && (tile + 1) * side > INSET[0];
+        self.0.has_tile(address) && (address.level >= BASE_LEVEL || meets(address.x) && meets(address.y))
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        Arc::clone(&self.0).fetch(address, cancel)
+    }
+}
+
+/// Looks at the inset from places over it: height errors in pixels against the inset's own surface (99.9 %) of what
+/// lies farther inside than the fade reaches.
+fn inset_errors_px(world: &mut World, views: &[(f64, f64, &str)]) -> Vec<f64> {
+    let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
+    let shift = f64::from(INSET[0]);
+    let mut renderer = None;
+    let errors = views.iter().map(|(x, y, view)| {
+        let at_m = world.mapping.world_from_grid(x + shift, y + shift);
+        let pose = world.pose(&format!("{},{},{view}", at_m.x, at_m.y));
+        let shot = shoot(world, &mut renderer, pose, [160, 160]);
+        let field = Field { grid: &world.grid, mapping: &inset_mapping };
+        let errors = (0..shot.depth_m.len()).filter(|&pixel| !shot.is_sky(pixel)).filter_map(|pixel| {
+            let place_m = shot.world_m(pixel);
+            let on_inset = world.mapping.grid_from_world(place_m.truncate()) - shift;
+            let depth = on_inset.min(f64::from(world.grid.width - 1) - on_inset).min_element();
+            let height_m = field.height_m(inset_mapping.world_from_grid(on_inset.x, on_inset.y))?;
+            let px_per_m = shot.focal_px() / shot.position_m[pixel].length();
+            (depth > 9.0).then_some((place_m.z - height_m).abs() * px_per_m)
+        });
+        let mut errors: Vec<f64> = errors.collect();
+        assert!(errors.len() > 5000, "{x} {y}: {} pixels on the inset", errors.len());
+        quantile(&mut errors, 0.999)
+    });
+    errors.collect()
+}
+
+#[test]
+fn an_inset_is_drawn_in_full_up_to_its_edge() {
+    let of = common::rough_height_m;
+    let base = local(300, 300, 160.0, [0.0, 0.0], of);
+    let inset = local(1024, 1024, 10.0, [8000.0, -8000.0], of);
+    let (folder, store) = store(&[&base, &inset]);
+    assert_eq!((store.levels()[0].width, store.levels().len()), (4785, 6));
+    // Far from the inset it stays sparse, and what exists beyond the inset can be had.
+    assert!(
+        !store.has_tile(TileAddress { level: 0, x: 9, y: 5 }) && store.has_tile(TileAddress { level: 0, x: 8, y: 8 })
+    );
+    let beyond = store.clone().load(TileAddress { level: 0, x: 8, y: 8 }).unwrap();
+    assert!(beyond.tile.samples.iter().all(|&height| height.is_finite() && !is_void(height)));
+    let bare: Arc<dyn TileStore> = Arc::new(Bare(store.clone()));
+
+    const ALLOWED_PX: f64 = 0.25;
+    let [near, middle, far] = [40.0, 512.0, 983.0];
+    // Down, and beyond the edge, where tiles far from the inset are wanted as well.
+    let (down, out) = ("+900,0,-90,40", "+300,90,-15,40");
+    let views = [
+        (middle, middle, down),
+        (far, middle, down),
+        (near, middle, down),
+        (middle, near, down),
+        (middle, far, down),
+        (far, far, down),
+        (900.0, middle, out),
+    ];
+    let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
+    let errors_px = inset_errors_px(&mut world, &views);
+    println!("99.9 % within {errors_px:.4?} px; the first is the middle");
+    let mut planted = World::of_store(inset, tempfile::tempdir().unwrap(), bare, ALLOWED_PX).unwrap();
+    let planted_px = inset_errors_px(&mut planted, &views);
+    println!("without tiles beyond the inset {planted_px:.4?} px");
+    assert!(errors_px.iter().all(|&error_px| error_px <= ALLOWED_PX), "{errors_px:?}");
+    assert!(planted_px[1..].iter().all(|&error_px| error_px > ALLOWED_PX), "{planted_px:?}");
+}
+
+#[test]
+fn reference_systems_meet() {
+    let proj = |text: &str| proj4rs::Proj::from_proj_string(text).unwrap();
+    let utm = proj("+proj=utm +zone=10 +datum=WGS84 +units=m");
+    let geographic = proj("+proj=longlat +a=6378137 +rf=298.257223563");
+    let of = |longitude: f64, latitude: f64| 500.0 + 300.0 * (80.0 * longitude).sin() * (90.0 * latitude).cos();
+    let epsg = |name: &str, metres_per_unit| Crs::Projected { metres_per_unit, name: name.into() };
+    let mut fine = local(300, 300, 30.0, [550_000.0, 5_200_000.0], |x, y| {
+        let mut point = (x, y, 0.0);
+        proj4rs::transform::transform(&utm, &geographic, &mut point).unwrap();
+        of(point.0.to_degrees(), point.1.to_degrees())
+    });
+    fine.georeference.crs = epsg("EPSG:32610", 1.0);
+    let mut wide = local(400, 400, 0.001, [-122.5, 47.05], of);
+    wide.georeference.crs = Crs::Geographic {
+        radians_per_unit: 1f64.to_radians(),
+        semi_major_axis_m: 6_378_137.0,
+        inverse_flattening: 298.257_223_563,
+        name: "EPSG:4326".into(),
+    };
+    let read = reader(&[&wide, &fine]);
+    let [width, height] = read.size();
+    let heights_m = whole(&read);
+    let [x0, step, _, y0, _, down] = read.georeference().crs_from_grid;
+    assert_eq!((step, down), (30.0, -30.0));
+    let (mut compared, mut near) = (0, 0);
+    for i in (0..heights_m.len()).step_by(97) {
+        let (column, row) = (i as u32 % width, i as u32 / width);
+        let mut point = (x0 + step * f64::from(column), y0 + down * f64::from(row), 0.0);
+        proj4rs::transform::transform(&utm, &geographic, &mut point).unwrap();
+        let expected = of(point.0.to_degrees(), point.1.to_degrees());
+        if !heights_m[i].is_nan() {
+            compared += 1;
+            let error_m = (f64::from(heights_m[i]) - expected).abs();
+            // Within half a sample of a member's border the surface is its outermost polynomial.
+            assert!(error_m < 8.0, "{column} {row}: {} for {expected}", heights_m[i]);
+            near += u32::from(error_m < 0.3);
+        }
+    }
+    assert!(compared * 97 > width * height / 2 && near * 100 > compared * 98, "{near} of {compared}");
+    fine.georeference.crs = epsg("a plane of my own", 1.0);
+    let members: Vec<Box<dyn HeightReader>> = vec![Box::new(Grid(fine)), Box::new(Grid(wide))];
+    let message = MosaicReader::new(members).err().unwrap().to_string();
+    assert!(message.contains("a plane of my own") && !message.contains('\n'), "{message}");
+}

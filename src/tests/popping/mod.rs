@@ -1,0 +1,198 @@
+//! Nothing pops: from one frame of a flight at 300 m/s to the next, no vertex moves by more than a pixel.
+//!
+//! Three motions are told apart, each in pixels of the later frame:
+//!
+//! - *whole*: how far a vertex moves in the world. It includes the vertex's gliding along the surface, of which nothing
+//!   is seen: positions and normals are those of the surface at a pixel, not of the mesh.
+//! - *across*: the part of that motion along the surface's normal.
+//! - *in place*: how far the mesh moves along its normal where the place stays: what is left of *across* when gliding
+//!   over bent land is taken out. It needs no partner, so it also holds what splits and merges do.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+mod mesh;
+mod motions;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use common::stores::{Bumpy, Fate};
+use common::{World, gpu, grid_of, pose_of, rough_height_m};
+use glam::DVec2;
+use hachure::frame::Renderer;
+use hachure::gpu::Gpu;
+use hachure::pyramid::TileStore;
+use hachure::pyramid::store::ContinentStore;
+use hachure::pyramid::tile::PATCH_QUADS;
+use hachure::scene::camera::Camera;
+use hachure::scene::path::CameraPath;
+use hachure::scene::view::{Pose, View};
+use hachure::source::Silent;
+use hachure::style::{Style, preset_text};
+use hachure::tiles::Terrain;
+use hachure::tiles::terrain::{Loading, TerrainOptions};
+use hachure::world::Surfaces;
+
+use crate::tests::popping::mesh::Mesh;
+use crate::tests::popping::motions::{Motions, motions};
+
+const SIZE_PX: [u32; 2] = [320, 180];
+const FPS: f64 = 30.0;
+const SPEED_M_PER_S: f64 = 300.0;
+const SPACING_M: f64 = 10.0;
+/// What is promised for a frame.
+const MOST_PX: f64 = 1.0;
+/// Vertices along a side of a patch.
+const SIDE: usize = PATCH_QUADS as usize + 1;
+
+/// What a flight showed.
+#[derive(Default)]
+struct Flight {
+    all: Motions,
+    /// Pairs of frames in which *whole*, *across*, *in place* pass [`MOST_PX`] somewhere.
+    frames_over: [usize; 3],
+    /// Frames of which a part was coarser than its error allows.
+    late: usize,
+    /// Planted: each 30th frame with the one before it.
+    seldom: Motions,
+    /// Planted: no morphing.
+    unmorphed: Motions,
+}
+
+/// Flies along `poses` and compares each frame with the one before.
+fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool) -> Flight {
+    let style = Style::parse("plain", preset_text("plain").unwrap()).unwrap();
+    let mut renderer = Renderer::new(gpu).unwrap();
+    let grid_projection = world.terrain.grid_projection().clone();
+    let view_of = |pose: Pose| View::whole(pose, pose, SIZE_PX);
+    // A window that has been open for a while: after a jump nothing fades.
+    let start = Instant::now();
+    while world.terrain.options().loading == Loading::Stream && start.elapsed() < Duration::from_secs(30) {
+        let rest = Mesh::read(gpu, &mut renderer, world, view_of(poses[0]), &style);
+        if !rest.late && start.elapsed() > Duration::from_secs(2) {
+            break;
+        }
+    }
+    // Compared when all are drawn: a window does not wait for a comparison either.
+    let start = Instant::now();
+    let meshes: Vec<Mesh> =
+        poses.iter().map(|pose| Mesh::read(gpu, &mut renderer, world, view_of(*pose), &style)).collect();
+    let frame_ms = start.elapsed().as_secs_f64() * 1000.0 / poses.len() as f64;
+    let mut flight = Flight { late: meshes.iter().filter(|mesh| mesh.late).count(), ..Flight::default() };
+    for (number, pair) in meshes.windows(2).enumerate() {
+        let moved = motions(&pair[0], &pair[1], &grid_projection);
+        for kind in 0..3 {
+            flight.frames_over[kind] += usize::from(moved.most(kind) > MOST_PX);
+        }
+        flight.all.append(moved);
+        if plants && number < 15 {
+            flight.unmorphed.append(motions(
+                &pair[0].without_morphing(),
+                &pair[1].without_morphing(),
+                &grid_projection,
+            ));
+        }
+    }
+    if plants {
+        for pair in meshes.iter().step_by(30).collect::<Vec<_>>().windows(2) {
+            flight.seldom.append(motions(pair[0], pair[1], &grid_projection));
+        }
+    }
+    println!("{name}: {} frames of {frame_ms:.0} ms, {} late", meshes.len(), flight.late);
+    println!("50 %, 99 %, 99.9 %, most | whole{:31} | across{:30} | in place", "", "");
+    println!("{}", flight.all.line("px a frame"));
+    if plants {
+        println!("{}", flight.seldom.line("planted: 30 frames"));
+        println!("{}", flight.unmorphed.line("planted: no morphing"));
+    }
+    println!("pairs of frames with more than {MOST_PX} px: {:?}", flight.frames_over);
+    flight
+}
+
+impl Flight {
+    /// What is promised, of all three motions.
+    fn assert_nothing_pops(&self) {
+        for (kind, name) in ["whole", "across", "in place"].into_iter().enumerate() {
+            assert!(self.all.most(kind) <= MOST_PX, "{name}: {:?}", self.all.worst[kind]);
+        }
+        let (pairs, lone) = (self.all.whole.len(), self.all.without_partner);
+        assert!(pairs > 1_000_000 && lone * 50 < pairs, "{pairs} pairs of vertices, {lone} without partner");
+    }
+}
+
+/// 300 m/s across rough land, low: 60 m above the highest ground within 300 m, smoothed.
+fn across_rough_land(terrain: &Terrain, frames: usize) -> Vec<Pose> {
+    let step_m = SPEED_M_PER_S / FPS;
+    let way = DVec2::new(0.6, 0.8);
+    let place = |renderer: i64| DVec2::new(-2000.0, -2600.0) + way * (step_m * renderer as f64);
+    let ground_m = |renderer: i64| terrain.height_m(place(renderer)).unwrap();
+    let highest_m = |renderer: i64| (-30..=30).map(|beside| ground_m(renderer + beside)).fold(f64::MIN, f64::max);
+    let smooth_m = |renderer: i64| (-20..=20).map(|beside| highest_m(renderer + beside)).sum::<f64>() / 41.0 + 60.0;
+    let camera = |renderer: i64| Camera {
+        position_m: place(renderer).extend(smooth_m(renderer)),
+        height_above_ground: false,
+        yaw_deg: way.x.atan2(way.y).to_degrees(),
+        pitch_deg: -8.0,
+        fov_deg: 58.0,
+    };
+    (0..frames as i64).map(|renderer| pose_of(&camera(renderer))).collect()
+}
+
+fn rough() -> Option<World> {
+    World::new(grid_of(801, 783, SPACING_M, rough_height_m), 1.0)
+}
+
+#[test]
+fn nothing_pops_over_rough_land() {
+    let Some(mut world) = rough() else { return };
+    let poses = across_rough_land(&world.surfaces.terrain, 61);
+    let flight = fly("rough land", &world.gpu, &mut world.surfaces, &poses, true);
+    flight.assert_nothing_pops();
+    for planted in [&flight.seldom, &flight.unmorphed] {
+        assert!((0..3).all(|kind| planted.most(kind) > MOST_PX), "planted: {:?}", planted.worst);
+    }
+}
+
+/// The middle of the continent, as the scene of that name has it.
+fn continent() -> Arc<dyn TileStore> {
+    let cache = common::between_runs("continent");
+    Arc::new(ContinentStore::open(1, 2048, SPACING_M, Some(&cache), &Silent).unwrap())
+}
+
+/// Three seconds of the valley flight.
+fn along_the_valley() -> Vec<Pose> {
+    let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
+    (0..91).map(|renderer| pose_of(&path.sample(30.0 + f64::from(renderer) / FPS))).collect()
+}
+
+#[test]
+fn nothing_pops_along_the_valley() {
+    let Some(gpu) = gpu() else { return };
+    let mut surfaces = Terrain::new(&gpu, continent(), TerrainOptions::default()).unwrap().into();
+    let flight = fly("valley", &gpu, &mut surfaces, &along_the_valley(), true);
+    flight.assert_nothing_pops();
+    // Smooth land moves across itself by little whatever one does; its vertices tell.
+    for planted in [&flight.seldom, &flight.unmorphed] {
+        assert!(planted.most(0) > MOST_PX, "planted: {:?}", planted.worst);
+    }
+}
+
+#[test]
+fn nothing_pops_while_tiles_stream() {
+    let Some(gpu) = gpu() else { return };
+    // Tiles that come in time, and tiles that come too late and fade in.
+    for delay_ms in [5, 1500] {
+        let store = Bumpy::new(continent(), delay_ms, Box::new(|_, _| Fate::Comes));
+        let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
+        let mut surfaces = Terrain::new(&gpu, store, options).unwrap().into();
+        let flight = fly(&format!("tiles of {delay_ms} ms"), &gpu, &mut surfaces, &along_the_valley(), false);
+        if delay_ms < 100 {
+            flight.assert_nothing_pops();
+        } else {
+            // What moves by more comes from missing detail, and is told, not promised.
+            assert!(flight.late > 0, "nothing came late");
+        }
+    }
+}

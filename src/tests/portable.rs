@@ -1,0 +1,79 @@
+//! Every preset draws on a device that has what every WebGPU device has, and no more.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+use std::sync::Arc;
+
+use common::draw::{NOON, draw, north_west, still};
+use common::shapes;
+
+use glam::DVec3;
+use hachure::composite::PICTURE;
+use hachure::frame::Renderer;
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+use hachure::gpu::readback::read;
+use hachure::mesh::placed::Placed;
+use hachure::scene::view::{Pose, View};
+use hachure::style::{self, Style};
+use hachure::tiles::Terrain;
+use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::Surfaces;
+
+const SIZE_PX: [u32; 2] = [96, 54];
+
+/// The picture after two frames, so that strokes take over from the first.
+fn drawing(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8> {
+    let mut renderer = Renderer::new(gpu).unwrap();
+    let mut previous = pose;
+    for i in 0..2 {
+        let now = Pose { position_m: pose.position_m + pose.forward * f64::from(i), ..pose };
+        let view = View::whole(previous, now, SIZE_PX);
+        previous = now;
+        draw(gpu, surfaces, &mut renderer, &view, style, &north_west());
+    }
+    read(gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()
+}
+
+#[test]
+fn every_preset_draws_within_the_default_limits() {
+    let Some((hill, mut world)) = shapes::hill() else { return };
+    let gpu = match Gpu::open_within(&AdapterWish::Best, wgpu::Limits::default()) {
+        Ok(gpu) => gpu,
+        Err(error) => panic!("{error}"),
+    };
+    assert_eq!(gpu.device.limits().max_storage_buffers_per_shader_stage, 8);
+    let pose = world.pose("900,-900,+20,315,3,60");
+    let at_m = DVec3::new(850.0, -850.0, 0.0);
+    let at_m = at_m.with_z(hill.height_m(at_m.x, at_m.y) + 10.0);
+    let stance = shapes::stance(at_m, 0.0, 10.0);
+    let mesh = Arc::new(shapes::mesh(shapes::cube()));
+    shapes::place(&mut world, &mesh, &stance);
+    let store = Arc::clone(world.surfaces.terrain.store());
+    let mut surfaces = Surfaces::from(Terrain::new(&gpu, store, TerrainOptions::default()).unwrap());
+    let placed: &Placed = world.surfaces.meshes().unwrap();
+    surfaces.set_meshes(placed.clone());
+    let mut names = style::names();
+    names.sort_unstable();
+    let mut pictures = Vec::new();
+    for name in names {
+        let style = Style::load(name).unwrap();
+        let (within, beyond) =
+            (drawing(&gpu, &mut surfaces, &style, pose), drawing(&world.gpu, &mut world.surfaces, &style, pose));
+        // What a device could do besides changes nothing.
+        assert!(within == beyond, "{name}");
+        pictures.push(within);
+    }
+    // Planted: another style.
+    assert!(pictures[0] != pictures[pictures.len() - 1]);
+    // Planted: a device that has less refuses, and says so.
+    let less = wgpu::Limits { max_storage_buffers_per_shader_stage: 7, ..wgpu::Limits::default() };
+    let gpu = Gpu::open_within(&AdapterWish::Best, less).unwrap();
+    let store = Arc::clone(world.surfaces.terrain.store());
+    let mut surfaces = Terrain::new(&gpu, store, TerrainOptions::default()).unwrap().into();
+    let style = Style::load("pen").unwrap();
+    let refused = Renderer::new(&gpu).unwrap().render(&gpu, &mut surfaces, &still(pose, SIZE_PX), &style, &NOON);
+    let error = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("storage") && !error.contains('\n'), "{error}");
+}

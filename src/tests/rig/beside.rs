@@ -1,0 +1,137 @@
+//! Switches of the style as a window makes them: a frame waits for no pipeline, and no picture is of two styles.
+
+use std::time::{Duration, Instant};
+
+use glam::{DQuat, DVec3};
+use hachure::composite::PICTURE;
+use hachure::frame::Renderer;
+use hachure::gpu::pipelines::Builds;
+use hachure::scene::view::{Pose, Rig};
+use hachure::style::{self, Style};
+
+use crate::tests::common::World;
+use crate::tests::rig::{START, bytes, draw_rig, hill_apart, light, view};
+
+const PATIENCE: Duration = Duration::from_secs(180);
+
+/// A frame that builds beside, and one that draws the same frames and waits for all that they need.
+struct Twins {
+    beside: Renderer,
+    waiting: Renderer,
+    /// The world of the one that waits, on a device of its own: it shares no pipelines.
+    apart: World,
+    pose: Pose,
+    /// Pictures that were of the style before.
+    of_before: usize,
+    record_ms: Vec<f64>,
+    /// In the first frame that asks for another style, beside and where it is waited for.
+    begins_ms: Vec<f64>,
+    waits_ms: Vec<f64>,
+}
+
+impl Twins {
+    fn new(world: &World) -> Option<Self> {
+        let mut beside = Renderer::new(&world.gpu).unwrap();
+        beside.set_builds(Builds::InBackground);
+        let apart = hill_apart()?;
+        let waiting = Renderer::new(&apart.gpu).unwrap();
+        let (record_ms, begins_ms, waits_ms) = Default::default();
+        let pose = world.pose(START);
+        Some(Self { beside, waiting, apart, pose, of_before: 0, record_ms, begins_ms, waits_ms })
+    }
+
+    /// Asks for a frame of `asked`; what is shown then is, to the bit, a frame of it, or of the style that was shown
+    /// before.
+    fn step(&mut self, world: &mut World, asked: &Style, before: Option<&Style>, pose: Pose) {
+        let view = view(self.pose, pose);
+        self.pose = pose;
+        self.beside.render(&world.gpu, &mut world.surfaces, &view, asked, &light()).unwrap();
+        world.gpu.wait();
+        let Some(shown) = [Some(asked), before].into_iter().flatten().find(|style| self.beside.shows(style)) else {
+            assert!(self.beside.target(&PICTURE).is_none() && before.is_none(), "{}", asked.name);
+            return;
+        };
+        self.record_ms.push(self.beside.record_ms());
+        self.of_before += usize::from(shown != asked);
+        draw_rig(&mut self.apart, &mut self.waiting, shown, &Rig::mono(view));
+        let beside = bytes(world, &self.beside, 0, &PICTURE);
+        let waiting = bytes(&self.apart, &self.waiting, 0, &PICTURE);
+        let differing = beside.iter().zip(&waiting).filter(|(a, b)| a != b).count();
+        assert_eq!(differing, 0, "the picture while {} was asked for is not one of {}", asked.name, shown.name);
+    }
+
+    /// Asks until it is shown.
+    fn switch(&mut self, world: &mut World, asked: &Style, before: Option<&Style>) {
+        let begun = Instant::now();
+        let steps = self.record_ms.len();
+        while !self.beside.shows(asked) {
+            self.step(world, asked, before, self.pose);
+            if before.is_some() && self.record_ms.len() == steps + 1 {
+                self.begins_ms.push(self.record_ms[steps]);
+            }
+            assert!(begun.elapsed() < PATIENCE, "{} does not come: {:?}", asked.name, world.gpu.pipelines().troubles());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        // The twin has just drawn its first frame of the style.
+        self.waits_ms.push(self.waiting.record_ms());
+    }
+}
+
+fn median(times_ms: &mut [f64]) -> f64 {
+    times_ms.sort_by(f64::total_cmp);
+    times_ms[times_ms.len() / 2]
+}
+
+#[test]
+fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
+    let Some(mut world) = hill_apart() else { return };
+    let styles: Vec<Style> = style::names().into_iter().map(|name| Style::load(name).unwrap()).collect();
+    let Some(mut twins) = Twins::new(&world) else { return };
+    let mut before = None;
+    for style in &styles {
+        twins.switch(&mut world, style, before);
+        // What follows on a style's first frame was prewarmed, too: at rest, on the move, and after a turn.
+        let pose = twins.pose;
+        let moved = Pose { position_m: pose.position_m + pose.right * 0.01, ..pose };
+        let turn = DQuat::from_axis_angle(DVec3::Z, -0.2);
+        let turned = Pose { forward: turn * moved.forward, right: turn * moved.right, up: turn * moved.up, ..moved };
+        for pose in [pose, moved, turned, turned, pose] {
+            twins.step(&mut world, style, before, pose);
+            assert!(twins.beside.shows(style) && !twins.beside.is_building(&world.gpu), "{}", style.name);
+        }
+        before = Some(style);
+    }
+    assert_eq!(twins.beside.built_at_once(), 0);
+    assert!(twins.of_before > 10, "nothing was built beside: {} pictures of the style before", twins.of_before);
+    let at_once = twins.waiting.built_at_once();
+    // Planted: with nothing beside, frames wait for their pipelines.
+    assert!(at_once > 40, "{at_once}");
+    let [all_ms, begins_ms, waits_ms] =
+        [&mut twins.record_ms, &mut twins.begins_ms, &mut twins.waits_ms].map(|times_ms| median(times_ms));
+    println!(
+        "{} frames, {} of them of the style before; recording takes {all_ms:.2} ms at the median, {begins_ms:.2} ms where \
+         a switch begins, and {waits_ms:.2} ms where it is waited for",
+        twins.record_ms.len(),
+        twins.of_before
+    );
+    // Some hundred times as long, on a machine with nothing else to do.
+    assert!(begins_ms < 0.5 * waits_ms, "{begins_ms} ms, {waits_ms} ms");
+    world.gpu.check().unwrap();
+}
+
+#[test]
+fn what_is_under_way_is_waited_for_where_frames_wait() {
+    let Some(mut world) = hill_apart() else { return };
+    let style = Style::load("pen").unwrap();
+    let Some(mut twins) = Twins::new(&world) else { return };
+    let pose = twins.pose;
+    twins.step(&mut world, &style, None, pose);
+    assert!(twins.beside.is_building(&world.gpu) && !twins.beside.shows(&style));
+    // As for a screenshot.
+    twins.beside.set_builds(Builds::AtOnce);
+    let rig = Rig::mono(view(pose, pose));
+    draw_rig(&mut world, &mut twins.beside, &style, &rig);
+    draw_rig(&mut twins.apart, &mut twins.waiting, &style, &rig);
+    let (a, b) = (bytes(&world, &twins.beside, 0, &PICTURE), bytes(&twins.apart, &twins.waiting, 0, &PICTURE));
+    assert!(a == b && twins.beside.built_at_once() > 0);
+}

@@ -1,0 +1,122 @@
+//! Two eyes in one submit are the two rendered alone; a submit for each pass and one for all are the same.
+
+use hachure::frame::Renderer;
+use hachure::gpu::recorder::Submits;
+use hachure::scene::view::Rig;
+use hachure::style::{self, Style};
+
+use crate::tests::rig::{START, beside, differing, draw_rig, hill, seen, view};
+
+/// A short flight of two eyes, half a metre to either side of its path.
+fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
+    let start = world.pose(START);
+    let mut previous = start;
+    let mut step = |i: u32| {
+        let mut pose = start;
+        pose.position_m += start.forward * (0.8 * f64::from(i)) + start.right * (0.1 * f64::from(i));
+        let before = std::mem::replace(&mut previous, pose);
+        let eyes = [-0.5, 0.5].map(|side_m| view(beside(before, side_m), beside(pose, side_m)));
+        Rig { origin_m: pose.position_m, eyes: eyes.to_vec() }
+    };
+    (0..3).map(&mut step).collect()
+}
+
+/// A preset whose eyes know nothing of each other, as far as lines and marks go; strokes of a pair always agree.
+fn alone(name: &str) -> Style {
+    let mut style = Style::load(name).unwrap();
+    if let Some(lines) = &mut style.lines {
+        lines.stereo = style::Stereo::Alone;
+    }
+    if let Some(hatching) = &mut style.hatching {
+        hatching.balance = false;
+    }
+    style.strokes = None;
+    style
+}
+
+#[test]
+fn two_eyes_at_once_are_the_two_alone() {
+    let Some(mut world) = hill() else { return };
+    for name in style::names() {
+        let style = alone(name);
+        let rigs = rigs(&world);
+        // The frame is submitted at once, as on a GPU.
+        let mut both = Renderer::new(&world.gpu).unwrap();
+        let mut alone = [0, 1].map(|_| Renderer::new(&world.gpu).unwrap());
+        for rig in &rigs {
+            draw_rig(&mut world, &mut both, &style, rig);
+            let pair = [0, 1].map(|eye| seen(&world, &both, eye));
+            for (eye, (renderer, together)) in alone.iter_mut().zip(&pair).enumerate() {
+                // Its own rig has the same origin, and the same tiles.
+                let own = Rig { origin_m: rig.origin_m, eyes: vec![rig.eyes[eye]] };
+                draw_rig(&mut world, renderer, &style, &own);
+                let differing = differing(together, &seen(&world, renderer, 0));
+                assert_eq!(differing, 0, "{name}: eye {eye} sees something else in a pair");
+            }
+            // Planted: the eyes are not the same.
+            assert!(differing(&pair[0], &pair[1]) > 1000, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_rig_is_prepared_for_the_pixels_of_all_its_eyes() {
+    let Some(world) = hill() else { return };
+    let pixels = f64::from(crate::tests::rig::SIZE_PX[0] * crate::tests::rig::SIZE_PX[1]);
+    for rig in rigs(&world) {
+        let asked = hachure::frame::terrain_view_of(&rig, 0.0);
+        assert!((asked.pixels - 2.0 * pixels).abs() < 1e-9 && asked.frusta.len() == 2);
+        let one = hachure::frame::terrain_view_of(&Rig { eyes: vec![rig.eyes[0]], ..rig }, 0.0);
+        assert!((one.pixels - pixels).abs() < 1e-9 && one.frusta.len() == 1);
+    }
+}
+
+#[test]
+fn one_submit_draws_what_many_draw() {
+    let Some(mut world) = hill() else { return };
+    for name in style::names() {
+        let style = Style::load(name).unwrap();
+        let drawn = [Submits::Timed, Submits::Whole].map(|submits| {
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            renderer.set_submits(submits);
+            let mut pictures = Vec::new();
+            for rig in rigs(&world) {
+                draw_rig(&mut world, &mut renderer, &style, &rig);
+                pictures.push([0, 1].map(|eye| seen(&world, &renderer, eye)));
+            }
+            pictures
+        });
+        let [passes, whole] = drawn;
+        for (passes, whole) in passes.iter().flatten().zip(whole.iter().flatten()) {
+            assert_eq!(differing(passes, whole), 0, "{name}");
+        }
+        // Planted: another frame.
+        assert!(differing(&passes[0][0], &whole[2][0]) > 1000, "{name}");
+    }
+}
+
+#[test]
+fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
+    let Some(mut world) = hill() else { return };
+    let pose = world.pose(START);
+    for name in ["plain", "ink", "pen", "hachures", "wash"] {
+        let style = Style::load(name).unwrap();
+        let mut drawn = |origin_m: glam::DVec3, shown: glam::DVec3| {
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            let mut shown_pose = pose;
+            shown_pose.position_m = shown;
+            let rig = Rig { origin_m, eyes: vec![view(shown_pose, shown_pose)] };
+            draw_rig(&mut world, &mut renderer, &style, &rig);
+            crate::tests::rig::luma(&world, &renderer)
+        };
+        let here = pose.position_m;
+        let away = here - pose.right * 3.0 + pose.up * 2.0;
+        let (at, beside) = (drawn(here, here), drawn(away, here));
+        // Positions count from elsewhere, so the level of detail and the rounding are other ones.
+        let differs = crate::tests::rig::differs(&at, &beside);
+        // Planted: an eye that is where the origin is.
+        let elsewhere = crate::tests::rig::differs(&at, &drawn(away, away));
+        println!("{name}: {differs:.4} of the pixels differ, {elsewhere:.4} from elsewhere");
+        assert!(differs < 0.03 && elsewhere > 1.5 * differs, "{name}: {differs} {elsewhere}");
+    }
+}

@@ -1,0 +1,81 @@
+//! Frames of one eye and of two: passes hold nothing that belongs to a frame, whatever the driver submits at once.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+
+mod beside;
+mod eyes;
+mod lens;
+mod live;
+mod steady;
+mod switches;
+
+use glam::DVec3;
+use hachure::composite::PICTURE;
+use hachure::frame::{self, Light, Renderer};
+use hachure::gpu::readback::read;
+use hachure::gpu::target::TargetKind;
+use hachure::scene::view::{Pose, Rig, View};
+use hachure::style::Style;
+use hachure::surface::SURFACE_ID;
+use hachure::surface::{NORMAL, POSITION};
+
+use crate::tests::common::World;
+use crate::tests::common::draw::halves;
+use crate::tests::common::hill::Hill;
+
+const SIZE_PX: [u32; 2] = [128, 72];
+const START: &str = "900,-900,+20,315,3,60";
+
+fn hill() -> Option<World> {
+    World::new(Hill::square(321, 10.0).1, 1.0)
+}
+
+/// A hill on a device of its own.
+fn hill_apart() -> Option<World> {
+    World::apart(Hill::square(321, 10.0).1, 1.0)
+}
+
+fn light() -> Light {
+    Light { to_sun: DVec3::new(-0.5, 0.5, 0.4).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None }
+}
+
+fn view(previous: Pose, pose: Pose) -> View {
+    View::whole(previous, pose, SIZE_PX)
+}
+
+/// The pose beside another one, to its right.
+fn beside(pose: Pose, right_m: f64) -> Pose {
+    Pose { position_m: pose.position_m + pose.right * right_m, ..pose }
+}
+
+/// Draws all eyes of a rig.
+fn draw_rig(world: &mut World, renderer: &mut Renderer, style: &Style, rig: &Rig) {
+    let light = light();
+    let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &light);
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &light).unwrap();
+    world.gpu.check().unwrap();
+}
+
+fn bytes(world: &World, renderer: &Renderer, eye: usize, kind: &TargetKind) -> Vec<u8> {
+    read(&world.gpu, renderer.eye_target(eye, kind).unwrap(), [0, 0], SIZE_PX).unwrap()
+}
+
+/// What an eye sees, to the bit: the surface and the drawing.
+fn seen(world: &World, renderer: &Renderer, eye: usize) -> [Vec<u8>; 4] {
+    [&POSITION, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, renderer, eye, kind))
+}
+
+/// How many bytes differ, of those that are there.
+fn differing(a: &[Vec<u8>; 4], b: &[Vec<u8>; 4]) -> usize {
+    a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b)).filter(|(a, b)| a != b).count()
+}
+
+/// Brightness of the drawing, 0 to 1.
+fn luma(world: &World, renderer: &Renderer) -> Vec<f32> {
+    let luma = |[red, green, blue, _]: [f64; 4]| 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    halves(&world.gpu, renderer.target(&PICTURE).unwrap()).into_iter().map(|texel| luma(texel) as f32).collect()
+}
+
+/// The part of the pixels that are not as bright.
+fn differs(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 0.1).count() as f64 / a.len() as f64
+}

@@ -1,0 +1,53 @@
+//! A steady frame makes nothing, and recording it is quick.
+
+use hachure::frame::Renderer;
+use hachure::scene::view::Rig;
+use hachure::style::{self, Style};
+
+use crate::tests::rig::{START, draw_rig, hill_apart, view};
+
+#[test]
+fn a_steady_frame_makes_no_gpu_object() {
+    let Some(mut world) = hill_apart() else { return };
+    let pose = world.pose(START);
+    for name in style::names() {
+        let style = Style::load(name).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let rig = Rig::mono(view(pose, pose));
+        let updates = style.strokes.as_ref().map_or(1, |strokes| strokes.update_every);
+        // Both kinds of a stroke style's frames, and both of its lists of samples.
+        for _ in 0..4 * updates {
+            draw_rig(&mut world, &mut renderer, &style, &rig);
+        }
+        let before = world.gpu.objects_made();
+        for _ in 0..4 * updates {
+            draw_rig(&mut world, &mut renderer, &style, &rig);
+        }
+        assert_eq!(world.gpu.objects_made() - before, 0, "{name}");
+        // Planted: another frame makes its own.
+        let mut other = Renderer::new(&world.gpu).unwrap();
+        draw_rig(&mut world, &mut other, &style, &rig);
+        assert!(world.gpu.objects_made() - before > 20, "{name}");
+    }
+}
+
+/// `cargo test --release --test rig recording -- --ignored --nocapture`
+#[test]
+#[ignore = "a measurement"]
+fn recording_takes_milliseconds() {
+    let Some(mut world) = hill_apart() else { return };
+    let pose = world.pose(START);
+    for name in style::names() {
+        let style = Style::load(name).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let rig = Rig::mono(view(pose, pose));
+        let mut times_ms = Vec::new();
+        for _ in 0..60 {
+            draw_rig(&mut world, &mut renderer, &style, &rig);
+            world.gpu.wait();
+            times_ms.push(renderer.record_ms());
+        }
+        times_ms.sort_by(f64::total_cmp);
+        println!("{name}: {:.3} ms at the median, {:.3} ms at most", times_ms[30], times_ms[59]);
+    }
+}

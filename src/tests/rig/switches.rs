@@ -1,0 +1,42 @@
+//! Styles in turns: each draws as if it were alone, and nothing piles up.
+
+use hachure::frame::Renderer;
+use hachure::scene::view::Rig;
+use hachure::style::{self, Style};
+
+use crate::tests::rig::{START, differing, draw_rig, hill_apart, seen, view};
+
+/// `HACHURE_SWITCHES=200` for the whole walk.
+#[test]
+fn styles_in_turns_draw_as_if_alone() {
+    let Some(mut world) = hill_apart() else { return };
+    let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(34, |turns| turns.parse().unwrap());
+    let pose = world.pose(START);
+    let rig = Rig::mono(view(pose, pose));
+    let styles: Vec<Style> = style::names().into_iter().map(|name| Style::load(name).unwrap()).collect();
+    let alone: Vec<_> = styles
+        .iter()
+        .map(|style| {
+            let mut renderer = Renderer::new(&world.gpu).unwrap();
+            draw_rig(&mut world, &mut renderer, style, &rig);
+            seen(&world, &renderer, 0)
+        })
+        .collect();
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let mut memory_bytes = Vec::new();
+    for turn in 0..turns {
+        // Every style follows on every other one in some turn.
+        let next = (turn * (1 + turn / styles.len())) % styles.len();
+        draw_rig(&mut world, &mut renderer, &styles[next], &rig);
+        let name = &styles[next].name;
+        assert_eq!(differing(&alone[next], &seen(&world, &renderer, 0)), 0, "turn {turn}: {name} is another picture");
+        world.gpu.wait();
+        memory_bytes.push(world.gpu.memory_bytes());
+    }
+    // When all have been there, nothing comes any more but what a list of another length takes.
+    let (first, last) = (memory_bytes[styles.len()], memory_bytes[turns - 1]);
+    println!("{} KiB after a round, {} KiB after {turns} turns", first >> 10, last >> 10);
+    assert!(last < first + (1 << 14), "{first} bytes became {last}");
+    // Planted: styles differ.
+    assert!(differing(&alone[0], &alone[1]) > 1000);
+}

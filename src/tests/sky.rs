@@ -1,0 +1,320 @@
+//! A drawn sky: the sun stands where the light comes from, rules are as far apart and as dark as asked, clouds and stars
+//! turn with the world, parts join, and a style that asks for none of it has its gradient.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use crate::tests::common;
+
+use std::f64::consts::TAU;
+
+use common::draw::{draw, halves, north_west, still};
+use common::shot::{ink, shoot_style};
+use common::{World, grid_of};
+use glam::{DVec2, DVec3};
+use hachure::composite::PICTURE;
+use hachure::composite::sky::SKY;
+use hachure::frame::{Light, Renderer};
+use hachure::picture::strokes::render_strokes;
+use hachure::picture::{PartRule, PictureRequest};
+use hachure::scene::view::{Pose, View};
+use hachure::style::{Sky, Style};
+
+const SIZE_PX: [u32; 2] = [480, 270];
+/// Over flat land, a little upward: the lower part of the picture is land.
+const CAMERA: &str = "0,0,+50,20,12,50";
+
+fn world() -> Option<World> {
+    World::new(grid_of(65, 65, 30.0, |_, _| 0.0), 0.0)
+}
+
+fn style(keys: &str) -> Style {
+    let text = format!(
+        "name = \"sky\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n[sky]\n\
+         zenith = \"#000000\"\nhorizon = \"#000000\"\n{keys}"
+    );
+    Style::parse("sky", &text).unwrap()
+}
+
+fn toward(azimuth_deg: f64, elevation_deg: f64) -> DVec3 {
+    let [azimuth, elevation] = [azimuth_deg, elevation_deg].map(f64::to_radians);
+    DVec3::new(azimuth.sin() * elevation.cos(), azimuth.cos() * elevation.cos(), elevation.sin())
+}
+
+fn turned(pose: Pose, yaw_deg: f64) -> Pose {
+    let turn = glam::DQuat::from_axis_angle(DVec3::Z, -yaw_deg.to_radians());
+    Pose { forward: turn * pose.forward, right: turn * pose.right, up: turn * pose.up, ..pose }
+}
+
+/// Colour and ink of the sky, and the view.
+fn sky_of(world: &mut World, pose: Pose, style: &Style, light: &Light) -> (Vec<[f64; 4]>, View) {
+    let view = still(pose, SIZE_PX);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, light);
+    (halves(&world.gpu, renderer.target(&SKY).unwrap()), view)
+}
+
+fn pixels() -> impl Iterator<Item = DVec2> {
+    let [width, height] = SIZE_PX;
+    (0..height).flat_map(move |y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)))
+}
+
+#[test]
+fn the_sun_stands_where_the_light_comes_from() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    for (azimuth_deg, elevation_deg, radius_deg) in [(20.0, 12.0, 3.0), (45.0, 22.0, 1.5), (-8.0, 25.0, 4.0)] {
+        let to_sun = toward(azimuth_deg, elevation_deg);
+        let style = style(&format!("sun_deg = {radius_deg:?}\nsun = \"#ffffff\"\n"));
+        let (sky, view) = sky_of(&mut world, pose, &style, &Light { to_sun, ..north_west() });
+        // The solid angle of what is light, and its middle.
+        let (mut lit, mut middle) = (0.0, DVec3::ZERO);
+        for (at, texel) in pixels().zip(&sky) {
+            let ray = view.ray(at);
+            let solid = texel[0] / (view.focal_px().powi(2) * ray.length().powi(3));
+            lit += solid;
+            middle += ray.normalize() * solid;
+        }
+        let pixel_rad = 1.0 / view.focal_px();
+        let off_px = |to_sun: DVec3| middle.angle_between(to_sun) / pixel_rad;
+        let radius_px = |lit: f64| (1.0 - lit / TAU).acos() / pixel_rad;
+        let wanted_px = f64::to_radians(radius_deg) / pixel_rad;
+        println!("middle off by {:.3} px, radius {:.3} px of {wanted_px:.3}", off_px(to_sun), radius_px(lit));
+        assert!(off_px(to_sun) < 0.1);
+        assert!((radius_px(lit) - wanted_px).abs() < 0.1);
+        // Planted: a sun that stands a degree farther right, or has another radius.
+        assert!(off_px(toward(azimuth_deg + 1.0, elevation_deg)) > 1.0);
+        assert!((radius_px(1.1 * lit) - wanted_px).abs() > 0.1);
+    }
+}
+
+/// The ink of rows from the top down to the horizon, in a column.
+fn column(sky: &[[f64; 4]], x: usize, rows: usize) -> Vec<f64> {
+    (0..rows).map(|y| sky[y * SIZE_PX[0] as usize + x][3]).collect()
+}
+
+/// The middles of rules.
+fn middles_px(column: &[f64]) -> Vec<f64> {
+    let mut middles = Vec::new();
+    let (mut sum, mut moment) = (0.0, 0.0);
+    for (y, ink) in column.iter().enumerate() {
+        if *ink > 0.0 {
+            sum += ink;
+            moment += ink * (y as f64 + 0.5);
+        } else if sum > 0.0 {
+            middles.push(moment / sum);
+            (sum, moment) = (0.0, 0.0);
+        }
+    }
+    middles
+}
+
+#[test]
+fn rules_are_as_far_apart_and_as_dark_as_asked() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    let horizon_px = 135.0 + still(pose, SIZE_PX).focal_px() * 12.0_f64.to_radians().tan();
+    for (width_px, spacing_px) in [(0.8, 5.0), (1.5, 7.3), (3.0, 12.0)] {
+        let style = style(&format!("rules_px = {width_px:?}\nspacing_px = {spacing_px:?}\nfade = 0.0\n"));
+        let (sky, _) = sky_of(&mut world, pose, &style, &north_west());
+        for x in [3, 240, 470] {
+            let ink = column(&sky, x, horizon_px as usize);
+            let middles = middles_px(&ink);
+            let whole = &middles[1..middles.len() - 1];
+            let gap_px = (whole[whole.len() - 1] - whole[0]) / (whole.len() - 1) as f64;
+            let dark = ink.iter().sum::<f64>() / horizon_px;
+            println!("{gap_px:.3} px apart of {spacing_px}, ink {dark:.3} of {:.3}", width_px / spacing_px);
+            let holds = |spacing_px: f64, width_px: f64| {
+                (gap_px - spacing_px).abs() < 0.05 && (dark * spacing_px / width_px - 1.0).abs() < 0.06
+            };
+            assert!(holds(spacing_px, width_px));
+            // Planted: rules that are farther apart, or wider.
+            assert!(!holds(1.1 * spacing_px, width_px) && !holds(spacing_px, 1.2 * width_px));
+        }
+    }
+    // They fade toward the horizon, or away from it.
+    for (fade, is_darker_above) in [(0.8, true), (-0.8, false)] {
+        let style = style(&format!("rules_px = 2.0\nspacing_px = 6.0\nfade = {fade:?}\n"));
+        let (sky, _) = sky_of(&mut world, pose, &style, &north_west());
+        let ink = column(&sky, 240, horizon_px as usize);
+        let sum = |rows: &[f64]| rows.iter().sum::<f64>();
+        let (above, below) = (sum(&ink[..60]), sum(&ink[ink.len() - 60..]));
+        assert_eq!(above > 1.2 * below, is_darker_above, "{above} {below}");
+        assert_eq!(below > 1.2 * above, !is_darker_above, "{above} {below}");
+    }
+}
+
+#[test]
+fn rules_stay_where_they_are_in_a_pan() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    let style = style("rules_px = 1.2\nspacing_px = 5.0\n");
+    let (before, _) = sky_of(&mut world, pose, &style, &north_west());
+    let mut worst = |pose: Pose| {
+        let (after, _) = sky_of(&mut world, pose, &style, &north_west());
+        before.iter().zip(&after).map(|(a, b)| (a[3] - b[3]).abs()).fold(0.0, f64::max)
+    };
+    let [panned, moved] = [turned(pose, 17.3), Pose { position_m: pose.position_m + DVec3::X * 50.0, ..pose }];
+    assert!(worst(panned) < 0.02);
+    assert_eq!(worst(moved), 0.0);
+    // Planted: an eye that nods.
+    let nod = glam::DQuat::from_axis_angle(pose.right, 0.4_f64.to_radians());
+    assert!(worst(Pose { forward: nod * pose.forward, up: nod * pose.up, ..pose }) > 0.5);
+}
+
+/// The mean difference of a turned picture and of what the first one shows at the places that `place_px` names.
+fn differing(before: &[[f64; 4]], after: &[[f64; 4]], place_px: impl Fn(DVec2) -> Option<DVec2>) -> f64 {
+    let [width, height] = SIZE_PX.map(|side| side as usize);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (at, texel) in pixels().zip(after) {
+        let Some(place) = place_px(at).map(|place| place - 0.5) else { continue };
+        if place.x < 0.0 || place.y < 0.0 || place.x >= width as f64 - 1.0 || place.y >= height as f64 - 1.0 {
+            continue;
+        }
+        let [x, y] = [place.x.floor(), place.y.floor()];
+        let [u, v] = [place.x - x, place.y - y];
+        let light = |i: usize, j: usize| before[(y as usize + j) * width + x as usize + i][0];
+        let top = light(0, 0) * (1.0 - u) + light(1, 0) * u;
+        let low = light(0, 1) * (1.0 - u) + light(1, 1) * u;
+        sum += (top * (1.0 - v) + low * v - texel[0]).abs();
+        count += 1.0;
+    }
+    assert!(count > 0.5 * (width * height) as f64);
+    sum / count
+}
+
+#[test]
+fn clouds_and_stars_turn_with_the_world() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    let kinds = ["clouds = 0.8\n", "clouds = 0.8\ncloud_form = \"streaks\"\n", "stars = 0.8\nstar_px = 4.0\n"];
+    for keys in kinds {
+        let style = style(keys);
+        let (before, view) = sky_of(&mut world, pose, &style, &north_west());
+        let lit = before.iter().map(|texel| texel[0]).sum::<f64>() / before.len() as f64;
+        let (after, next) = sky_of(&mut world, turned(pose, 7.0), &style, &north_west());
+        let with_world = differing(&before, &after, |at| view.place_px(next.ray(at)));
+        // Planted: what is fixed to the sheet.
+        let with_sheet = differing(&before, &after, Some);
+        println!(
+            "{keys:?}: {lit:.4} is light; differs by {with_world:.4} with the world, {with_sheet:.4} with the sheet"
+        );
+        assert!(lit > 0.002);
+        assert!(with_world < 0.25 * with_sheet);
+        // An eye that goes on sees the same: all is infinitely far.
+        let aside = Pose { position_m: pose.position_m + DVec3::new(90.0, -40.0, 3.0), ..pose };
+        assert_eq!(sky_of(&mut world, aside, &style, &north_west()).0, before);
+    }
+}
+
+#[test]
+fn fewer_stars_stand_near_the_horizon() {
+    let Some(mut world) = world() else { return };
+    let style = style("stars = 1.0\n");
+    let mut light = |elevation_deg: f64| {
+        let pose = world.pose(&format!("0,0,+50,0,{elevation_deg},20"));
+        sky_of(&mut world, pose, &style, &north_west()).0.iter().map(|texel| texel[0]).sum::<f64>()
+    };
+    let [low, high] = [light(10.0), light(60.0)];
+    assert!(low > 0.0 && high > 2.0 * low, "{low} {high}");
+}
+
+/// Everything that there is, over lines, so that parts have margins.
+fn rich() -> Style {
+    let drawn = style(
+        "rules_px = 0.9\nclouds = 0.7\noutline_px = 1.5\nbokashi = 0.4\nhorizon_bokashi = 0.2\n\
+         bokashi_color = \"#204080\"\nsun_deg = 3.0\nsun = \"#ffe080\"\nstars = 0.5\n",
+    );
+    let Sky { zenith, horizon, .. } = Style::load("wash").unwrap().sky;
+    Style { sky: Sky { zenith, horizon, ..drawn.sky }, ..ink("footprint") }
+}
+
+#[test]
+fn parts_have_the_sky_of_the_whole() {
+    let Some(mut world) = world() else { return };
+    let (pose, style) = (world.pose("0,0,+50,-45,25,70"), rich());
+    let mut shoot = |parts: &PartRule| shoot_style(&mut world, &mut None, pose, pose, [317, 211], &style, parts);
+    let whole = shoot(&PartRule::default());
+    let parts = shoot(&PartRule { whole_px: 0, part_px: 100, margin_px: 12 });
+    assert!(parts.report.parts > 1);
+    let sky: Vec<usize> = (0..whole.picture.len()).filter(|pixel| whole.is_sky(*pixel)).collect();
+    assert!(sky.len() > whole.picture.len() / 2);
+    let differs = |shift: usize| {
+        sky.iter()
+            .filter(|pixel| parts.picture[(**pixel + shift) % parts.picture.len()] != whole.picture[**pixel])
+            .count()
+    };
+    assert_eq!(differs(0), 0);
+    // Planted: a picture that is a row farther down.
+    assert!(differs(317) > sky.len() / 10);
+}
+
+#[test]
+fn a_style_that_asks_for_no_more_has_its_gradient() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    let view = still(pose, SIZE_PX);
+    let mut style = style("stars = 0.1\n");
+    let wash = Style::load("wash").unwrap().sky;
+    let mut passes = |sky: Sky| {
+        style.sky = sky;
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_traces(true);
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
+        let has_pass = renderer.trace().iter().any(|pass| pass.name == "composite/sky");
+        let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
+        (has_pass, picture)
+    };
+    let (has_pass, picture) = passes(wash.clone());
+    assert!(!has_pass);
+    let [low, high] = [wash.horizon, wash.zenith].map(|color| color.linear().map(f64::from));
+    let worst = |factor: f64| {
+        let off = pixels().zip(&picture).filter(|(at, _)| view.ray(*at).z > 0.0).map(|(at, texel)| {
+            let up = (factor * view.ray(at).normalize().z).clamp(0.0, 1.0);
+            (0..3).map(|i| (low[i] + (high[i] - low[i]) * up - texel[i]).abs()).fold(0.0, f64::max)
+        });
+        off.fold(0.0, f64::max)
+    };
+    // Half floats round by this.
+    assert!(worst(2.0) < 5e-4, "{}", worst(2.0));
+    // Planted: another gradient.
+    assert!(worst(1.9) > 5e-3);
+    // Lengths and colours ask for nothing by themselves.
+    let (has_pass, same) = passes(Sky { spacing_px: 9.0, outline_px: 3.0, star_px: 4.0, ..wash.clone() });
+    assert!(!has_pass && same == picture);
+    let (has_pass, other) = passes(Sky { stars: 0.5, ..wash });
+    assert!(has_pass && other != picture);
+}
+
+#[test]
+fn a_map_has_no_sky() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose("0,0,6000,0,-90,45");
+    let (sky, _) = sky_of(&mut world, pose, &rich(), &north_west());
+    let beside = sky[0];
+    assert_eq!(beside[3], 0.0);
+    assert!(sky.iter().all(|texel| *texel == beside));
+}
+
+#[test]
+fn rules_are_lines_of_a_drawing() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    let lines_of = |world: &mut World, keys: &str| {
+        let style = style(keys);
+        let request = PictureRequest::still(pose, SIZE_PX, &style, north_west());
+        let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
+        drawn.marks.into_iter().find(|group| group.id == "sky").map(|group| group.lines)
+    };
+    let lines = lines_of(&mut world, "rules_px = 1.0\nspacing_px = 10.0\nfade = 0.0\n").unwrap();
+    let length = |line: &hachure::lines::strokes::polylines::Polyline| {
+        let step = |pair: &[_]| -> f32 {
+            let [a, b]: [hachure::lines::strokes::polylines::PolylinePoint; 2] = [pair[0], pair[1]];
+            (a.px[0] - b.px[0]).hypot(a.px[1] - b.px[1])
+        };
+        line.points.windows(2).map(step).sum::<f32>()
+    };
+    let long = lines.iter().filter(|line| length(line) > 400.0).count();
+    let horizon_px = 135.0 + still(pose, SIZE_PX).focal_px() * 12.0_f64.to_radians().tan();
+    println!("{long} rules of {} lines over {horizon_px:.1} px", lines.len());
+    assert!((long as f64 - horizon_px / 10.0).abs() < 2.0);
+    assert!(lines_of(&mut world, "stars = 1.0\n").is_none());
+}

@@ -1,0 +1,53 @@
+//! Stroke textures: tiles without a seam, the same on every machine, that take as much ink as pressure asks for on all
+//! levels; and the shader's rule is that of its twin.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+mod drawn;
+mod ink;
+mod recipes;
+mod shader;
+mod tile;
+
+use std::path::Path;
+
+use hachure::style::texture::{Recipe, names};
+
+/// One that stays as it is, so that its bits can be told.
+const RECIPE: &str = r#"
+description = "for tests"
+[tile]
+along_px = 128
+across_px = 32
+seed = 7
+[touch]
+nominal_width_px = 8.0
+spread = 0.5
+softness = 0.1
+response = 1.0
+fill = 1.0
+border_px = 2.0
+border_part = 0.5
+border_pressure = 0.2
+[pigment]
+density = 0.8
+variation = 0.2
+along_px = 20.5
+across_px = 2.0
+[[marks]]
+along_px = 12.3
+across_px = 1.0
+weight = 1.0
+wander_px = 2.0
+[[marks]]
+along_px = 2.0
+across_px = 2.5
+weight = 0.5
+"#;
+
+fn recipe(name: &str) -> Recipe {
+    Recipe::load(name, Path::new("")).unwrap()
+}
+
+fn recipes() -> Vec<(&'static str, Recipe)> {
+    names().into_iter().map(|name| (name, recipe(name))).collect()
+}

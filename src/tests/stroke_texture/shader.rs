@@ -1,0 +1,179 @@
+//! The shader's rule is that of its twin, and its tile the one that was grown.
+
+use hachure::gpu::Gpu;
+use hachure::gpu::bind::{Named, Resource};
+use hachure::gpu::readback::read_buffer;
+use hachure::gpu::shader::compose_text;
+use hachure::lines::strokes::texture::{Brush, StrokeTexture, grow};
+use hachure::style::texture::Recipe;
+
+use crate::tests::common::gpu;
+use crate::tests::stroke_texture::{recipe, recipes};
+
+/// The shader's functions at many places, and the tile's texels at all levels.
+const PROBE: &str = r"
+#import hachure::brush::{Brush, brush_uv, brush_ink}
+struct Place { texel: vec2<f32>, pressure: f32, from_middle_px: f32, half_width_px: f32, along_px: f32, id: u32, level: f32 }
+@group(0) @binding(0) var<uniform> brush: Brush;
+@group(0) @binding(1) var brush_tile: texture_2d<f32>;
+@group(0) @binding(2) var brush_sampler: sampler;
+@group(0) @binding(3) var<storage, read> places: array<Place>;
+@group(0) @binding(4) var<storage, read_write> answers: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read_write> texels: array<vec4<f32>>;
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let place = places[id.x];
+    let uv = brush_uv(brush, place.along_px, place.from_middle_px, place.half_width_px, place.id);
+    let ink = brush_ink(brush, place.texel, place.pressure, place.from_middle_px, place.half_width_px);
+    answers[id.x] = vec4<f32>(ink, uv, 0.0);
+    // The texel is the place's, in tiles, here.
+    texels[id.x] = textureSampleLevel(brush_tile, brush_sampler, place.texel, place.level);
+}
+";
+
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct Place {
+    texel: [f32; 2],
+    pressure: f32,
+    from_middle_px: f32,
+    half_width_px: f32,
+    along_px: f32,
+    id: u32,
+    level: f32,
+}
+
+/// What the GPU says: ink and place on the tile, and texels.
+fn probe(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
+    use wgpu::util::{BufferInitDescriptor, DeviceExt};
+    let module = compose_text("probe", PROBE).unwrap_or_else(|error| panic!("{error}"));
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+    });
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let buffer = |contents: &[u8]| {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
+    };
+    let texture = StrokeTexture::new(gpu, recipe);
+    let inputs = buffer(bytemuck::cast_slice(places));
+    let outputs = [(); 2].map(|()| buffer(&vec![0; places.len() * 16]));
+    let named = texture.resources();
+    fn resource((_, resource): &Named) -> wgpu::BindingResource<'_> {
+        match resource {
+            Resource::Buffer(buffer) => buffer.raw.as_entire_binding(),
+            Resource::Texture(_, view) => wgpu::BindingResource::TextureView(view),
+            Resource::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+            Resource::Target(target) => wgpu::BindingResource::TextureView(&target.view),
+        }
+    }
+    let mut resources: Vec<wgpu::BindingResource<'_>> = named.iter().map(resource).collect();
+    resources.push(inputs.as_entire_binding());
+    resources.extend(outputs.iter().map(wgpu::Buffer::as_entire_binding));
+    let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
+    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries.collect::<Vec<_>>(),
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(places.len() as u32 / 64, 1, 1);
+    }
+    gpu.queue.submit([encoder.finish()]);
+    let [answers, texels] = outputs.map(|buffer| read_buffer(gpu, &buffer, places.len()).unwrap());
+    (answers, texels)
+}
+
+/// How far the GPU's answers are from the twin's: ink, and place on the tile.
+fn distance(brush: &Brush, places: &[Place], answers: &[[f32; 4]]) -> [f32; 2] {
+    let mut most = [0.0_f32; 2];
+    for (place, answer) in places.iter().zip(answers) {
+        let ink = brush.ink(place.texel, place.pressure, place.from_middle_px, place.half_width_px);
+        let [u, v] = brush.uv(place.along_px, place.from_middle_px, place.half_width_px, place.id);
+        most[0] = most[0].max((ink - answer[0]).abs());
+        most[1] = most[1].max((u - answer[1]).abs().max((v - answer[2]).abs()));
+    }
+    most
+}
+
+#[test]
+fn the_shader_does_what_its_twin_says() {
+    let Some(gpu) = gpu() else { return };
+    for (name, recipe) in recipes() {
+        // A low-discrepancy walk through all that the functions can be asked.
+        let part = |i: u32, step: f64| ((f64::from(i) * step) % 1.0) as f32;
+        let places: Vec<Place> = (0..8192)
+            .map(|i| {
+                let half_width_px = 0.4 + 20.0 * part(i, 0.618_034) * part(i, 0.618_034);
+                Place {
+                    texel: [part(i, 0.754_878), part(i, 0.569_84)],
+                    pressure: if i % 97 == 0 { 0.0 } else { part(i, 0.819_173) * 1.05 },
+                    from_middle_px: (half_width_px + 0.5) * part(i, 0.671_044),
+                    half_width_px,
+                    along_px: 3000.0 * part(i, 0.549_7),
+                    id: i.wrapping_mul(2_654_435_761),
+                    level: 0.0,
+                }
+            })
+            .collect();
+        let (answers, _) = probe(&gpu, &recipe, &places);
+        let brush = Brush::of(&recipe);
+        let [ink, uv] = distance(&brush, &places, &answers);
+        println!("{name}: ink within {ink:e}, place within {uv:e} tiles");
+        assert!(ink < 1e-3 && uv < 1e-4, "{name}: {ink}, {uv}");
+        assert!(places.iter().zip(&answers).all(|(place, answer)| place.pressure > 0.0 || answer[0] == 0.0));
+        // Planted: other numbers.
+        let spoiled = [
+            Brush { response: brush.response * 1.1, ..brush },
+            Brush { fill: brush.fill * 0.97, ..brush },
+            Brush { border_px: brush.border_px + 0.5, border_part: 1.0, ..brush },
+        ];
+        for other in spoiled {
+            assert!(distance(&other, &places, &answers)[0] > 1e-3, "{name}: {other:?}");
+        }
+    }
+}
+
+#[test]
+fn the_tile_on_the_gpu_is_the_one_that_was_grown() {
+    let Some(gpu) = gpu() else { return };
+    let recipe = recipe("charcoal");
+    for (level, number) in grow(&recipe).iter().zip(0_u8..) {
+        let [width, height] = level.size_px;
+        let texels: Vec<(u32, u32)> = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).collect();
+        let place = |(x, y): (u32, u32)| Place {
+            // One tile on and two back: it repeats.
+            texel: [(x as f32 + 0.5) / width as f32 + 1.0, (y as f32 + 0.5) / height as f32 - 2.0],
+            pressure: 0.0,
+            from_middle_px: 0.0,
+            half_width_px: 1.0,
+            along_px: 0.0,
+            id: 0,
+            level: number.into(),
+        };
+        let places: Vec<Place> = texels.into_iter().map(place).collect();
+        let (_, seen) = probe(&gpu, &recipe, &places);
+        let is_near = |texels: &[[u8; 2]]| {
+            texels.iter().zip(&seen).all(|(texel, seen)| {
+                (0..2).all(|channel| (f32::from(texel[channel]) / 255.0 - seen[channel]).abs() < 0.01)
+            })
+        };
+        assert!(is_near(&level.texels), "level {number}");
+        // Planted: a texel further.
+        let mut moved = level.texels.clone();
+        moved.rotate_left(1);
+        assert!(!is_near(&moved), "level {number}");
+    }
+}
