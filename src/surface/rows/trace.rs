@@ -1,4 +1,4 @@
-//! Candidates' marks, up and down the slope. See `shaders/surface/rows/trace.wgsl`.
+//! Traces the marks of candidates up and down the slope. See `shaders/surface/rows/trace.wgsl`.
 
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
