@@ -27,7 +27,7 @@ const NO_EDGES: [u32; 4] = [0, 1, 0, 0];
 
 /// Arguments of an indirect draw of the edges as lines.
 pub const EDGE_DRAW: BufferKind = BufferKind::indirect("edge draw");
-/// The [`Edge`]s.
+/// The [`Edge`]s of all kinds of surface.
 pub const EDGES: BufferKind = BufferKind::storage("edges");
 
 /// The edges of one frame.

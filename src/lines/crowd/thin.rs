@@ -16,6 +16,7 @@ pub struct Inputs<'a> {
     pub rank: &'a Target,
     /// The cells with their bars.
     pub cells: &'a Cells,
+    /// The output: [`UNCROWDED`].
     pub thinned: &'a Target,
 }
 

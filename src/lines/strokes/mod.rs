@@ -68,7 +68,7 @@ pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
 
 /// [`StrokeCounts`].
 pub const COUNTS: BufferKind = BufferKind::storage("stroke counts");
-/// The [`Segment`]s.
+/// The visible [`Segment`]s of edges.
 pub const SEGMENTS: BufferKind = BufferKind::storage("segments");
 
 /// The lists that the passes of a frame share.

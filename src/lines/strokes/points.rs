@@ -19,13 +19,14 @@ const POINTS_INDEX: u32 = 3;
 pub const POINTS: BufferKind = BufferKind::storage("stroke points");
 /// Arc length from the first point of all chains, in 1/16 px.
 pub const LENGTHS: BufferKind = BufferKind::storage("stroke lengths");
-/// Workgroup counts.
+/// Workgroup counts of the indirect passes.
 const ARGUMENTS: BufferKind = BufferKind::indirect("stroke arguments");
 
 /// The points of a frame's strokes.
 pub struct Points {
     /// The [`Point`]s.
     pub list: Buffer,
+    /// [`LENGTHS`], the arc lengths of the points.
     pub along: Buffer,
     arguments: Buffer,
 }

@@ -63,6 +63,7 @@ pub struct Inputs<'a> {
     /// The stroke texture; `None` draws solid strokes.
     pub texture: Option<&'a StrokeTexture>,
     pub ink: &'a Target,
+    /// The output: [`STROKE_IDS`].
     pub ids: &'a Target,
 }
 

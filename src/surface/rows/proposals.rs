@@ -38,7 +38,7 @@ pub struct Proposals {
     pub all: Buffer,
 }
 
-/// Proposes marks.
+/// Selects the candidates that may be drawn, and computes their room.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
     let plan = inputs.plan;
     let count = recorder.buffer(&PROPOSED, 16);

@@ -1,4 +1,4 @@
-//! Heights of the form in blocks of rows. See `shaders/surface/rows/relief.wgsl`.
+//! The relief of blocks of rows: heights and slopes of the land's form. See `shaders/surface/rows/relief.wgsl`.
 
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;

@@ -1,4 +1,4 @@
-//! Draws marks. See `shaders/surface/rows/ribbons.wgsl`.
+//! Draws the marks of rows, each as a strip of triangles. See `shaders/surface/rows/ribbons.wgsl`.
 
 use super::RowPlan;
 use super::marks::Marks;

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! 8 bytes  "HACHTAM1"
-//! u64      which recipe, and which version of the generator
+//! u64      hash of the recipe and the generator's version
 //! u32      side in pixels
 //! u64      FNV-1a of the thresholds
 //! …        the thresholds

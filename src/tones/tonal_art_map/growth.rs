@@ -24,7 +24,7 @@ pub(super) struct Growth {
     mid_count: f64,
     /// Ink per mark of one pixel's width.
     thin_ink: f64,
-    /// The ink at which marks have a width, by `PER_WIDTH` steps per width.
+    /// The ink at which marks have each width, in steps of 1 / `PER_WIDTH` of the width at mid tone.
     widths: Vec<f32>,
 }
 

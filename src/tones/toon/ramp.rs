@@ -3,9 +3,9 @@
 use crate::gpu::Gpu;
 use crate::style::{Attribute, Ramp, Stop};
 
-/// Texels across.
+/// Texels across: steps of the tone.
 const TONES: usize = 256;
-/// Texels down.
+/// Texels down: steps of the attribute.
 const ROWS: usize = 128;
 
 /// A ramp on the GPU.
