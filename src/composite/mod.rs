@@ -14,60 +14,56 @@ use crate::scene::focus::FocusUniform;
 use crate::style::color::linear_from_srgb;
 use crate::style::{Lines, Style};
 
-/// The result: linear colour, opaque.
+/// The picture: linear colour, opaque.
 pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
-/// One pixel, for styles without lines: reading outside of it gives 0.
+/// A target of one pixel, for layers that a style lacks: reading outside of it gives 0.
 pub const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Paper, inks, sky.
+    /// The style, for paper, inks and sky.
     pub style: &'a Style,
-    /// Those of the style, or of trees.
+    /// The lines of the style, or those of trees.
     pub lines: Option<&'a Lines>,
-    /// For haze and focus.
+    /// The light of the scene, for haze and focus.
     pub light: &'a Light,
-    /// For haze and focus.
+    /// Position of the surface, for haze and focus.
     pub position: &'a Target,
     /// Colour and tone.
     pub tone: &'a Target,
     /// [`sky::SKY`], of a style whose sky is more than a gradient.
     pub sky: Option<&'a Target>,
-    /// Everything that is drawn over it.
+    /// The ink layers that are drawn over the tones.
     pub inks: Inks<'a>,
-    /// Whether the picture is a sample of a mean ([`temporal_aa`]): it has no grain then, and the ink of lines in its
-    /// fourth channel.
+    /// Whether the picture is a sample of a mean ([`temporal_aa`]): then it has no grain, and its fourth channel is the
+    /// ink of lines.
     pub is_sample: bool,
-    /// Out.
     pub picture: &'a Target,
 }
 
-/// What lies on the paper; for what a style lacks it hands [`NOTHING`].
+/// The ink layers on the paper; a layer that a style lacks is [`NOTHING`].
 #[derive(Clone, Copy)]
 pub struct Inks<'a> {
-    /// Lines.
     pub line: &'a Target,
-    /// Strokes.
     pub strokes: &'a Target,
-    /// Hatching.
+    /// Ink of hatching marks.
     pub marks: &'a Target,
     /// Rows of hachures.
     pub rows: &'a Target,
-    /// Cut lines, a family in each channel.
+    /// Cut lines, one family of planes per channel.
     pub cuts: &'a Target,
-    /// Shores and water lines.
+    /// Shorelines and water lines.
     pub water: &'a Target,
-    /// Lines of equal height.
+    /// Contour lines of height.
     pub heights: &'a Target,
     /// Rims of holes, in the first channel.
     pub rims: &'a Target,
-    /// Lines from tone: dark ones in the first channel, highlight lines in the second.
+    /// Lines from shading: dark lines in the first channel, highlight lines in the second.
     pub tone_lines: &'a Target,
 }
 
-/// Composites.
+/// Composites the layers into the picture.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { style, lines, light, .. } = inputs;
     let uniform = CompositeUniform {

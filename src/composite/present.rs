@@ -1,4 +1,4 @@
-//! The picture onto a window, or those of two eyes. See `shaders/composite/present.wgsl`.
+//! Draws the picture, or those of two eyes, into a window. See `shaders/composite/present.wgsl`.
 
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::{Draw, Key, Raw, Ready, replaced};
@@ -7,32 +7,30 @@ use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::composite::present::Present as PresentUniform;
 use crate::scene::anaglyph::{Glasses, Mix};
 
-/// What a window shows.
+/// The pictures that a window shows.
 #[derive(Clone, Copy)]
 pub enum Shown<'a> {
     /// The picture of one eye.
     One(&'a Target),
-    /// Those of two.
+    /// The pictures of two eyes.
     Pair {
-        /// The left eye's.
         left: &'a Target,
-        /// The right eye's.
         right: &'a Target,
-        /// For which both are in the same pixels; else they are side by side.
+        /// The anaglyph glasses for which both pictures are mixed in the same pixels; `None` shows them side by side.
         glasses: Option<Glasses>,
     },
 }
 
-/// The pass of a window. Its frames are the window's, so it has pools of its own.
+/// The pass that presents to a window. It has its own pools, because its frames are the window's.
 pub struct PresentPass {
     pools: Pools,
     draw: Draw,
-    /// Whether the window shows what is written as it is: then the pass encodes.
+    /// Whether the pass encodes to sRGB, because the window's format does not.
     encodes: bool,
 }
 
 impl PresentPass {
-    /// For a window's format.
+    /// Creates the pass for a window's format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         let draw = Draw {
             name: "composite/present",
@@ -46,7 +44,7 @@ impl PresentPass {
         Self { pools: Pools::new(gpu), draw, encodes: !format.is_srgb() }
     }
 
-    /// Draws what is `shown` over all of `window`, whose size is `window_px`, into `encoder`, which is submitted next.
+    /// Draws `shown` over all of `window`, whose size is `window_px`, with `encoder`, which the caller submits next.
     pub fn run(
         &mut self,
         gpu: &Gpu,

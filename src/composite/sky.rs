@@ -1,4 +1,4 @@
-//! A drawn sky: rules, clouds, bands, the sun and stars over the gradient. See `shaders/composite/sky.wgsl`.
+//! A drawn sky: ruled lines, clouds, bands, the sun and stars over the gradient. See `shaders/composite/sky.wgsl`.
 //!
 //! Why: `docs/decisions/sky.md`.
 
@@ -10,20 +10,18 @@ use crate::scene::Light;
 use crate::style::Panorama;
 use crate::style::sky::{CloudForm, Sky};
 
-/// Linear colour before the paper, and ink of rules and outlines. It is there behind the land as well.
+/// rgb: linear colour before the paper; a: ink of ruled lines and outlines. It is also drawn behind the land.
 pub const SKY: TargetKind = TargetKind::storage("sky", wgpu::TextureFormat::Rgba16Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// What there is in the sky.
+    /// The contents of the sky.
     pub style: &'a Sky,
-    /// Where the horizon lies.
+    /// The panorama, which sets the position of the horizon.
     pub panorama: &'a Panorama,
-    /// Where the sun stands.
+    /// The light of the scene, for the direction of the sun.
     pub light: &'a Light,
-    /// Out: [`SKY`].
     pub sky: &'a Target,
 }
 

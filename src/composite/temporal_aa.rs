@@ -1,5 +1,4 @@
-//! Temporal anti-aliasing: the picture is the mean of frames that follow each other. See
-//! `shaders/composite/temporal_aa.wgsl`.
+//! Temporal anti-aliasing: the picture is the mean of successive frames. See `shaders/composite/temporal_aa.wgsl`.
 
 use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
@@ -9,73 +8,69 @@ use crate::gpu::target::{Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::composite::temporal_aa::TemporalAa as TemporalAaUniform;
 use crate::style::Style;
 
-/// What the composite drew, without strokes: one sample of each pixel. Linear colour, and the ink of lines.
+/// One sample of each pixel, as composited without strokes. rgb: linear colour; a: the ink of lines.
 pub const SAMPLE: TargetKind = TargetKind::storage("sample", wgpu::TextureFormat::Rgba16Float);
-/// The mean so far, of what [`SAMPLE`] holds. Frames take turns.
+/// The running mean of [`SAMPLE`]. Even and odd frames alternate between the two targets.
 pub const HISTORY: [TargetKind; 2] = [
     TargetKind::storage("history of even frames", wgpu::TextureFormat::Rgba16Float),
     TargetKind::storage("history of odd frames", wgpu::TextureFormat::Rgba16Float),
 ];
-/// Of the nearest surface within a pixel, log2 of its distance and how many frames count; and the ink of strokes.
+/// Log2 of the distance of the nearest surface within a pixel, the number of frames that count, and the ink of strokes.
 pub const SEEN: [TargetKind; 2] = [
     TargetKind::storage("seen in even frames", wgpu::TextureFormat::Rgba16Float),
     TargetKind::storage("seen in odd frames", wgpu::TextureFormat::Rgba16Float),
 ];
 
-/// When a rest begins, what was drawn on the way counts as so many samples of weight 1.
+/// When the camera comes to rest, the mean so far counts as this many samples of weight 1.
 const BEFORE_REST: f32 = 3.0;
-/// Samples of a rest weigh more from one to the next, up to this: the first ones go on from what was drawn on the way
-/// without a jump, and in the end hardly anything of that is left.
+/// The weight of samples at rest rises from one to the next, up to this: the first ones continue the mean of the motion
+/// without a jump, and in the end hardly anything of it is left.
 const MOST_WEIGHT: f32 = 4.0;
 
-/// What a frame makes of those before it.
+/// How a frame uses the previous frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Plan {
-    /// Its number: even and odd ones take turns.
+    /// Frame number: even and odd frames alternate between targets.
     pub frame: usize,
-    /// There is a frame before, of a view that goes on in this one.
+    /// Whether there is a previous frame, whose view continues in this one.
     pub has_history: bool,
-    /// How many frames before had the same view of the same world.
+    /// Number of previous frames with the same view of the same world.
     pub frames_at_rest: u32,
 }
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// What of the frames before is of use.
+    /// How the frame uses the previous frames.
     pub plan: Plan,
-    /// Grain, and the ink of strokes.
+    /// The style, for the grain and the ink of strokes.
     pub style: &'a Style,
-    /// [`SAMPLE`].
     pub sample: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// From the frame before.
+    /// Motion from the previous frame.
     pub motion: &'a Target,
-    /// Of strokes, if the style has any.
+    /// Ink of strokes, if the style has any.
     pub ink: Option<&'a Target>,
-    /// Of the frame before, and of this one.
+    /// Histories of the previous frame and of this one.
     pub histories: &'a Histories,
-    /// Out: the picture.
     pub picture: &'a Target,
 }
 
-/// What an eye keeps of its last two frames.
+/// The mean and the seen surfaces of an eye's last two frames.
 pub struct Histories {
     before: [Target; 2],
     now: [Target; 2],
 }
 
 impl Histories {
-    /// Of an eye's pictures.
+    /// Allocates the histories of an eye.
     pub fn of(gpu: &Gpu, targets: &mut Targets, plan: Plan) -> Self {
         let mut of_frame = |frame: usize| [&HISTORY[frame], &SEEN[frame]].map(|kind| targets.whole(gpu, kind));
         Self { before: of_frame((plan.frame + 1) % 2), now: of_frame(plan.frame % 2) }
     }
 }
 
-/// The part of the mean that a frame of a rest is; 0 for one of a flight.
+/// Returns the weight of a frame at rest in the mean; 0 for a frame in motion.
 fn rest_weight(frames_at_rest: u32) -> f32 {
     let frames = frames_at_rest as f32;
     let rising = frames.min(MOST_WEIGHT);
@@ -83,7 +78,7 @@ fn rest_weight(frames_at_rest: u32) -> f32 {
     rising / (BEFORE_REST + sum)
 }
 
-/// Adds a frame to the mean, and lays the grain of the paper and the strokes over it.
+/// Adds a frame to the mean, and draws the strokes and the grain of the paper over it.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let uniform = TemporalAaUniform {
         has_history: u32::from(inputs.plan.has_history),
@@ -132,7 +127,7 @@ mod tests {
             weights.push(left * rest_weight(frame));
             left *= 1.0 - rest_weight(frame);
         }
-        assert!(left < 0.015, "of the way: {left}");
+        assert!(left < 0.015, "weight of the motion: {left}");
         let alike = weights.iter().filter(|weight| (**weight * 64.0 - 1.0).abs() < 0.2).count();
         assert!(alike > 50, "{weights:?}");
         assert!(rest_weight(1) <= 0.25, "a jump");

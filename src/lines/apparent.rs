@@ -1,4 +1,5 @@
-//! How the surface bends as the picture shows it. See `shaders/lines/apparent.wgsl`.
+//! View-dependent curvature: the curvature of the surface as it appears on the picture. See
+//! `shaders/lines/apparent.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -7,21 +8,20 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
-/// Largest turn of the normal, in 1/m across the line of sight, positive where the surface is convex; its direction on the
-/// picture, x and y; which part of that turn it makes by a step across. Its size is that of [`Shapes`].
+/// x: the largest turn of the normal, in 1/m across the line of sight, positive where the surface is convex; yz: the
+/// direction of that turn on the picture; w: the part of it that is due to a step across. The size is that of
+/// [`Shapes`].
 pub const APPARENT: TargetKind = TargetKind::storage("apparent", wgpu::TextureFormat::Rgba32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// How the surface bends.
+    /// The curvature of the surface.
     pub shapes: &'a Shapes,
-    /// Out.
     pub apparent: &'a Target,
 }
 
-/// Finds it for the eye of the view.
+/// Computes the view-dependent curvature for the eye of the view.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone()), ("apparent", inputs.apparent.into())];
     resources.extend(inputs.shapes.resources());

@@ -10,25 +10,21 @@ use crate::gpu::wgsl::lines::apparent_ridges::ApparentRules;
 use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
 
-/// What the pass reads.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Bends of less are no ridges, in turns of the normal over a feature.
+    /// The least curvature of a ridge, in turns of the normal (radians) over a feature.
     pub least_bend: f32,
-    /// Valleys and not ridges.
+    /// Whether valleys are traced instead of ridges.
     pub valleys: bool,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// How it bends.
+    /// The curvature of the surface.
     pub shapes: &'a Shapes,
-    /// [`APPARENT`](super::apparent::APPARENT).
     pub apparent: &'a Target,
 }
 
-/// Adds the edges to the list.
+/// Adds the ridges or valleys to the edge list.
 pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = ApparentRules { least_bend: inputs.least_bend, side: if inputs.valleys { -1.0 } else { 1.0 } };
     let mut resources = vec![

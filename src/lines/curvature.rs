@@ -1,4 +1,4 @@
-//! Lines by curvature: contours and suggestive contours, pixel by pixel. See `shaders/lines/curvature.wgsl`.
+//! Lines from curvature: contours and suggestive contours, computed per pixel. See `shaders/lines/curvature.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -10,26 +10,20 @@ use crate::gpu::wgsl::lines::curvature::CurvatureLines;
 use crate::lines::strokes::texture::StrokeTexture;
 use crate::style::Curvature;
 
-/// Lines: 0 none, 1 full.
+/// Line strength: 0 no line, 1 full.
 pub const CURVATURE_LINE: TargetKind = TargetKind::storage("curvature line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose lines they are.
     pub style: &'a Curvature,
-    /// Tells trees from what has curvature.
+    /// Surface ids: trees have no curvature.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// [`RADIAL`](super::radial::RADIAL).
     pub radial: &'a Target,
-    /// Lines of trees, or a picture of one pixel that holds zero.
+    /// Lines of trees, or a 1 × 1 picture that holds zero.
     pub tree_line: &'a Target,
-    /// Out.
     pub line: &'a Target,
 }
 

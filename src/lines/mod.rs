@@ -1,6 +1,6 @@
-//! Lines from pictures of the surface: a detector writes errors, the threshold makes lines of them, smoothing takes the
-//! stairs away. [`crowd`] thins crowded ones out. [`stereo`] lets lines of two eyes agree. [`tone`] has
-//! lines of its own, from light. [`strokes`] has lines as geometry.
+//! Lines from pictures of the surface: a detector writes errors, the threshold turns them into lines, and smoothing
+//! removes the stairs. [`crowd`] thins crowded lines. [`stereo`] makes the lines of two eyes agree. [`tone`] finds
+//! lines from shading. [`strokes`] are lines as geometry.
 
 pub mod apparent;
 pub mod apparent_ridges;

@@ -1,4 +1,4 @@
-//! How the surface bends toward the eye. See `shaders/lines/radial.wgsl`.
+//! Radial curvature: the curvature of the surface toward the eye. See `shaders/lines/radial.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -7,22 +7,20 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
-/// Curvature toward the eye, in turns of the normal over a pixel; its rise toward the eye, in turns over a feature and by
-/// a feature; the cosine between the normal and the direction to the eye; distance along the view axis, 0 for what is
-/// not there. Its size is that of [`Shapes`].
+/// x: radial curvature, in turns of the normal per pixel; y: its derivative toward the eye, in turns per feature, per
+/// feature; z: cosine between the normal and the direction to the eye; w: distance along the view axis, 0 where there
+/// is no surface. The size is that of [`Shapes`].
 pub const RADIAL: TargetKind = TargetKind::storage("radial", wgpu::TextureFormat::Rgba32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// How the surface bends.
+    /// The curvature of the surface.
     pub shapes: &'a Shapes,
-    /// Out.
     pub radial: &'a Target,
 }
 
-/// Finds it for the eye of the view.
+/// Computes the radial curvature for the eye of the view.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone()), ("radial", inputs.radial.into())];
     resources.extend(inputs.shapes.resources());

@@ -1,4 +1,4 @@
-//! Takes away the lines that detectors find along the rims of holes. See `shaders/lines/rims.wgsl`.
+//! Removes the lines that detectors find along the rims of holes. See `shaders/lines/rims.wgsl`.
 //!
 //! Why: `docs/decisions/voids.md`.
 
@@ -6,26 +6,22 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// As [`LINE`](super::threshold::LINE), without those along rims.
+/// [`LINE`](super::threshold::LINE) without the lines along rims.
 pub const RIMLESS: TargetKind = TargetKind::storage("rimless line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// As the threshold left them.
+    /// The lines of the threshold pass.
     pub line: &'a Target,
-    /// [`RIM`](crate::surface::rims::RIM): where there are rims.
+    /// The rims: [`RIM`](crate::surface::rims::RIM).
     pub rim: &'a Target,
-    /// Places from the eye, and depths.
     pub position: &'a Target,
-    /// Unit normals of what is seen.
     pub normal: &'a Target,
-    /// Out.
     pub rimless: &'a Target,
 }
 
-/// Takes them away.
+/// Removes the lines along rims.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),

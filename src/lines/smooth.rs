@@ -6,20 +6,18 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// As [`LINE`](super::threshold::LINE), without stairs.
+/// [`LINE`](super::threshold::LINE) without stairs.
 pub const SMOOTHED: TargetKind = TargetKind::storage("smoothed line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// With stairs.
+    /// The lines before smoothing.
     pub line: &'a Target,
-    /// Out.
     pub smoothed: &'a Target,
 }
 
-/// Smooths lines along themselves.
+/// Averages each line along its own direction.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), ("line", inputs.line.into()), ("smoothed", inputs.smoothed.into())];
     recorder.pixels("lines/smooth", inputs.smoothed.size_px(), &resources);

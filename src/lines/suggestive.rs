@@ -11,28 +11,25 @@ use crate::style::Strokes;
 use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
 
-/// What the pass reads.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose contours they are.
+    /// The style of the suggestive contours.
     pub style: &'a Strokes,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// How it bends.
+    /// The curvature of the surface.
     pub shapes: &'a Shapes,
-    /// [`RADIAL`](super::radial::RADIAL).
     pub radial: &'a Target,
-    /// Where the other eye of a pair is in the rig.
+    /// Position of the other eye of a stereo pair, relative to the rig's origin.
     pub other_eye_m: Option<[f32; 3]>,
 }
 
-/// Lines of two eyes that lie farther apart on the surface are no partners; `lines/strokes` asks for as much of contours.
+/// Suggestive contours of two eyes that are farther apart on the surface are not drawn, in pixels; `lines/strokes` uses
+/// the same distance for contours.
 const AGREE_PX: f32 = 1.5;
 
-/// Adds the edges to the list.
+/// Adds the suggestive contours to the edge list.
 pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = SuggestiveRules {
         least_rise: inputs.style.suggestive_rise,

@@ -1,4 +1,4 @@
-//! Errors → lines: density filter and ramp. See `shaders/lines/threshold.wgsl`.
+//! Errors → lines: the line-density filter and the ramp. See `shaders/lines/threshold.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
@@ -7,22 +7,20 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform;
 use crate::style::{Detector, Lines};
 
-/// Lines: 0 none, 1 full.
+/// Line strength: 0 no line, 1 full.
 pub const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of the style's detector.
+    /// The output of the style's detector.
     pub errors: &'a Target,
-    /// The errors of eight directions, for a style that does not halve them.
+    /// The errors of eight directions, if the density filter does not merge opposite ones.
     pub directions: Option<&'a Target>,
-    /// Out.
     pub line: &'a Target,
 }
 
-/// Makes lines of errors.
+/// Turns errors into lines.
 pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     let scalar = u32::from(lines.detector != Detector::Lsa);
     let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };

@@ -1,36 +1,31 @@
-//! Which of the lines among trees are drawn. See `shaders/lines/trees.wgsl`.
+//! Selects the lines among trees that are drawn. See `shaders/lines/trees.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::lines::trees::TreeLines as TreeLinesUniform;
 
-/// As [`ERRORS`](super::detector::ERRORS), without those among trees that are not drawn.
+/// [`ERRORS`](super::detector::ERRORS) without the lines among trees that are not drawn.
 pub const TREE_ERRORS: TargetKind = TargetKind::storage("tree errors", wgpu::TextureFormat::Rgba16Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of a tree in the mean.
+    /// Mean height of a tree, in metres.
     pub height_m: f64,
-    /// Whether all other lines go.
+    /// Whether all lines other than those of trees are removed.
     pub only_trees: bool,
-    /// Of errors: where a line begins, and where it is full.
+    /// The error at which a line begins, and the error at which it is full.
     pub ramp: [f32; 2],
-    /// What is seen.
     pub surface_id: &'a Target,
-    /// How near it is.
     pub depth: &'a Target,
-    /// [`TREE_NORMAL`](crate::surface::trees::raster::TREE_NORMAL).
     pub tree_normal: &'a Target,
-    /// Of the style's detector.
+    /// The output of the style's detector.
     pub errors: &'a Target,
-    /// Out.
     pub tree_errors: &'a Target,
 }
 
-/// Chooses.
+/// Removes the errors that do not become lines.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let uniform =
         TreeLinesUniform { height_m: inputs.height_m as f32, only_trees: inputs.only_trees.into(), ramp: inputs.ramp };

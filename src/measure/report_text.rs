@@ -131,7 +131,7 @@ mod tests {
         let text = table(&with(LeftOut { strokes: 12, ..LeftOut::default() }));
         assert_eq!(text.lines().count(), 4, "{text}");
         let line = text.lines().last().expect("four lines");
-        assert!(line.starts_with("pen: ") && line.contains("12 strokes found no room"), "{line}");
+        assert!(line.starts_with("pen: ") && line.contains("12 strokes exceed the limits"), "{line}");
         assert_eq!(table(&with(LeftOut::default())).lines().count(), 3);
     }
 

@@ -1,4 +1,4 @@
-//! How the land's form bends at the scale of the picture: its second fundamental form, and the derivative of that. See
+//! The curvature of the land's form at the scale of the picture: the second fundamental form and its derivative. See
 //! `shaders/surface/curvature.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
@@ -9,27 +9,24 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::gpu::wgsl::surface::curvature::CurvatureRules;
 
-/// xyz: the form's unit normal in the world; w: distance along the view axis. All 0 is what is no land, or is water. Its size is
-/// [`mark_normal_size`], and so is that of the others.
+/// xyz: unit normal of the form, in world space; w: distance along the view axis. All 0 where there is no land, or
+/// water. The size of all three targets is [`mark_normal_size`].
 pub const SHAPE_NORMAL: TargetKind = TargetKind::storage("shape normal", wgpu::TextureFormat::Rgba32Float);
-/// xyz: the second fundamental form in the frame of that normal, uu, uv, vv, in 1/m; w: size of a sample of the form, in
-/// metres.
+/// xyz: the second fundamental form in the tangent frame of [`SHAPE_NORMAL`] (uu, uv, vv), in 1/m; w: size of a sample
+/// of the form, in metres.
 pub const SHAPE_BEND: TargetKind = TargetKind::storage("shape bend", wgpu::TextureFormat::Rgba32Float);
-/// Its derivative: uuu, uuv, uvv, vvv, in 1/m².
+/// The derivative of the second fundamental form (uuu, uuv, uvv, vvv), in 1/m².
 pub const SHAPE_CHANGE: TargetKind = TargetKind::storage("shape change", wgpu::TextureFormat::Rgba32Float);
 
-/// What the pass writes.
+/// The targets that the pass writes.
 pub struct Shapes {
-    /// [`SHAPE_NORMAL`].
     pub normal: Target,
-    /// [`SHAPE_BEND`].
     pub bend: Target,
-    /// [`SHAPE_CHANGE`].
     pub change: Target,
 }
 
 impl Shapes {
-    /// Those of an eye.
+    /// Allocates the targets of an eye.
     pub fn of(gpu: &crate::gpu::Gpu, targets: &mut Targets) -> Self {
         let size_px = mark_normal_size(targets.size_px());
         let [normal, bend, change] =
@@ -37,7 +34,7 @@ impl Shapes {
         Self { normal, bend, change }
     }
 
-    /// `Shape` in `shaders/shared/curvature.wgsl`, for those who read it or write it.
+    /// Returns the bindings of `Shape` in `shaders/shared/curvature.wgsl`, for passes that read or write it.
     pub fn resources(&self) -> [Named; 3] {
         [
             ("shape_normal", (&self.normal).into()),
@@ -47,25 +44,22 @@ impl Shapes {
     }
 }
 
-/// What the pass reads and writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// Size of what is no more than a detail, in pixels.
+    /// Size of the smallest feature that is not a mere detail, in pixels.
     pub feature_px: f32,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// [`WATER`](super::water::WATER), or nothing.
+    /// [`WATER`](super::water::WATER), or a 1 × 1 picture that holds zero.
     pub water: &'a Target,
-    /// Out.
     pub shapes: &'a Shapes,
 }
 
-/// Finds the shape of the land that the inputs show.
+/// Computes the curvature of the visible land.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = CurvatureRules { feature_px: inputs.feature_px };
     let mut resources = vec![

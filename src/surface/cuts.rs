@@ -1,4 +1,4 @@
-//! Cut lines on the land that is seen. See `shaders/surface/cuts.wgsl`.
+//! Cut lines on the visible land. See `shaders/surface/cuts.wgsl`.
 //!
 //! Why: `docs/decisions/cuts.md`.
 
@@ -10,33 +10,32 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::cuts::{CutLayer, CutRules};
 use crate::style::Cuts;
 
-/// Ink of each family of planes in a channel, 0 to 1.
+/// Ink of the families of planes, one family per channel, 0 to 1.
 pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
 
-/// Planes that are so far apart belong to all powers of two below, in metres: heights above them keep their millimetres.
+/// Period to which heights above a plane are reduced, in metres: a multiple of every smaller power of two, so a plane
+/// of every spacing, and small enough for an f32 to keep millimetres.
 const PERIOD_M: f64 = (1_u32 << 13) as f64;
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// Which lines.
+    /// The families of planes and their lines.
     pub style: &'a Cuts,
-    /// The rig's origin in the world, which places on the GPU count from.
+    /// The rig's origin in the world, to which positions on the GPU are relative.
     pub origin_m: DVec3,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// The tones that are asked for.
+    /// The requested tone.
     pub tone: &'a Target,
-    /// Out: [`CUT_INK`].
+    /// [`CUT_INK`].
     pub cut_ink: &'a Target,
 }
 
-/// Draws the lines.
+/// Draws the cut lines.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let mut rules = CutRules {
@@ -48,7 +47,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     for (drawn, layer) in rules.layers.iter_mut().zip(&style.layers) {
         let (sin_tilt, cos_tilt) = f64::from(layer.tilt_deg).to_radians().sin_cos();
         let (east, north) = f64::from(layer.azimuth_deg).to_radians().sin_cos();
-        // Planes rise to the azimuth, so they face away from it.
+        // The planes rise toward the azimuth, so their normals point away from it.
         let normal = DVec3::new(-sin_tilt * east, -sin_tilt * north, cos_tilt);
         *drawn = CutLayer {
             normal: normal.as_vec3().to_array(),

@@ -1,8 +1,8 @@
-//! The edge list: contours, borders and creases of the surface as drawn, whatever its kind.
+//! The edge list: contours, borders and creases of the surface as drawn, of all kinds of surface.
 //!
-//! Each kind of surface adds its edges (`land/edges`, `meshes/edges`), and strokes are drawn from the list alone. It is
-//! written and read on the GPU; its length is the vertex count of an indirect draw. Lists are in an order that does not
-//! depend on timing ([`crate::gpu::scan::Ordered`]).
+//! Each kind of surface adds its edges (`land/edges`, `meshes/edges`, `trees/edges`), and strokes are drawn from the
+//! list alone. The list is written and read on the GPU; its length is the vertex count of an indirect draw. Its order
+//! does not depend on timing ([`crate::gpu::scan::Ordered`]).
 //!
 //! Why: `docs/decisions/edge-visibility.md`.
 
@@ -12,37 +12,36 @@ use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
 pub use crate::gpu::wgsl::shared::edges::{Edge, KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY, MOST_EDGES};
 
-/// Which edges are wanted beside contours.
+/// The kinds of edge that are wanted besides contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EdgeRules {
-    /// Where the surface bends by more than this it has a crease, in degrees; none wants no creases.
+    /// The edge between two triangles is a crease if their normals differ by more than this, in degrees; `None`
+    /// disables creases.
     pub crease_deg: Option<f32>,
     /// Whether the borders of the land are edges.
     pub borders: bool,
 }
 
-/// An indirect draw of lines, before an edge is found: two vertices will come for each, one instance.
+/// The indirect draw of an empty list: two vertices are added for each edge, and there is one instance.
 const NO_EDGES: [u32; 4] = [0, 1, 0, 0];
 
-/// An indirect draw of the edges as lines.
+/// Arguments of an indirect draw of the edges as lines.
 pub const EDGE_DRAW: BufferKind = BufferKind::indirect("edge draw");
-/// [`Edge`]s.
+/// The [`Edge`]s of all kinds of surface.
 pub const EDGES: BufferKind = BufferKind::storage("edges");
 
-/// The edges of a frame.
+/// The edges of one frame.
 pub struct EdgeList {
     rules: Resource,
-    /// [`EDGES`].
     pub edges: Buffer,
-    /// [`EDGE_DRAW`].
     pub draw: Buffer,
 }
 
 impl EdgeList {
-    /// Begins a list of no edges.
+    /// Begins an empty list.
     pub fn begin(recorder: &mut Recorder<'_>, rules: EdgeRules) -> Self {
         let uniform = EdgeRulesUniform {
-            // No cosine is below.
+            // No cosine is below −1, so nothing is a crease.
             crease_cosine: rules.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
             borders: u32::from(rules.borders),
         };
@@ -55,22 +54,22 @@ impl EdgeList {
         list
     }
 
-    /// `EdgeRules` in `shaders/shared/edges.wgsl`.
+    /// Returns the binding of `EdgeRules` in `shaders/shared/edges.wgsl`.
     pub fn rules(&self) -> Named {
         ("edge_rules", self.rules.clone())
     }
 
-    /// The edges themselves.
+    /// Returns the binding of the edges.
     pub fn edges(&self) -> Named {
         ("edges", self.edges.binding())
     }
 
-    /// Twice their number is the first of four.
+    /// Returns the binding of the indirect draw, whose first word is twice the number of edges.
     pub fn draw(&self) -> Named {
         ("edge_draw", self.draw.binding())
     }
 
-    /// What a pass needs that adds edges.
+    /// Returns all bindings that a pass needs to add edges.
     pub fn resources(&self) -> [Named; 3] {
         [self.rules(), self.edges(), self.draw()]
     }

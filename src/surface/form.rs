@@ -1,4 +1,4 @@
-//! The normal that light falls on: the land's form at the scale of the picture. See `shaders/surface/form.wgsl`.
+//! The normal used for lighting: that of the land's form at the scale of the picture. See `shaders/surface/form.wgsl`.
 //!
 //! Why: `docs/decisions/form-light.md`.
 
@@ -9,29 +9,26 @@ use crate::gpu::wgsl::surface::form::FormRules;
 use crate::scene::Light;
 use crate::style::Style;
 
-/// xyz: unit normal in the world; w: distance along the view axis. All 0 is what is no land. Its size is
+/// xyz: unit normal in world space; w: distance along the view axis. All 0 where there is no land. The size is
 /// [`mark_normal_size`](super::mark_normal::mark_normal_size).
 pub const FORM_NORMAL: TargetKind = TargetKind::storage("form normal", wgpu::TextureFormat::Rgba32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// Whose light it is.
+    /// The style whose light settings apply.
     pub style: &'a Style,
-    /// Where it comes from.
+    /// The direction of the sun.
     pub light: &'a Light,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Out.
     pub form_normal: &'a Target,
 }
 
-/// Finds the form of the land that the inputs show.
+/// Computes the form normal of the visible land.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let shading = &inputs.style.light;
     let rules = FormRules {

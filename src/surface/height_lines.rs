@@ -1,4 +1,4 @@
-//! Lines of equal height on the land that is seen. See `shaders/surface/height_lines.wgsl`.
+//! Contour lines of height on the visible land. See `shaders/surface/height_lines.wgsl`.
 //!
 //! Why: `docs/decisions/maps.md`.
 
@@ -8,33 +8,31 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::height_lines::HeightLineRules;
 use crate::style::HeightLines;
 
-/// Ink of the lines, 0 to 1.
+/// Ink of the contour lines, 0 to 1.
 pub const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
 
-/// Every so many lines one is heavier.
+/// Every fifth contour line is an index line, which is heavier.
 const INDEX: f64 = 5.0;
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// Which lines; their interval is more than 0.
+    /// The style of the contour lines; `interval_m` must be above 0.
     pub style: &'a HeightLines,
-    /// Height of the rig's origin, which heights on the GPU count from.
+    /// Height of the rig's origin, to which heights on the GPU are relative.
     pub origin_z_m: f64,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// [`WATER`](super::water::WATER), or a picture of one pixel that holds zero.
+    /// [`WATER`](super::water::WATER), or a 1 × 1 picture that holds zero.
     pub water: &'a Target,
-    /// Out: [`HEIGHT_INK`].
+    /// [`HEIGHT_INK`].
     pub height_ink: &'a Target,
 }
 
-/// Draws the lines.
+/// Draws the contour lines.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let index_m = INDEX * f64::from(style.interval_m);

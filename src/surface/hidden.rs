@@ -1,7 +1,7 @@
-//! What nobody sees through the lenses of a headset: the corners of an eye's picture, mostly.
+//! The area of an eye's picture that is not visible through the lenses of a headset: mostly its corners.
 //!
-//! Runtimes tell these areas as triangles (`XR_KHR_visibility_mask`). They are drawn first and as near as can be, so no
-//! surface is drawn behind them, and what comes after takes them for sky. See `shaders/surface/hidden.wgsl`.
+//! Runtimes report this area as triangles (`XR_KHR_visibility_mask`). They are drawn first, at the near plane, so the
+//! depth test rejects every surface behind them, and later passes treat them as sky. See `shaders/surface/hidden.wgsl`.
 //!
 //! Why: `docs/decisions/headset.md`.
 
@@ -11,7 +11,6 @@ use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::Target;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
-/// [`HiddenArea::corners`].
 const HIDDEN: BufferKind = BufferKind::storage("hidden area");
 
 const DRAW: Draw = Draw {
@@ -24,14 +23,14 @@ const DRAW: Draw = Draw {
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
-/// The area of an eye's picture that nobody sees.
+/// The area of an eye's picture that is not visible.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HiddenArea {
-    /// Three to a triangle, in normalised device coordinates (−1 to 1, y up).
+    /// Triangle corners, three per triangle, in normalised device coordinates (−1 to 1, y up).
     pub corners: Vec<[f32; 2]>,
 }
 
-/// Clears depth and id, and draws the area into them. A prewarming run draws nothing.
+/// Clears depth and surface ids, and draws the hidden area into them. A prewarming run draws nothing.
 pub fn run(recorder: &mut Recorder<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
     let resources = [("corners", recorder.upload(&HIDDEN, &area.corners).binding())];
     let drawing = recorder.drawing(&DRAW, &resources);

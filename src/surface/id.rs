@@ -1,32 +1,33 @@
-//! What is seen at a pixel: a kind of surface in the highest bits of its id, a number of that kind in the others.
+//! Surface ids: the highest bits hold the kind of surface that is seen at a pixel, the others a number within that
+//! kind.
 //!
-//! The code of a kind is a prefix: the more of a kind there are, the shorter it is. `shaders/shared/surface_id.wgsl`
-//! defines it.
+//! The codes of the kinds are a prefix code: the more surfaces a kind may have, the shorter its code. The ids are
+//! defined in `shaders/shared/surface_id.wgsl`.
 
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Nothing: the whole id is 0.
+    /// No surface: the whole id is 0.
     Sky,
-    /// A patch of the terrain: the highest bit is 0.
+    /// A patch of the terrain; the code is 0.
     Land,
-    /// A triangle of a mesh, by its number among those of all that stands in the world: 10.
+    /// A triangle of a mesh, numbered among those of all mesh instances of the world; the code is 10.
     Mesh,
-    /// 110.
+    /// A tree; the code is 110.
     Tree,
-    /// 111.
+    /// Water; the code is 111.
     Water,
 }
 
-/// The id of the first mesh triangle.
+/// The lowest id of a mesh triangle.
 pub const FIRST_MESH: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_MESH;
-/// The id of the first tree.
+/// The lowest id of a tree.
 pub const FIRST_TREE: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_TREE;
-/// The id of the first water.
+/// The lowest id of water.
 pub const FIRST_WATER: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_WATER;
 
 impl Kind {
-    /// Of a pixel of the surface id picture.
+    /// Returns the kind of surface of a pixel of the surface id picture.
     pub fn of(id: u32) -> Self {
         match id {
             0 => Self::Sky,

@@ -1,25 +1,25 @@
-//! The colours that trees and models have of their own (painters' local colours), as styles with colours take them.
+//! The local colours of trees and models (a painter's term: their own colours), used by styles with colours.
 //!
-//! A style that asks for them ([`Style::asks_for_local_colors`](crate::style::Style::asks_for_local_colors)) has a
-//! picture of them, which those who draw trees and models write beside the normal; no other style has the picture or
-//! anything that fills it. It holds hues: how light a place is says the lightness that the normal has, in all styles.
+//! If a style needs them ([`Style::asks_for_local_colors`](crate::style::Style::asks_for_local_colors)), the passes
+//! that draw trees and models write them to a target next to the normal; for other styles neither the target nor its
+//! inputs exist. The target holds hues only: lightness is stored with the normal, in all styles.
 //!
 //! Why: `docs/decisions/forests.md`.
 
 use crate::gpu::target::TargetKind;
 
-/// As it is drawn on: of all attachments of trees it is the one for which four bytes are left.
+/// A format of four bytes: the other colour attachments of trees leave no more of WebGPU's 32 bytes per sample.
 pub(super) const LOCAL_COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
-/// [`packed`], where the surface id says that there is a tree or a model; elsewhere it means nothing.
+/// [`packed`] hues at pixels whose surface id is a tree or a model; undefined elsewhere.
 pub const LOCAL_COLOR: TargetKind = TargetKind {
     name: "local color",
     format: LOCAL_COLOR_FORMAT,
     usage: wgpu::TextureUsages::STORAGE_BINDING.union(wgpu::TextureUsages::RENDER_ATTACHMENT),
 };
 
-/// The hue of a colour in linear light, as `shaders/shared/local_color.wgsl` reads it: in 8 bits each the roots of red,
-/// green and blue, of which the greatest is 1, and 255. Black is grey to it.
+/// Packs the hue of a linear colour as `shaders/shared/local_color.wgsl` reads it: 8 bits each for the square roots of
+/// red, green and blue, scaled so that the largest is 1, and 255. Black is packed as grey.
 pub fn packed(color: [f32; 3]) -> u32 {
     let most = color.into_iter().fold(0.0, f32::max);
     let channel =
@@ -28,7 +28,7 @@ pub fn packed(color: [f32; 3]) -> u32 {
     u32::from_le_bytes([red, green, blue, 255])
 }
 
-/// What has no colour of its own: it is coloured as the land.
+/// The value of a surface without a local colour: it is coloured as the land is.
 pub const NONE: u32 = 0;
 
 #[cfg(test)]
@@ -38,9 +38,9 @@ mod tests {
     #[test]
     fn hues_are_packed_without_their_lightness() {
         assert_eq!(packed([1.0, 0.25, 0.0]).to_le_bytes(), [255, 128, 0, 255]);
-        assert_eq!(packed([0.1, 0.025, 0.0]), packed([1.0, 0.25, 0.0]), "it is as light as it is elsewhere");
+        assert_eq!(packed([0.1, 0.025, 0.0]), packed([1.0, 0.25, 0.0]), "lightness is not packed");
         assert_eq!(packed([0.0; 3]), packed([1.0; 3]));
-        // Planted: another hue, and none.
+        // Planted errors: another hue, and a hue that equals `NONE`.
         assert!(packed([0.25, 1.0, 0.0]) != packed([1.0, 0.25, 0.0]) && packed([0.0; 3]) != NONE);
     }
 }

@@ -1,6 +1,6 @@
-//! The surface's normal at the scale of marks. See `shaders/surface/mark_normal.wgsl`.
+//! The mark normal: the surface normal at the scale of hatching marks. See `shaders/surface/mark_normal.wgsl`.
 //!
-//! This is the mark normal. Why: `docs/decisions/hatching.md`.
+//! Why: `docs/decisions/hatching.md`.
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
@@ -8,37 +8,36 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::mark_normal::MarkRules;
 use crate::style::hatching::Hatching;
 
-/// xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky. Its size is [`mark_normal_size`].
+/// xyz: unit normal in world space; w: distance along the view axis. All 0 in the sky. The size is
+/// [`mark_normal_size`].
 pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
 
-/// Side of the block of pixels that shares a texel.
+/// Side of the block of pixels that shares one texel.
 pub(super) const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;
 
-/// The size of the picture for targets of `size_px`: blocks are counted in the whole picture, so a part may see one
-/// more at either end.
+/// Returns the size of the target for pictures of `size_px`. Blocks are aligned to the whole picture, so a part of it
+/// may overlap one more block at either end.
 pub fn mark_normal_size(size_px: [u32; 2]) -> [u32; 2] {
     size_px.map(|side| side.div_ceil(BLOCK_PX) + 1)
 }
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose marks they are.
+    /// The hatching whose marks use the normals.
     pub hatching: &'a Hatching,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Where marks lie.
+    /// Position of the marks.
     pub position: &'a Target,
-    /// What they shade: a mesh's own normal is its mark normal.
+    /// Normal of the surface; the mark normal of a mesh is its own normal.
     pub normal: &'a Target,
-    /// Out.
     pub mark_normal: &'a Target,
 }
 
-/// Finds the mark normal of what the inputs show.
+/// Computes the mark normals of the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let rules = MarkRules { form_px: hatching.form_px, calm: hatching.calm_deg.to_radians().tan() };

@@ -1,7 +1,7 @@
-//! From a world and a view to pictures of its surface: depth and id, then position and normal, then motion.
+//! From a world and a view to pictures of its surface: depth and surface id, then position and normal, then motion.
 //!
-//! A surface has a kind ([`id`]). Each kind rasterises itself, resolves its pixels and offers its edges to one list
-//! ([`edges`]); lines and tones know the pictures and that list, and no kind.
+//! A surface has a kind ([`id`]). Each kind rasterises itself, resolves its pixels and adds its edges to one list
+//! ([`edges`]); lines and tones read the pictures and that list, and do not depend on the kind.
 
 pub mod id;
 pub mod edges;
@@ -28,11 +28,11 @@ use crate::gpu::target::TargetKind;
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// [`id`]s; 0 is the sky.
 pub const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// Of the surface as it was rasterised.
+/// Depth as rasterised, that is of the mesh and not of the bicubic surface.
 pub const DEPTH: TargetKind = TargetKind::attachment("depth", DEPTH_FORMAT);
-/// What is seen at each pixel.
+/// The [`id`] of the surface that is seen at each pixel.
 pub const SURFACE_ID: TargetKind = TargetKind::attachment("surface id", ID_FORMAT);
-/// xyz: metres from the rig's origin; w: distance along the view axis. All 0 is the sky.
+/// xyz: metres from the rig's origin; w: distance along the view axis. All 0 in the sky.
 pub const POSITION: TargetKind = TargetKind::storage("position", wgpu::TextureFormat::Rgba32Float);
-/// xyz: unit, in the world; 0 is the sky.
+/// xyz: unit normal in world space; 0 in the sky.
 pub const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::Rgba32Float);

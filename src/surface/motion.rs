@@ -1,28 +1,25 @@
-//! Exact screen motion of every pixel. See `shaders/surface/motion.wgsl`.
+//! Exact screen-space motion of every pixel. See `shaders/surface/motion.wgsl`.
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// Pixels from the previous frame to this one: x right, y down.
+/// Motion from the previous frame to this one, in pixels: x right, y down.
 pub const MOTION: TargetKind = TargetKind::storage("motion", wgpu::TextureFormat::Rg32Float);
 
-/// What the pass reads and where it writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Which pixels show a tree.
+    /// Surface ids: the pixels of trees use `tree_step`.
     pub surface_id: &'a Target,
-    /// [`TREE_STEP`](super::trees::sway::TREE_STEP), where wind moves trees.
+    /// [`TREE_STEP`](super::trees::sway::TREE_STEP), if wind moves trees.
     pub tree_step: Option<&'a Target>,
-    /// Out.
     pub motion: &'a Target,
 }
 
-/// Finds the motion of every pixel, of the sky as well.
+/// Computes the motion of every pixel, including the sky.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources: Vec<Named> =
         vec![("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];

@@ -1,4 +1,4 @@
-//! Dashed lines around holes in the land that is seen. See `shaders/surface/rims.wgsl`.
+//! Dashed lines around holes in the visible land. See `shaders/surface/rims.wgsl`.
 //!
 //! Why: `docs/decisions/voids.md`.
 
@@ -8,24 +8,21 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::rims::RimRules;
 use crate::style::Rims;
 
-/// Ink of the lines, 0 to 1; and 1 on land beside a hole.
+/// x: ink of the lines, 0 to 1; y: 1 on land next to a hole, else 0.
 pub const RIM: TargetKind = TargetKind::storage("rim", wgpu::TextureFormat::Rg32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
     /// Widths and dashes.
     pub style: &'a Rims,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// Out: [`RIM`].
+    /// [`RIM`].
     pub rim: &'a Target,
 }
 

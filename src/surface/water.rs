@@ -1,4 +1,4 @@
-//! Still water on the land, and how far its shore is. See `shaders/surface/water.wgsl`.
+//! Still water on the land, and the distance to its shore. See `shaders/surface/water.wgsl`.
 //!
 //! Why: `docs/decisions/water.md`.
 
@@ -9,26 +9,23 @@ use crate::gpu::wgsl::surface::water::WaterRules;
 use crate::style::Water;
 use crate::surface::lakes;
 
-/// Metres to the shore on water, at most as many as are asked for; on land beside it below 0; 0 elsewhere.
+/// Metres to the shore on water, at most as far as the style needs; below 0 on land near water; 0 elsewhere.
 pub const WATER: TargetKind = TargetKind::storage("water", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Tables of tiles, and the water maps.
+    /// Bindings of the page table and the water maps.
     pub terrain: &'a [Named],
-    /// How far from the shore it is asked.
+    /// The style, which limits how far from the shore distances are needed.
     pub style: &'a Water,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Out.
     pub water: &'a Target,
 }
 
-/// Finds the water of the land that the inputs show.
+/// Computes the water of the visible land.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = WaterRules { reach_px: inputs.style.reach_px(), pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
     let mut resources = vec![

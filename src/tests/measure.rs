@@ -107,13 +107,16 @@ fn strokes_that_found_no_room_are_the_most_of_a_frame() {
     let full = report(&[frame(0, 7), frame(3, 2), FrameRecord::default()]);
     assert_eq!(full.runs[0].strokes_left_out, Some(LeftOut { edges: 3, segments: 0, strokes: 7 }));
     let page = html(&full, &[]);
-    assert!(page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 segments and 7 strokes found no room"), "{page}");
+    assert!(
+        page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 segments and 7 strokes exceed the limits"),
+        "{page}"
+    );
     // Zero is measured and no warning; nothing measured is null.
     let (roomy, without) = (report(&[frame(0, 0)]), report(&[FrameRecord::default()]));
     assert_eq!(roomy.runs[0].strokes_left_out, Some(LeftOut::default()));
     assert_eq!(without.runs[0].strokes_left_out, None);
     for quiet in [roomy, without] {
-        assert!(!html(&quiet, &[]).contains("found no room"));
+        assert!(!html(&quiet, &[]).contains("exceed the limits"));
     }
 }
 

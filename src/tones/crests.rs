@@ -1,4 +1,4 @@
-//! Crests are lighter and hollows darker. See `shaders/tones/crests.wgsl`.
+//! Lightens crests and darkens hollows. See `shaders/tones/crests.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -11,26 +11,23 @@ use crate::scene::Light;
 use crate::style::Style;
 use crate::surface::curvature::Shapes;
 
-/// What is added to the light of a place, -1 to 1.
+/// Value that is added to the light of a pixel, −1 to 1.
 pub const CREST_LIGHT: TargetKind = TargetKind::storage("crest light", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose light it is.
+    /// The style whose light settings apply.
     pub style: &'a Style,
-    /// The scene's.
+    /// The light of the scene.
     pub light: &'a Light,
-    /// Of the surface.
     pub position: &'a Target,
-    /// How it bends.
+    /// The curvature of the surface.
     pub shapes: &'a Shapes,
-    /// Out.
     pub crest_light: &'a Target,
 }
 
-/// Finds what crests gain and hollows lose.
+/// Computes how much crests gain and hollows lose.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = CrestRules { most: inputs.style.light.crests };
     let Shapes { normal, bend, .. } = inputs.shapes;

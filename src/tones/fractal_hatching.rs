@@ -1,4 +1,4 @@
-//! Hatching by the fractal rule: coming nearer only ever adds marks. See `shaders/tones/fractal_hatching.wgsl`.
+//! Hatching by the fractal rule: approaching only ever adds marks. See `shaders/tones/fractal_hatching.wgsl`.
 //!
 //! Why: `docs/decisions/fractal-hatching.md`.
 
@@ -9,10 +9,10 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::style::marks::Kind;
 
-/// Where the camera is on each axis, by octave.
+/// Position of the camera on each axis, by octave.
 const CELLS: BufferKind = BufferKind::storage("cells");
 
-/// Hatches what the inputs show.
+/// Hatches the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let ladder = (axes::FIRST_OCTAVE, axes::OCTAVES);

@@ -1,4 +1,4 @@
-//! Tones made of marks. See `shaders/tones/hatching.wgsl`.
+//! Hatching: tones made of marks from tonal art maps. See `shaders/tones/hatching.wgsl`.
 //!
 //! Why: `docs/decisions/hatching.md`.
 
@@ -17,42 +17,39 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::style::hatching::Hatching;
 
-/// Directions of charts.
+/// Directions of the charts.
 pub(super) const AXES: BufferKind = BufferKind::storage("axes");
-/// Where each axis begins, by octave.
+/// Phase of each axis, by level.
 const PHASES: BufferKind = BufferKind::storage("phases");
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The style's marks.
+    /// The style's hatching.
     pub hatching: &'a Hatching,
-    /// The rig's origin in the world, which positions count from.
+    /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
     /// The normal at the scale of marks.
     pub mark_normal: &'a Target,
-    /// [`BEND_AXIS`](crate::surface::bend_axis::BEND_AXIS) of marks that follow curvature, or nothing.
+    /// [`BEND_AXIS`](crate::surface::bend_axis::BEND_AXIS) if marks follow curvature; otherwise an empty target.
     pub bend_axis: &'a Target,
-    /// Its alpha is the tone that is asked for.
+    /// A target whose alpha is the requested tone.
     pub tone: &'a Target,
-    /// The one layer whose marks are drawn; none is all.
+    /// The only layer whose marks are drawn; `None` draws all layers.
     pub layer: Option<usize>,
-    /// Out: what marks ink, and would if they were darker.
+    /// The output: ink of the marks and its derivative by darkness.
     pub cover: &'a Target,
 }
 
 impl Inputs<'_> {
-    /// A bit for each layer that is drawn.
+    /// Returns a bit mask of the layers that are drawn.
     pub(super) fn drawn(&self) -> u32 {
         self.layer.map_or(u32::MAX, |layer| 1 << layer)
     }
 
-    /// By the names in the shaders.
+    /// Returns the bindings that both kinds of hatching have.
     pub(super) fn resources(&self) -> [Named; 7] {
         [
             ("view", self.view.clone()),
@@ -66,7 +63,7 @@ impl Inputs<'_> {
     }
 }
 
-/// Hatches what the inputs show.
+/// Hatches the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let made_of = hatching.clone();

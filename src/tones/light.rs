@@ -4,11 +4,11 @@ pub use crate::gpu::wgsl::shared::light::Light as LightUniform;
 use crate::scene;
 use crate::style::{Shading, Style};
 
-/// From so many times the slope that is paper on, land has all of its tone.
+/// Land has all of its tone from this multiple of the slope angle up to which it is left as paper.
 const LEVEL_END: f32 = 4.0;
 
 impl LightUniform {
-    /// Of a style in a scene's light.
+    /// Returns the uniform of a style in a scene's light.
     pub fn new(style: &Style, light: &scene::Light) -> Self {
         let Shading { wrap, ambient, shadow, occlusion, slope, exposure, contrast, form_px, detail, level_deg, .. } =
             style.light;

@@ -1,5 +1,5 @@
-//! Tones from pictures of the surface: how light each place is, and its colour before lines and haze; and the marks
-//! that tones are hatched with.
+//! Tones from pictures of the surface: the lightness of each pixel, its colour before lines and haze, and the marks
+//! with which tones are hatched.
 
 pub mod balance;
 pub mod crests;
@@ -19,69 +19,65 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::scene::Light;
 use crate::style::{Style, Tone};
 
-/// rgb: linear colour; a: the tone asked for, 0 black to 1 white.
+/// rgb: linear colour; a: the requested tone, 0 black to 1 white.
 pub const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Colour before lines and haze, and the tone that is asked for.
+/// Colour before lines and haze, and the requested tone.
 pub const TONE: TargetKind = TargetKind::storage("tone", TONE_FORMAT);
 
-/// Colours that are not the style's.
+/// The local colours of trees and models, which are not the style's.
 #[derive(Clone, Copy)]
 pub struct Local<'a> {
-    /// Which pixels have them.
+    /// Surface ids, which identify the pixels with local colours.
     pub surface_id: &'a Target,
-    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR).
     pub color: &'a Target,
-    /// How much of them.
+    /// Weight of the local colours, 0 to 1.
     pub amount: f32,
 }
 
 impl Local<'_> {
-    /// By the names in the shaders.
+    /// Returns the bindings of the shaders with local colours.
     fn resources(self) -> [Named; 2] {
         [("surface_id", self.surface_id.into()), ("local_color", self.color.into())]
     }
 }
 
-/// What kinds of tones read and write.
+/// Inputs and output of the tone passes.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// `Terrain`, for the earth's curvature.
+    /// The `Terrain` uniform, for the earth's curvature.
     pub terrain: Named,
-    /// What the land sees of the sun and the sky, for a style that asks.
+    /// Bindings of the horizon maps, for a style with cast shadows or occlusion.
     pub horizon_maps: Option<[Named; 5]>,
-    /// Whose tone it is, and how light falls.
+    /// The style, which sets the tone and how light falls.
     pub style: &'a Style,
-    /// The scene's.
+    /// The light of the scene.
     pub light: &'a Light,
-    /// The camera's height in the world.
+    /// The camera's height in the world, in metres.
     pub camera_z_m: f32,
-    /// The lowest and the highest place of the land.
+    /// The lowest and highest height of the land, in metres.
     pub range_m: [f32; 2],
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL) for a style whose light falls on the form of the land, or
-    /// nothing.
+    /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL) for a style whose light falls on the form of the land;
+    /// otherwise an empty target.
     pub form_normal: &'a Target,
-    /// [`RELIEF_LIGHT`](relief::RELIEF_LIGHT) of a style that brings out relief.
+    /// [`RELIEF_LIGHT`](relief::RELIEF_LIGHT) of a style that emphasises relief.
     pub relief_light: Option<&'a Target>,
     /// [`CREST_LIGHT`](crests::CREST_LIGHT) of a style whose crests are lighter.
     pub crest_light: Option<&'a Target>,
-    /// What stands for pictures that are not there.
+    /// The empty target that is bound for pictures that do not exist.
     pub nothing: &'a Target,
-    /// What marks shade, which says how dark they are on trees; none where there are no marks or trees.
+    /// The normal and lightness that marks shade, which set how dark marks are on trees; `None` without marks or trees.
     pub mark_surface: Option<&'a Target>,
-    /// What the shadows of trees take of the sun, if there are any and the style asks.
+    /// The share of sunlight that trees block, if there are trees and the style has their shadows.
     pub tree_shadow: Option<&'a Target>,
-    /// The own colours of trees and models, if there are any and the style asks.
+    /// The local colours of trees and models, if there are any and the style uses them.
     pub local: Option<Local<'a>>,
-    /// Out: colour, and the tone that is asked for.
+    /// The output: colour and requested tone.
     pub tone: &'a Target,
 }
 
-/// Gives what the inputs show the style's tone.
+/// Computes the style's tone of the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     match &inputs.style.tone {
         Tone::Plain(_) => plain::run(recorder, inputs),

@@ -1,11 +1,11 @@
-//! Blinn-Phong over an elevation tint. See `shaders/tones/plain.wgsl`.
+//! Blinn-Phong shading over an elevation tint. See `shaders/tones/plain.wgsl`.
 
 use super::{Inputs, Local};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::tones::plain::Plain as PlainUniform;
 
-/// Tones what the inputs show.
+/// Shades the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let [low_m, high_m] = inputs.range_m;
     let uniform = PlainUniform {

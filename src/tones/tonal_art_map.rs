@@ -1,17 +1,18 @@
-//! Tonal art maps: tiles of marks for every tone, made from a recipe.
+//! Tonal art maps: tiles of marks for every tone, generated from a recipe.
 //!
 //! Praun and others (*Real-time hatching*, 2001) draw a column of pictures from light to dark in which every mark of a
-//! lighter tone is in all darker ones, each mark at the place that makes the tone most even. Nested pictures are one
-//! picture of *thresholds* (Webb and others, *Fine tone control in hardware hatching*, 2002): a texel is ink where the
-//! darkness is above its threshold. So one byte holds all tones, nothing is blended, and any tone in between is there.
+//! lighter tone is in all darker ones, and each mark is at the place that makes the tone most even. Nested pictures can
+//! be stored as one picture of *thresholds* (Webb and others, *Fine tone control in hardware hatching*, 2002): a texel
+//! is ink where the darkness is above its threshold. So one byte holds all tones, nothing is blended, and every
+//! intermediate tone exists.
 //!
-//! What we changed: thresholds are a function of *ink*, how much area all marks have together, so a mark may begin at
-//! some ink and widen with more of it (`growth`); a recipe says how much of either. Then thresholds are replaced by
-//! their rank over the tile and in every neighbourhood (`equalise`), so that the mean tone is exact, and right within
-//! small windows too, whatever the marks are. There are no levels for distance: hatching is scaled by steps of its own,
+//! What we changed: thresholds are a function of *ink*, the total area of all marks, so a mark may begin at some ink
+//! and widen with more of it (`growth`); a recipe sets how much of either. Then thresholds are replaced by their rank
+//! over the tile and in every neighbourhood (`equalise`), so that the mean tone is exact, and correct within small
+//! windows too, whatever the marks are. There are no mip levels for distance: hatching is scaled in steps of its own,
 //! so that marks keep their width.
 //!
-//! A map is the same to the bit on every machine: only sums, products, quotients and roots are used, in one order.
+//! A map is bit-identical on every machine: only sums, products, quotients and roots are used, in one order.
 //!
 //! Why: `docs/decisions/tonal-art-maps.md`.
 
@@ -37,10 +38,10 @@ use crate::lines::strokes::texture::field::Field;
 use crate::style::StyleError;
 use crate::style::marks::{Kind, Recipe};
 
-/// Maps of another version are made anew. Raise it whenever a change here changes a bit of any map.
+/// Cached maps of another version are regenerated. Raise the version whenever a change here changes a bit of any map.
 const GENERATOR_VERSION: u32 = 4;
 
-/// In the cache folder.
+/// Subfolder of the cache folder.
 const FOLDER: &str = "marks";
 
 /// The ink at which lines begin to be crossed; from there on they only widen.
@@ -49,15 +50,15 @@ const CROSSED_AT: f32 = 0.38;
 /// Thresholds of a tile that repeats in both directions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TonalArtMap {
-    /// The tile is a square.
+    /// Side of the tile, which is a square, in texels.
     pub side_px: u32,
-    /// Rows from top to bottom; x is along the marks. A texel is ink where the darkness, 0 to 1, is above
-    /// (threshold + 0.5) / 256.
+    /// Rows from top to bottom; x is along the marks. A texel is ink where the darkness, 0 to 1, is above (threshold +
+    /// 0.5) / 256.
     pub thresholds: Vec<u8>,
 }
 
 impl TonalArtMap {
-    /// Makes a recipe's map, or reads its pictures.
+    /// Generates a recipe's map, or reads its pictures.
     ///
     /// # Errors
     /// [`StyleError::MarkImage`].
@@ -86,10 +87,10 @@ impl TonalArtMap {
         Ok(Self::of_ranks(recipe.side_px, &even))
     }
 
-    /// The same from hachure's cache folder, if it was made before.
+    /// Returns the map of a recipe from hachure's cache folder, or generates and caches it.
     ///
     /// # Errors
-    /// As [`TonalArtMap::make`]: a folder that cannot be read or written is none.
+    /// As [`TonalArtMap::make`]. If the cache folder cannot be read or written, the map is generated without it.
     pub fn cached(recipe: &Recipe) -> Result<Self, StyleError> {
         match crate::pyramid::store::cache_folder(None) {
             Ok(folder) => read_or_make(recipe, &folder.join(FOLDER)),
@@ -97,18 +98,18 @@ impl TonalArtMap {
         }
     }
 
-    /// Whether a texel is ink at `darkness`, 0 to 1.
+    /// Returns whether a texel is ink at `darkness`, 0 to 1.
     pub fn is_ink(&self, place: usize, darkness: f32) -> bool {
         darkness > (f32::from(self.thresholds[place]) + 0.5) / 256.0
     }
 
-    /// From ranks of 0 to 1.
+    /// Creates a map from ranks of 0 to 1.
     fn of_ranks(side_px: u32, ranks: &[f32]) -> Self {
         Self { side_px, thresholds: ranks.iter().map(|rank| (rank * 256.0).min(255.0) as u8).collect() }
     }
 }
 
-/// The neighbourhoods in which tones are right: long for marks that are long.
+/// Returns the windows in which tones are equalised: long for marks that are long.
 fn windows(kind: Kind) -> Windows {
     let (narrow_px, wide_px) = match kind {
         Kind::Line => ([16.0, 6.0], [22.0, 12.0]),
@@ -119,7 +120,7 @@ fn windows(kind: Kind) -> Windows {
     Windows { narrow_px, wide_px }
 }
 
-/// Lines through the tile, and across them.
+/// Returns the ink of lines through the tile, and of those that cross them.
 fn lines(recipe: &Recipe) -> Vec<f32> {
     let side_px = recipe.side_px as f32;
     let mut map = InkMap::new(recipe.side_px as usize);
@@ -132,11 +133,11 @@ fn lines(recipe: &Recipe) -> Vec<f32> {
         map.close_up();
         return map.ink;
     }
-    // Those across rise by one in two: an acute angle makes diamonds, a right one a window's bars.
+    // Crossing lines rise by one in two: an acute angle makes diamonds, a right angle the bars of a window.
     for (direction, after, stream) in [([1, 0], 0.0, 1), ([1, 2], CROSSED_AT, 2)] {
         let norm = ((direction[0] * direction[0] + direction[1] * direction[1]) as f32).sqrt();
         let growth = growth(side_px / norm);
-        // As many as there are when crossing begins.
+        // Only the lines that exist when crossing begins.
         let most = (0..growth.count()).take_while(|before| growth.begin(*before) < CROSSED_AT).count();
         rows::draw(recipe, &growth, &Family { direction, most, after, stream }, &mut map);
     }
@@ -144,7 +145,7 @@ fn lines(recipe: &Recipe) -> Vec<f32> {
     map.ink
 }
 
-/// Thresholds with the paper's tooth: ink stays on its peaks.
+/// Returns thresholds with the paper's tooth: ink stays on its peaks.
 fn grained(thresholds: &[f32], recipe: &Recipe) -> Vec<f32> {
     let side = recipe.side_px as usize;
     let noise = |mark_px: f32, stream: u32| Field::noise([side, side], [mark_px; 2], recipe.seed, stream);

@@ -1,4 +1,4 @@
-//! Light in a few steps. See `shaders/tones/toon.wgsl`.
+//! Toon tones: light in a few steps, coloured by a ramp. See `shaders/tones/toon.wgsl`.
 
 mod ramp;
 
@@ -14,7 +14,7 @@ pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
 use crate::scene::focus::FocusUniform;
 use crate::style::Toon;
 
-/// By what there is: each of the four is a digit, and the last one counts 1.
+/// The shader's definitions, indexed by four binary digits that say which inputs exist; the last digit counts 1.
 const DEFINITIONS: [&[&str]; 16] = [
     &[],
     &["TREE_SHADOWS"],
@@ -34,7 +34,7 @@ const DEFINITIONS: [&[&str]; 16] = [
     &["HORIZON_MAPS", "LOCAL_COLOR", "MARKED_TREES", "TREE_SHADOWS"],
 ];
 
-/// Tones what the inputs show.
+/// Shades the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>) {
     let made = recorder.kept(
         |ramp: &RampTable| ramp.is_of(toon.ramp.as_ref()),

@@ -1,4 +1,4 @@
-//! Water's tint, its shore and its lines. See `shaders/tones/water.wgsl`.
+//! The tint of water, its shoreline and its water lines. See `shaders/tones/water.wgsl`.
 //!
 //! Why: `docs/decisions/water.md`.
 
@@ -10,34 +10,30 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::tones::water::WaterLook;
 use crate::style::{Sky, Water};
 
-/// Colour and tone, with those of water.
+/// [`TONE`](super::TONE) with water.
 pub const WATERED: TargetKind = TargetKind::storage("watered", TONE_FORMAT);
-/// Ink of shores and water lines: 0 none, 1 full.
+/// Ink of shorelines and water lines: 0 none, 1 full.
 pub const WATER_INK: TargetKind = TargetKind::storage("water ink", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// How water looks.
+    /// The style of water.
     pub style: &'a Water,
-    /// What is mirrored where no land is.
+    /// The sky, which is mirrored where no land is.
     pub sky: &'a Sky,
-    /// For the earth's curvature.
+    /// The `Terrain` uniform, for the earth's curvature.
     pub terrain: &'a Named,
-    /// Of the surface.
     pub position: &'a Target,
-    /// [`WATER`](crate::surface::water::WATER).
     pub water: &'a Target,
-    /// Colours and tones of the land.
+    /// Colour and tone of the land.
     pub tone: &'a Target,
-    /// Out: the same with water.
+    /// The output: colour and tone with water.
     pub watered: &'a Target,
-    /// Out.
     pub water_ink: &'a Target,
 }
 
-/// Draws the water that the inputs show.
+/// Draws the visible water.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let look = WaterLook {

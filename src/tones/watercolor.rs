@@ -1,4 +1,4 @@
-//! Washes that run and settle. See `shaders/tones/watercolor.wgsl`.
+//! Watercolour: washes that run and settle. See `shaders/tones/watercolor.wgsl`.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ pub(crate) use crate::gpu::wgsl::shared::wobble::Anchor;
 pub(crate) use crate::gpu::wgsl::tones::watercolor::Watercolor as WatercolorUniform;
 use crate::style::Watercolor;
 
-/// Side of a block; `shaders/shared/wobble.wgsl` says why.
+/// Side of a block, in metres; `shaders/shared/wobble.wgsl` gives the reason.
 const BLOCK_M: f64 = 4096.0;
 
 impl Anchor {
@@ -21,26 +21,23 @@ impl Anchor {
     }
 }
 
-/// Colour after water has run, and the tone that is asked for.
+/// Colour after the washes have run, and the requested tone.
 pub const WASHED: TargetKind = TargetKind::storage("washed", TONE_FORMAT);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The style's water.
+    /// The style's watercolour settings.
     pub watercolor: &'a Watercolor,
-    /// The rig's origin in the world, which positions count from.
+    /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Colours.
+    /// Colour and tone before the washes run.
     pub tone: &'a Target,
-    /// Out: colours.
     pub washed: &'a Target,
 }
 
-/// Washes what the inputs show.
+/// Applies the washes to the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Watercolor { edge, edge_px, granulation, flow, warp_px } = inputs.watercolor;
     let [pad_a, pad_b, pad_c] = [0.0; 3];

@@ -379,7 +379,7 @@ mod tests {
         let texts = told(with(56));
         assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
         let (text, _) = warning(&texts).expect("a warning");
-        assert!(text.contains("56 strokes found no room"), "{text}");
+        assert!(text.contains("56 strokes exceed the limits"), "{text}");
         // Where everything has room there is the number alone, and without strokes not even that.
         let texts = told(with(0));
         assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");

@@ -220,8 +220,8 @@ fn strokes_that_found_no_room_are_told() {
     assert_eq!((left_out(1)["edges"].as_u64(), left_out(1)["segments"].as_u64()), (Some(0), Some(0)));
     // One line, of the style that has too little.
     for told in [&text, &page] {
-        assert_eq!(told.matches("found no room").count(), 1, "{told}");
-        assert!(told.contains(&format!("{} strokes found no room", left_out(1)["strokes"])), "{told}");
+        assert_eq!(told.matches("exceed the limits").count(), 1, "{told}");
+        assert!(told.contains(&format!("{} strokes exceed the limits", left_out(1)["strokes"])), "{told}");
     }
 }
 

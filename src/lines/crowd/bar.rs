@@ -1,10 +1,10 @@
-//! How much a line must matter to be drawn. See `shaders/lines/crowd/bar.wgsl`.
+//! The rank that a line needs to be drawn (the bar). See `shaders/lines/crowd/bar.wgsl`.
 
 use super::Cells;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 
-/// From the cells' counts into their bars.
+/// Computes the bars of the cells from their counts.
 pub fn run(recorder: &mut Recorder<'_>, view: &Resource, cells: &Cells) {
     let resources = [
         ("view", view.clone()),

@@ -1,11 +1,11 @@
-//! Ink of each rank, in cells. See `shaders/lines/crowd/count.wgsl`.
+//! Counts the ink of each rank in cells. See `shaders/lines/crowd/count.wgsl`.
 
 use super::Cells;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
-/// Counts the ink of `line` into the cells.
+/// Counts the ink of `line` in the cells.
 pub fn run(recorder: &mut Recorder<'_>, view: &Resource, line: &Target, rank: &Target, cells: &Cells) {
     let resources = [
         ("view", view.clone()),

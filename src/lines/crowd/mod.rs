@@ -1,11 +1,12 @@
-//! Lines that are crowded are thinned out, the least ones first: a cap for the part of the paper that they cover.
+//! Density control of lines: where lines are crowded, the least important ones are left out. A cap limits the fraction
+//! of the paper that lines cover.
 //!
-//! Far ranges are lines on top of each other, and a map is full of crumbs: a draughtsman draws the skyline and leaves the
-//! rest out. Each pixel of a line has a [`rank`]; ink is [`count`]ed by rank in cells; a window of four cells to a side
-//! says how high the [`bar`] is above which there is no more ink than the style allows; and [`thin`] takes what is below
-//! it, in a soft step. Everything is a smooth function of the picture, between the middles of cells too, so that nothing
-//! jumps in a flight. It is the density control of Grabli et al. 2010 (Programmable rendering of line drawing from 3D
-//! scenes, section 5.2), of pixels; strokes have it by their
+//! Far ranges become lines on top of each other, and maps are full of speckle; a draughtsman draws the skyline and
+//! leaves out the rest. Each pixel of a line has a [`rank`]; the ink of each rank is [`count`]ed in cells; from a
+//! window of 4 × 4 cells follows the [`bar`], the rank above which there is no more ink than the style allows; and
+//! [`thin`] removes lines below the bar, with a soft transition. All of these are smooth functions of the picture, also
+//! between the middles of cells, so nothing jumps in a flight. The method is the density control of Grabli et al. 2010
+//! (Programmable rendering of line drawing from 3D scenes, section 5.2), applied to pixels; strokes apply it to their
 //! samples ([`strokes::crowd`](super::strokes::crowd)).
 
 pub mod bar;
@@ -20,50 +21,51 @@ use crate::gpu::target::{Target, TargetKind, Targets};
 use crate::gpu::wgsl::shared::crowd::CELL_WORDS;
 pub(crate) use crate::gpu::wgsl::shared::crowd::Crowd as CrowdUniform;
 
-/// For each cell the ink of each rank.
+/// Ink of each rank, for each cell.
 pub const COUNTS: BufferKind = BufferKind::storage("crowd counts");
-/// Of cells: the bar, and what is left of lines above it.
+/// For each cell: the bar, and the factor of lines above it.
 const BARS: TargetKind = TargetKind::storage("crowd bars", wgpu::TextureFormat::Rgba32Float);
 
-/// Cells to a side of the window.
+/// Cells along a side of the window.
 const CELLS: f32 = 4.0;
-/// How far a line's rank and its bar look, in sides of the window: half of one, a cell, and what lies between two.
+/// How far away ink may influence a line's rank and bar, in sides of the window: half a window, a cell, and the
+/// distance between two cells.
 const REACH: f32 = 1.25;
 
-/// What lines may cover, and in what window.
+/// The fraction of the paper that lines may cover, and the window in which it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cap {
-    /// The part of the paper.
+    /// The largest covered fraction, 0 to 1.
     pub most: f32,
-    /// Side of the window.
+    /// Side of the window, in pixels.
     pub window_px: f32,
 }
 
 impl Cap {
-    /// Of a style's `crowd` and `crowd_px`; 1 is none.
+    /// Returns the cap of a style's `crowd` and `crowd_px`; a `crowd` of 1 is no cap.
     pub fn of(most: f32, window_px: f32) -> Option<Self> {
         (most < 1.0).then_some(Self { most, window_px })
     }
 
-    /// How far around a line ink counts: the margin of a part of a large picture.
+    /// Returns how far away ink influences a line, in pixels: the margin of a part of a large picture.
     pub fn reach_px(&self) -> u32 {
         (self.window_px * REACH).ceil() as u32
     }
 }
 
-/// The cells of an eye.
+/// The cells of one eye.
 #[derive(Clone)]
 pub struct Cells {
-    /// `Crowd`.
+    /// The `Crowd` uniform.
     pub crowd: Resource,
-    /// [`COUNTS`].
     pub counts: Buffer,
-    /// Out of [`bar`].
+    /// The output of [`bar`].
     pub bars: Target,
 }
 
 impl Cells {
-    /// For the pictures of an eye, whose partner of a pair is `apart_m` away; 0 is none. Cells are counted in the whole picture, so a part may see one more.
+    /// Allocates the cells of an eye. `apart_m` is the distance to the other eye of a stereo pair; 0 if there is none.
+    /// Cells are aligned to the whole picture, so a part of it may overlap one more cell.
     pub fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, cap: Cap, apart_m: f32) -> Self {
         let cell_px = (cap.window_px / CELLS).round().max(1.0) as u32;
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
@@ -76,23 +78,20 @@ impl Cells {
     }
 }
 
-/// What is thinned out.
+/// Inputs of the density control.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Lines: 0 none, 1 full.
+    /// Line strength: 0 no line, 1 full.
     pub line: &'a Target,
-    /// What is left of them.
     pub cap: Cap,
-    /// To the other eye of a pair, with which lines are to agree; 0 is none.
+    /// Distance to the other eye of a stereo pair, with which lines are to agree, in metres; 0 if there is none.
     pub apart_m: f32,
 }
 
-/// Thins the lines of an eye, and returns what is left. Each eye of a pair counts in cells of its own picture; of what
-/// both have left, [`agree`](super::stereo::agree) then leaves each the lesser. What is so near that its contours lie
-/// elsewhere for each eye is left as it is.
+/// Thins the lines of an eye, and returns the remaining ones. Each eye of a stereo pair counts in the cells of its own
+/// picture; of the lines that remain in both, [`agree`](super::stereo::agree) then leaves each eye the fainter one.
+/// Surfaces so near that their contours differ between the eyes are not thinned.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, position, line, cap, apart_m } = inputs;
     let cells = Cells::new(recorder, targets, cap, apart_m);

@@ -1,24 +1,22 @@
-//! What the bar leaves of lines. See `shaders/lines/crowd/thin.wgsl`.
+//! Removes lines below the bar. See `shaders/lines/crowd/thin.wgsl`.
 
 use super::Cells;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// Lines of which the least ones are left out where they are crowded.
+/// Line strength after the least important lines were removed where lines are crowded.
 pub const UNCROWDED: TargetKind = TargetKind::storage("uncrowded line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Lines: 0 none, 1 full.
+    /// Line strength: 0 no line, 1 full.
     pub line: &'a Target,
-    /// [`RANK`](super::rank::RANK).
     pub rank: &'a Target,
-    /// With their bars.
+    /// The cells with their bars.
     pub cells: &'a Cells,
-    /// Out: [`UNCROWDED`].
+    /// The output: [`UNCROWDED`].
     pub thinned: &'a Target,
 }
 

@@ -1,33 +1,30 @@
-//! Lines that have no partner in the other eye go. See `shaders/lines/stereo/agree.wgsl`.
+//! Removes lines without a partner in the other eye. See `shaders/lines/stereo/agree.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// Lines that the other eye has as well, or cannot have: 0 none, 1 full.
+/// Line strength (0 no line, 1 full) of lines that the other eye has as well, or cannot have.
 pub const AGREED: TargetKind = TargetKind::storage("agreed line", wgpu::TextureFormat::R32Float);
 
-/// What an eye has before both agree.
+/// The pictures of an eye that the comparison reads.
 pub struct Eye {
-    /// `View`.
     pub view: Resource,
-    /// Of the surface.
     pub position: Target,
-    /// Its lines.
+    /// Line strength, before the comparison.
     pub line: Target,
 }
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// Whose lines are looked at.
+    /// The eye whose lines are checked.
     pub own: &'a Eye,
-    /// Where their partners are.
+    /// The eye in which their partners are sought.
     pub other: &'a Eye,
-    /// Out: [`AGREED`].
     pub agreed: &'a Target,
 }
 
-/// Bounds an eye's lines by those of the other.
+/// Limits an eye's lines by those of the other eye.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Inputs { own, other, agreed } = inputs;
     let resources = [

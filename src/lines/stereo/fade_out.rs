@@ -1,4 +1,4 @@
-//! Contours fade out where the other eye sees beyond them. See `shaders/lines/stereo/fade_out.wgsl`.
+//! Fades contours out toward the other eye's contour. See `shaders/lines/stereo/fade_out.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
@@ -7,24 +7,20 @@ pub(crate) use crate::gpu::wgsl::lines::stereo::fade_out::FadeOut as FadeOutUnif
 use crate::scene::view::Rig;
 use crate::style::Lines;
 
-/// Lines, with contours that fade out: 0 none, 1 full.
+/// Line strength (0 no line, 1 full), with contours that fade out.
 pub const FADED: TargetKind = TargetKind::storage("faded line", wgpu::TextureFormat::R32Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// Lines of one eye alone.
+    /// Lines of this eye alone.
     pub line: &'a Target,
-    /// Out: [`FADED`].
     pub faded: &'a Target,
 }
 
-/// Adds to the lines of an eye of a pair what its contours fade out to.
+/// Adds to the lines of an eye of a stereo pair the strips in which its contours fade out.
 pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, rig: &Rig, inputs: &Inputs<'_>) {
     let places_m: Vec<_> = rig.eyes.iter().map(|eye| eye.pose.position_m - rig.origin_m).collect();
     let (first_m, last_m) = (places_m[0], places_m[places_m.len() - 1]);

@@ -1,8 +1,8 @@
-//! Lines of two eyes that agree (Zaidi and others, section 4.2).
+//! Agreement of the lines of two eyes (Zaidi and others, section 4.2).
 //!
-//! Contours lie elsewhere on the surface for each eye, and details smaller than a pixel are hit by one eye and missed
-//! by the other. The first are softened toward where the other eye's contour is ([`fade_out`]), the second go
-//! ([`agree`]). Both eyes are treated alike: each reads what the other has before anything of either has gone.
+//! Contours are at different places of the surface for each eye, and details smaller than a pixel are hit by one eye
+//! and missed by the other. The former are softened toward the other eye's contour ([`fade_out`]), the latter are
+//! removed ([`agree`]). Both eyes are treated alike: each reads the other's lines as they were before any were removed.
 //!
 //! Why: `docs/decisions/stereo.md`.
 

@@ -1,4 +1,4 @@
-//! Where the middles of strokes are. See `shaders/lines/strokes/centres.wgsl`.
+//! Draws the centre lines of strokes. See `shaders/lines/strokes/centres.wgsl`.
 
 use super::samples::SampleWork;
 use crate::gpu::bind::Resource;
@@ -6,7 +6,7 @@ use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 
-/// A sample's number plus 1; 0 is none.
+/// The number of a sample plus 1; 0 where there is no centre line.
 pub const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::TextureFormat::R32Uint);
 
 const DRAW: Draw = Draw {
@@ -19,7 +19,7 @@ const DRAW: Draw = Draw {
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
-/// Draws the middles of this frame's strokes.
+/// Draws the centre lines of this frame's strokes.
 pub fn run(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
     let drawing = recorder.drawing(&DRAW, &[("view", view.clone()), work.list(), work.samples()]);
     let on = Attachments { colors: &[centres], depth: None, clears: Clears::All };

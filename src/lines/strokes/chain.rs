@@ -1,16 +1,17 @@
-//! Segments become chains, on the GPU. [`twin`](super::twin) says in plain Rust what comes out, to the bit.
+//! Chains segments on the GPU. [`twin`](super::twin) is the specification in plain Rust, bit for bit.
 //!
 //! | shader of `shaders/lines/strokes/` | runs | does |
 //! | --- | --- | --- |
-//! | `chain_begin` | once | how much there is to do |
-//! | `chain_clear`, `chain_bin`, `scan` | clear, count, sum, scatter | ends sorted by cells |
-//! | `chain_choose`, `chain_link` | 3 times each | ends that choose each other are joined |
-//! | `chain_rank_begin`, `chain_rank` | once and 10 times, twice | which chain, which segment of it, how far along |
-//! | `chain_heads`, `scan`, `chain_order` | once each | chains and segments in their order |
+//! | `chain_begin` | once | computes the sizes of the later passes |
+//! | `chain_clear`, `chain_bin`, `scan` | clear, count, sum, scatter | sorts ends by cells |
+//! | `chain_choose`, `chain_link` | 3 times each | joins ends that choose each other |
+//! | `chain_rank_begin`, `chain_rank` | once and 10 times, twice | chain, number and arc length of each segment |
+//! | `chain_heads`, `scan`, `chain_order` | once each | puts chains and segments in order |
 //!
-//! 42 dispatches. Nothing is read back: sizes are on the GPU. Rounds of ranking that have nothing to do return at once,
-//! so short chains take few. The work grows with the number of segments, and not with the picture. It also grows with
-//! the square of the ends in one neighbourhood: segments all in one place are slow.
+//! There are 42 dispatches. Nothing is read back: sizes are on the GPU. Rounds of ranking that have nothing to do
+//! return at once, so short chains take few rounds. The work grows with the number of segments, and not with the size
+//! of the picture. It also grows with the square of the number of ends in one neighbourhood: it is slow if all segments
+//! are in one place.
 
 use super::records::{Chain, ChainRules, ChainRulesUniform, SegmentInOrder};
 use crate::gpu::bind::Named;
@@ -24,15 +25,16 @@ pub const MAX_SEGMENTS: u32 = MAX_VALUES / 2;
 
 /// Rounds of ranking: 4¹⁰ is [`MAX_SEGMENTS`].
 const RANK_ROUNDS: u32 = 10;
-/// Where the rounds for loops begin; between them stands a bit that the last round sets for nobody.
+/// Index of the first round for loops. The index before it is a flag that the last round of open chains sets and no
+/// round reads.
 const LOOP_ROUNDS: u32 = RANK_ROUNDS + 1;
 
-/// Bytes of `arguments` at which the workgroups for each segment, end and bucket stand.
+/// Offsets in `arguments`, in bytes, of the workgroup counts per segment, per end and per bucket.
 const PER_SEGMENT: u64 = 0;
 const PER_END: u64 = 12;
 const PER_BUCKET: u64 = 24;
 
-/// Read as numbers and as a uniform.
+/// A buffer that is bound both as storage and as a uniform.
 const PLAN: BufferKind =
     BufferKind { name: "chain plan", usage: wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::UNIFORM) };
 const ARGUMENTS: BufferKind = BufferKind::indirect("chain arguments");
@@ -42,52 +44,49 @@ const CHOICES: BufferKind = BufferKind::storage("chain choices");
 const LINKS: BufferKind = BufferKind::storage("chain links");
 const RANKS: BufferKind = BufferKind::storage("chain ranks");
 const HEADS: BufferKind = BufferKind::storage("chain heads");
-/// [`SegmentInOrder`]s. The segments of a chain follow each other; chains stand in the order of the segments that begin
-/// them.
+/// [`SegmentInOrder`]s. The segments of a chain are consecutive; chains are in the order of their first segments.
 pub const PLACES: BufferKind = BufferKind::storage("places");
-/// The [`Chain`]s. How many there are stands in the counts.
+/// The [`Chain`]s; their number is stored in the counts.
 pub const CHAINS: BufferKind = BufferKind::storage("chains");
 
-/// What is chained.
+/// Inputs of chaining.
 pub struct Inputs<'a> {
-    /// Numbers out of range are taken as the nearest in it.
+    /// The rules; numbers out of range are clamped.
     pub rules: ChainRules,
-    /// Segments that there is room for, [`MAX_SEGMENTS`] at most; more than that are passed over. Some 180 bytes each.
+    /// Capacity in segments, at most [`MAX_SEGMENTS`]; excess segments are ignored. A segment takes some 180 bytes.
     pub capacity: u32,
-    /// An array of [`Segment`](super::Segment), as many as [`StrokeCounts::segments`](super::StrokeCounts) says.
+    /// An array of [`Segment`](super::Segment); [`StrokeCounts::segments`](super::StrokeCounts) is its length.
     pub segments: &'a Buffer,
     /// [`StrokeCounts`](super::StrokeCounts); the number of chains is written.
     pub counts: &'a Buffer,
 }
 
-/// What comes out.
+/// The result of chaining.
 pub struct Chains {
-    /// [`PLACES`].
     pub places: Buffer,
-    /// [`CHAINS`].
     pub chains: Buffer,
 }
 
 impl Chains {
-    /// The chains, by their name in the shaders.
+    /// Returns the binding of the chains.
     pub fn named(&self) -> Named {
         ("chains", self.chains.binding())
     }
 }
 
-/// Whether the device can chain so many segments.
+/// Checks that the device can chain `capacity` segments.
 ///
 /// # Errors
 /// [`GpuError::Limit`] when a buffer is larger than the device can bind.
 pub fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
     let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-    // Of the ranks, the largest.
+    // The size of the ranks, the largest buffer.
     let wanted = 64 * u64::from(capacity);
-    if wanted > limit { Err(GpuError::Limit { what: "chaining lines", wanted, limit }) } else { Ok(()) }
+    if wanted > limit { Err(GpuError::Limit { what: "the buffer for chaining lines", wanted, limit }) } else { Ok(()) }
 }
 
-/// Chains segments.
+/// Chains the segments.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Chains {
     let capacity = inputs.capacity.clamp(1, MAX_SEGMENTS);
     let most = u64::from(capacity);
@@ -165,7 +164,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Chains {
         }
     }
 
-    // Put chains and segments in order. Nobody asks for the choices any more: the states take their place.
+    // Put chains and segments in order. The choices are no longer needed; the states take their place.
     let states = ("states", choices.binding());
     let named_heads = ("heads", heads.binding());
     let resources =

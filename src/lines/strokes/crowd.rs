@@ -1,11 +1,11 @@
-//! Crowded strokes are thinned out, as lines of pixels are ([`crowd`](crate::lines::crowd)): by their samples.
+//! Density control of strokes, by their samples; for lines of pixels see [`crowd`](crate::lines::crowd).
 //!
-//! Each sample has a rank and counts its ink (`crowd_count`), a window of cells says which ranks are too many
-//! ([`bar`]), and the pen is pressed less where a sample is below that (`crowd_thin`). Pressure is carried from frame to
-//! frame and known to files of lines, so all of them leave the same strokes out.
+//! Each sample has a rank and counts its ink (`crowd_count`), the [`bar`] of a window of cells separates the ranks that
+//! are drawn from those that are too many, and the pen is pressed less where a sample is below the bar (`crowd_thin`).
+//! Pressure is carried from frame to frame and written to vector files, so all of them leave out the same strokes.
 //!
-//! The second eye of a pair has no bars of its own: it reads those of the leading one where its samples lie in that
-//! picture, so that both leave out the same strokes. What is near a pair of eyes is left as it is.
+//! The second eye of a stereo pair has no bars of its own: it reads those of the leading eye at the positions of its
+//! samples in that eye's picture, so that both leave out the same strokes. Surfaces near a stereo pair are not thinned.
 
 use super::samples::{GROUPS, SampleWork};
 use crate::gpu::bind::Resource;
@@ -14,23 +14,23 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::{Cap, Cells, bar};
 
-/// Whose strokes are thinned.
+/// Inputs of the density control of strokes.
 pub struct Inputs<'a> {
-    /// `View`: it has no jitter of its own but tells that of `depth`.
+    /// The view without jitter of its own; it states the jitter of `depth`.
     pub view: &'a Resource,
-    /// Of the surface.
+    /// Depth of the surface.
     pub depth: &'a Target,
-    /// Of this frame.
+    /// The samples of this frame.
     pub work: &'a SampleWork,
-    /// What is left of them.
     pub cap: Cap,
-    /// To the other eye of a pair; 0 is none.
+    /// Distance to the other eye of a stereo pair, in metres; 0 if there is none.
     pub apart_m: f32,
-    /// The leading eye's `View` and its cells, if this is the second one of a pair.
+    /// The leading eye's `View` and its cells, if this is the second eye of a pair.
     pub leader: Option<(&'a Resource, &'a Cells)>,
 }
 
-/// Thins the strokes of this frame, before they take over from the frame before. Returns the cells whose bars it took.
+/// Thins the strokes of this frame, before they continue those of the previous frame. Returns the cells that were
+/// counted.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Cells {
     let &Inputs { view, depth, work, cap, apart_m, leader } = inputs;
     let cells = Cells::new(recorder, targets, cap, apart_m);
@@ -39,7 +39,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targe
     recorder.pixels("lines/crowd/clear", cells.bars.size_px(), &[crowd(), counts()]);
     let resources = [("view", view.clone()), crowd(), ("depth", depth.into()), work.list(), work.samples(), counts()];
     recorder.groups("lines/strokes/crowd_count", GROUPS, &resources);
-    // The second eye counts for the ranks alone.
+    // The second eye counts only to rank its samples.
     if leader.is_none() {
         bar::run(recorder, view, &cells);
     }

@@ -7,7 +7,7 @@ use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
 use crate::surface::edges::EdgeList;
 
-/// Reads the edges and `ids`, the reference image; writes the segments and their number.
+/// Reads the edges and the reference image `ids`; writes the segments and their number.
 pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, ids: &Target) {
     let resources = [
         ("view", view.clone()),

@@ -1,82 +1,84 @@
-//! What a frame of strokes does: a full update or a step, with or without the frame before.
+//! Decides whether a frame rebuilds its strokes (a full update) or advances those of the previous frame.
 //!
-//! Pietrok 2021, section 4.3: a full update every N frames, and at once when the camera turns quickly. There the reason
-//! is that motion vectors overshoot; here motion is exact, but what a turn brings into view has no strokes until the
-//! next update, and then has them all at once.
+//! Pietrok 2021, section 4.3: there is a full update every N frames, and at once when the camera turns quickly. The
+//! thesis does so because motion vectors overshoot; here motion is exact, but land that a turn brings into view has no
+//! strokes until the next update, and then gets all of them at once.
 
 use glam::DVec3;
 
 use crate::scene::view::View;
 use crate::style;
 
-/// A turn that brings a strip of this width into view since the last update asks for the next: an eye sees strokes come
-/// at once in a wider one. So all but the slowest turns make strokes anew in each frame.
+/// A turn that has brought a strip of this width into view since the last update, in pixels, triggers an update:
+/// strokes that appear at once in a wider strip are noticed. So all but the slowest turns update in every frame.
 const ENTERING_PX: f64 = 1.5;
-/// A move by this part of the distance to the nearest land since the last update asks for the next: contours are then
-/// elsewhere.
+/// A move of this fraction of the distance to the nearest land since the last update triggers an update: contours have
+/// then changed place.
 const QUICK_MOVE: f64 = 1.0 / 50.0;
-/// A turn by this part of the field of view from one frame to the next is a cut: nothing is taken over.
+/// A turn from one frame to the next by more than this fraction of the field of view is a cut: no strokes are carried
+/// over.
 const CUT: f64 = 0.5;
 
-/// What was drawn last.
+/// The views that were drawn last, and the state of the strokes' transitions.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     last: Option<View>,
-    /// What positions of the last frame counted from.
+    /// The origin of the last frame's positions, in the world.
     origin_m: DVec3,
-    /// Of the last update.
+    /// The view of the last update.
     updated: Option<View>,
     frames_since_update: u32,
-    /// The view or the land is not what it was at the last update.
+    /// The view or the land has changed since the last update.
     is_stale: bool,
     frames: u32,
-    /// Until all strokes have come and gone if the camera stays where it is, in the time in which one comes or goes.
+    /// How long strokes still come and go if the camera stays where it is, in units of the style's `fade_s`.
     restless: f64,
 }
 
-/// From the last frame to this one.
+/// The change from the last frame to this one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// How much time passed, in seconds.
+    /// Elapsed time, in seconds.
     pub step_s: f64,
-    /// No land is nearer to the camera than this.
+    /// Lower bound of the distance from the camera to any land, in metres.
     pub nearest_m: f64,
-    /// The rig's origin in the world, which positions of samples count from.
+    /// The rig's origin in the world, to which positions of samples are relative.
     pub origin_m: DVec3,
-    /// Tiles came, or are on their way: the land is not what it was in the last frame.
+    /// Whether tiles arrived or are being loaded, so that the land differs from that of the last frame.
     pub land_changes: bool,
 }
 
-/// Of the time in which a stroke comes or goes, a frame takes at most this part: more would show as a jump.
+/// The largest part of a stroke's coming or going that one frame shows: more would be seen as a jump.
 const MOST_PROGRESS: f64 = 0.5;
 
 impl Step {
-    /// Which part of the time passes in which a stroke comes or goes, as far as it is shown in one frame.
+    /// Returns which part of the time in which a stroke comes or goes passes in this frame, limited to what one frame
+    /// may show.
     pub fn progress(&self, strokes: &style::Strokes) -> f64 {
         (self.step_s / f64::from(strokes.fade_s.max(1e-6))).min(MOST_PROGRESS)
     }
 }
 
-/// What a frame does.
+/// The strokes' work in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Strokes are made anew.
+    /// Whether strokes are rebuilt.
     pub is_update: bool,
-    /// New strokes take over from those of the frame before.
+    /// Whether new strokes continue those of the previous frame.
     pub takes_over: bool,
-    /// Takes positions of the frame before to this frame's, in metres.
+    /// Translation from positions of the previous frame to those of this frame, in metres.
     pub step_m: DVec3,
-    /// The view of the update before, if there was one.
+    /// The view of the previous update, if there was one.
     pub updated: Option<View>,
-    /// The camera is where it was.
+    /// Whether the camera has not moved.
     pub rests: bool,
     /// Frames since the history began: 0 in the first.
     pub frame: u32,
 }
 
 impl History {
-    /// What the frame of `view`, a step after the last one, does; the next one follows on it. The other eye of a pair
-    /// updates when the leading one does, which `leader` says.
+    /// Plans the frame of `view`, which is a step after the last one, and records it as the last one. The second eye of
+    /// a stereo pair updates when the leading one does, which `leader` states.
     pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step, leader: Option<bool>) -> Plan {
         let step_m = std::mem::replace(&mut self.origin_m, step.origin_m) - step.origin_m;
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
@@ -89,7 +91,7 @@ impl History {
             Some(View { pose: updated_pose, .. }) => {
                 let turned_rad = updated_pose.forward.angle_between(view.pose.forward);
                 let moved_m = updated_pose.position_m.distance(view.pose.position_m);
-                // What came to rest is not left as it was on the way.
+                // When the camera comes to rest, strokes from the time of the motion are rebuilt.
                 let is_late = (self.is_stale && rests && !step.land_changes)
                     || self.frames_since_update + 1 >= strokes.update_every
                     || turned_rad * view.focal_px() > ENTERING_PX
@@ -107,7 +109,7 @@ impl History {
         };
         self.is_stale |= !rests || step.land_changes;
         self.restless = match plan.is_update && self.is_stale {
-            // What a new line replaces is gone after it has come.
+            // A line that is replaced disappears after its replacement has appeared.
             true if strokes.carry && plan.frame > 0 => 2.0,
             true => 0.0,
             false => self.restless - step.progress(strokes),
@@ -115,25 +117,25 @@ impl History {
         self.frames = plan.frame;
         self.frames_since_update = if plan.is_update { 0 } else { self.frames_since_update + u32::from(!is_sample) };
         if plan.is_update {
-            // More tiles may be on their way.
+            // More tiles may be loading.
             self.is_stale = step.land_changes;
             self.updated = Some(*view);
         }
         plan
     }
 
-    /// Whether the next frame of the same view would be another picture.
+    /// Returns whether the next frame of the same view would be a different picture.
     pub fn is_settling(&self) -> bool {
         self.restless > 0.0 || self.is_stale
     }
 
-    /// The next frame is the first.
+    /// Makes the next frame the first one.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
 }
 
-/// Whether a view follows on the last one that was drawn.
+/// Returns whether a view continues the last one that was drawn.
 fn continues(last: &View, view: &View) -> bool {
     let is_next = last.pose == view.previous && last.part == view.part && last.picture_px == view.picture_px;
     is_next && last.pose.forward.angle_between(view.pose.forward) <= CUT * view.fov_rad().min(last.fov_rad())
@@ -141,7 +143,7 @@ fn continues(last: &View, view: &View) -> bool {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use super::*;
     use crate::scene::view::{Part, Pose};
@@ -149,7 +151,7 @@ mod tests {
 
     const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO, land_changes: false };
 
-    /// Of a picture 36 px high whose field of view is a radian.
+    /// Focal length of a picture 36 px high whose field of view is one radian.
     const FOCAL_PX: f64 = 32.95;
 
     fn pose(yaw_deg: f64) -> Pose {
@@ -190,7 +192,7 @@ mod tests {
                 assert!((view.focal_px() - FOCAL_PX).abs() < 1.0, "{}", view.focal_px());
                 history.plan(&strokes, &view, STEP, None).is_update
             });
-            assert_eq!(updates.count(), 1 + 12 / every, "{px} px in a frame");
+            assert_eq!(updates.count(), 1 + 12 / every, "{px} px per frame");
         }
     }
 
@@ -215,7 +217,7 @@ mod tests {
             updates.push(history.plan(&strokes, &view(pose(1.0), pose(1.0)), STEP, None).is_update);
         }
         assert!((10..30).contains(&updates.len()) && updates[0], "{updates:?}");
-        // However long a frame takes, strokes come and go in several.
+        // However long a frame takes, strokes come and go in several frames.
         let slow = Step { step_s: 100.0, ..STEP };
         history.plan(&strokes, &view(pose(1.0), pose(1.1)), slow, None);
         let mut frames = 0;
@@ -236,7 +238,7 @@ mod tests {
             (0..9).filter(|_| history.plan(&strokes, &view(pose(0.0), pose(0.0)), step, None).is_update).count()
         };
         assert_eq!(again(0.0), 0);
-        assert_eq!(again(0.1), 2, "planted: time passes");
+        assert_eq!(again(0.1), 2, "planted error: time passes");
     }
 
     #[test]
@@ -248,7 +250,7 @@ mod tests {
         };
         (0..100).for_each(|_| _ = rest(false));
         assert!(!rest(false));
-        // A tile comes: its strokes have to grow, for as long as others do.
+        // A tile arrives: its strokes have to grow, for as long as others do.
         assert!(rest(true));
         let frames = (0..1000).take_while(|_| rest(false)).count();
         assert!((5..30).contains(&frames), "{frames}");
@@ -261,7 +263,7 @@ mod tests {
         let step = Step { origin_m: DVec3::X, ..STEP };
         let next = history.plan(&strokes, &view(pose(0.0), pose(1.0)), step, None);
         assert!(next.takes_over && next.step_m == DVec3::X * -1.0);
-        // Another camera's frame came in between.
+        // Another camera's frame was drawn in between.
         assert!(!history.plan(&strokes, &view(pose(9.0), pose(2.0)), STEP, None).takes_over);
         // A cut.
         assert!(!history.plan(&strokes, &view(pose(2.0), pose(80.0)), STEP, None).takes_over);

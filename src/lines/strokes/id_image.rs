@@ -11,9 +11,9 @@ use crate::surface::edges::EdgeList;
 const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// An edge's number plus 1; 0 is none. Its size is [`image_px`](super::image_px).
+/// The number of an edge plus 1; 0 where there is no edge. The size is [`image_px`](super::image_px).
 pub const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
-/// Of the edges, among themselves.
+/// Depth among the edges themselves.
 pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FORMAT);
 
 const DRAW: Draw = Draw {
@@ -26,19 +26,16 @@ const DRAW: Draw = Draw {
     topology: wgpu::PrimitiveTopology::LineList,
 };
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of the surface.
+    /// Depth of the surface.
     pub depth: &'a Target,
-    /// [`EDGE_IDS`].
     pub ids: &'a Target,
-    /// [`EDGE_DEPTH`].
     pub edge_depth: &'a Target,
 }
 
-/// Draws as many edges as were counted.
+/// Draws the edges, with an indirect draw of as many as were counted.
 pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), edges.edges(), ("depth", inputs.depth.into())];
     let drawing = recorder.drawing(&DRAW, &resources);

@@ -1,4 +1,5 @@
-//! What found no room in a frame: counted by the passes, told by whoever shows their pictures.
+//! Edges, segments and strokes that exceeded the limits of a frame. The passes count them; windows and commands report
+//! them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,14 +8,14 @@ use super::{COUNTS, DrawnStrokes, StrokeCounts};
 use crate::gpu::async_readback::AsyncReadback;
 use crate::gpu::{Gpu, GpuError, readback};
 
-/// What found no room.
+/// Numbers of edges, segments and strokes that were not drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeftOut {
-    /// Of [`MOST_EDGES`](crate::surface::edges::MOST_EDGES).
+    /// Edges beyond [`MOST_EDGES`](crate::surface::edges::MOST_EDGES).
     pub edges: u32,
-    /// Of [`MOST_SEGMENTS`](super::MOST_SEGMENTS).
+    /// Segments beyond [`MOST_SEGMENTS`](super::MOST_SEGMENTS).
     pub segments: u32,
-    /// Of the style's budget, the shortest.
+    /// Strokes beyond the style's budget; the shortest are left out.
     pub strokes: u32,
 }
 
@@ -23,22 +24,22 @@ impl LeftOut {
         Self { edges: counts.edges_lost, segments: counts.segments_lost, strokes: samples.left_out }
     }
 
-    /// In words; none where everything had room.
+    /// Returns a message, or `None` if nothing was left out.
     pub fn told(self) -> Option<String> {
         let Self { edges, segments, strokes } = self;
         (self != Self::default()).then(|| {
-            format!("{edges} edges, {segments} segments and {strokes} strokes found no room: they are missing")
+            format!("{edges} edges, {segments} segments and {strokes} strokes exceed the limits and are not drawn")
         })
     }
 
-    /// Says so in the log.
+    /// Logs the message as a warning.
     pub fn warn(self) {
         if let Some(text) = self.told() {
             tracing::warn!("{text}");
         }
     }
 
-    /// The larger of each number.
+    /// Returns the larger of each number.
     #[must_use]
     pub fn most(self, other: Self) -> Self {
         Self {
@@ -50,8 +51,7 @@ impl LeftOut {
 }
 
 impl DrawnStrokes<'_> {
-    /// What found no room in the last frame: edges, segments of edges, and the strokes that the budget left out. Waits
-    /// for the GPU.
+    /// Reads back how many edges, segments and strokes the last frame left out. Waits for the GPU.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
@@ -63,17 +63,16 @@ impl DrawnStrokes<'_> {
     }
 }
 
-/// How many strokes a frame has, and what it left out.
+/// The number of strokes of a frame, and what was left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StrokeNumbers {
-    /// Without those that only fade.
+    /// Strokes that are drawn, without those that are fading.
     pub drawn: u32,
-    /// What found no room.
     pub left_out: LeftOut,
 }
 
-/// The numbers of frames that are shown as they come: no frame waits for its own, a later one finds them. At first
-/// there are none.
+/// The numbers of interactive frames, read back asynchronously: no frame waits for its own numbers, and a later one
+/// receives them. There are none at first.
 pub struct NumbersLater {
     later: AsyncReadback,
     last: Option<StrokeNumbers>,
@@ -87,7 +86,7 @@ impl Default for NumbersLater {
 }
 
 impl NumbersLater {
-    /// Asks for the numbers of the frame that was just drawn; without strokes there are none.
+    /// Requests the numbers of the frame that was just drawn. If it has no strokes, earlier numbers are discarded.
     pub fn ask(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
         let Some((strokes, counts)) = strokes.and_then(|strokes| Some((strokes, strokes.buffer(&COUNTS)?))) else {
             self.later.forget();
@@ -99,7 +98,7 @@ impl NumbersLater {
         self.later.ask(gpu, &[counts, samples]);
     }
 
-    /// The newest that have come.
+    /// Returns the latest numbers that have arrived.
     pub fn last(&mut self) -> Option<StrokeNumbers> {
         while let Some(bytes) = self.later.take() {
             let (counts, samples) = bytes.split_at(size_of::<StrokeCounts>());

@@ -1,13 +1,14 @@
-//! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without its list on
-//! the CPU).
+//! Strokes: edges of the surface become pen lines, on the GPU (Pietrok 2021, sections 4.2 and 4.3, without the thesis's
+//! list on the CPU).
 //!
 //! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]), thinned ([`thin`]) → visible
 //! segments ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]),
-//! which take over from the frame before ([`temporal`], when [`history`] says so) and agree with the other eye's
+//! which continue those of the previous frame ([`temporal`], when [`history`] says so) and agree with the other eye's
 //! ([`partner`]) → ink ([`stroke`]), solid or through a [`texture`].
 //!
-//! What a step counted, the next one dispatches or draws indirectly: nothing is read back within a frame. [`polylines`]
-//! reads the strokes of a frame back afterwards, for files; [`left_out`] what found no room.
+//! Each pass is dispatched or drawn indirectly with the counts of the previous one: nothing is read back within a
+//! frame. [`polylines`] reads the strokes of a frame back afterwards, for files; [`left_out`] reads back how many were
+//! not drawn.
 //!
 //! Why: `docs/decisions/stroke-pipeline.md`.
 
@@ -54,34 +55,32 @@ use crate::scene::view::{View, ViewUniform};
 use crate::style;
 use crate::surface::edges::{EdgeList, EdgeRules};
 
-/// Segments in a frame, at most.
+/// The most segments of a frame.
 pub const MOST_SEGMENTS: u32 = 1 << 19;
 
-/// The camera's place is told in blocks of this and a rest.
+/// The camera's position is passed to shaders as a whole number of blocks of this size, in metres, and a rest.
 const BLOCK_M: f64 = 4096.0;
 
-/// The size of the ID reference image of a picture.
+/// Returns the size of the ID reference image of a picture.
 pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
     size_px.map(|side| ((side as f32 * resolution).ceil() as u32).max(1))
 }
 
 /// [`StrokeCounts`].
 pub const COUNTS: BufferKind = BufferKind::storage("stroke counts");
-/// [`Segment`]s.
+/// The visible [`Segment`]s of edges.
 pub const SEGMENTS: BufferKind = BufferKind::storage("segments");
 
-/// The lists that the passes of a frame hand to each other.
+/// The lists that the passes of a frame share.
 pub struct Lists {
     /// `Strokes` in `shaders/shared/stroke_style.wgsl`.
     uniform: Resource,
-    /// [`COUNTS`].
     pub counts: Buffer,
-    /// [`SEGMENTS`].
     pub segments: Buffer,
 }
 
 impl Lists {
-    /// For a style's strokes on a picture of `size_px`.
+    /// Allocates the lists for a style's strokes on a picture of `size_px`.
     pub fn of(recorder: &mut Recorder<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         Self::new(recorder, &StrokesUniform::new(strokes, size_px, haze_m))
     }
@@ -94,7 +93,7 @@ impl Lists {
         }
     }
 
-    /// Counts from zero.
+    /// Resets the counts to zero.
     pub fn clear(&self, recorder: &mut Recorder<'_>) {
         recorder.write(&self.counts, &[StrokeCounts::default()]);
     }
@@ -109,7 +108,7 @@ impl Lists {
 }
 
 impl StrokesUniform {
-    /// Of a style, for a picture of `size_px`.
+    /// Returns the uniform of a style, for a picture of `size_px`.
     pub(crate) fn new(strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         let image_px = image_px(size_px, strokes.resolution);
         Self {
@@ -134,21 +133,21 @@ impl StrokesUniform {
     }
 }
 
-/// What an eye remembers of its strokes from frame to frame.
+/// The state of an eye's strokes that is kept from frame to frame.
 pub struct StrokeMemory {
     history: History,
     lists: [SampleList; 2],
     current: usize,
-    /// The last frame was an update.
+    /// Whether the last frame was an update.
     made_anew: bool,
     uniform: StrokesUniform,
-    /// The focus of the last frame, and the view that it was drawn in.
+    /// The focus of the last frame, and the view in which it was drawn.
     focus: Option<(Focus, ViewUniform)>,
     texture: Option<Arc<StrokeTexture>>,
 }
 
 impl StrokeMemory {
-    /// Of no frame.
+    /// Creates the state of an eye that has drawn no frame.
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the lists are larger than the device can bind.
@@ -160,23 +159,23 @@ impl StrokeMemory {
         Ok(Self { history, lists, current: 0, made_anew: false, uniform, focus: None, texture: None })
     }
 
-    /// The samples of the last frame.
+    /// Returns the samples of the last frame.
     pub fn samples(&self) -> &SampleList {
         &self.lists[self.current]
     }
 
-    /// Whether strokes are still coming or going.
+    /// Returns whether strokes are still coming or going.
     pub fn is_settling(&self) -> bool {
         self.history.is_settling()
     }
 
-    /// The next frame takes nothing over: its pictures are not those of the last one.
+    /// Prevents the next frame from continuing the last one: it is not of the same sequence.
     pub fn forget(&mut self) {
         self.history.forget();
     }
 }
 
-/// What the last frame of an eye left of its strokes, for files and measurements.
+/// The strokes of an eye's last frame, for files and measurements.
 #[derive(Clone, Copy)]
 pub struct DrawnStrokes<'a> {
     memory: &'a StrokeMemory,
@@ -184,35 +183,34 @@ pub struct DrawnStrokes<'a> {
 }
 
 impl<'a> DrawnStrokes<'a> {
-    /// Of an eye.
     pub fn new(memory: &'a StrokeMemory, pools: &'a Pools) -> Self {
         Self { memory, pools }
     }
 
-    /// Its samples.
+    /// Returns the samples of the last frame.
     pub fn samples(&self) -> &'a SampleList {
         self.memory.samples()
     }
 
-    /// Whether it made them anew; else it moved those of the frame before.
+    /// Returns whether the last frame rebuilt its strokes; otherwise it moved those of the previous frame.
     pub fn made_anew(&self) -> bool {
         self.memory.made_anew
     }
 
-    /// A buffer of the eye that was drawn last: [`COUNTS`], [`SEGMENTS`] and those of the rooms beside. None if
-    /// nothing has asked for it lately.
+    /// Returns a buffer of the eye that was drawn last: [`COUNTS`], [`SEGMENTS`] or one of the submodules'. `None` if
+    /// no recent frame has used it.
     pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)
     }
 
-    /// The stroke texture that it drew with, if the style has one.
+    /// Returns the stroke texture of the last frame, if the style has one.
     pub fn texture(&self) -> Option<&'a StrokeTexture> {
         self.memory.texture.as_deref()
     }
 }
 
-/// The strokes of a frame, a step after the last one: either made anew, then edges are found before they are drawn, or
-/// moved along.
+/// The strokes of one frame, a step after the last one: they are either rebuilt, for which edges must be found before
+/// they are drawn, or moved along.
 pub struct FrameStrokes {
     plan: history::Plan,
     edge_rules: EdgeRules,
@@ -221,34 +219,34 @@ pub struct FrameStrokes {
     rules: ChainRules,
     merges: bool,
     cap: Option<Cap>,
-    /// Of an update, with its cap.
+    /// The cells of the density control, of an update whose style has a cap.
     cells: Option<Cells>,
     work: SampleWork,
     texture: Option<Arc<StrokeTexture>>,
 }
 
-/// What strokes are drawn with.
+/// Inputs of drawing strokes.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The same without its jitter: what is seen of edges is sampled, and strokes are not.
+    /// The same view without jitter: the visibility of edges is sampled with jitter, strokes are not.
     pub still_view: &'a Resource,
-    /// Of the surface.
+    /// Depth of the surface.
     pub depth: &'a Target,
     /// The edges of the surface, if they were [wanted](FrameStrokes::wants_edges).
     pub edges: Option<&'a EdgeList>,
-    /// The pictures of an eye, for the reference image and the ink.
+    /// The targets of an eye, for the reference image and the ink.
     pub targets: &'a mut Targets,
     /// Pixels of the reference image per pixel of the picture.
     pub resolution: f32,
-    /// The other eye of a pair, if it has drawn before.
+    /// The other eye of a stereo pair, if it has been drawn before.
     pub leader: Option<&'a Partner>,
-    /// How far away that eye is; 0 if the eye is alone.
+    /// Distance to that eye, in metres; 0 if the eye is alone.
     pub apart_m: f32,
 }
 
 impl FrameStrokes {
-    /// Begins a frame of an eye whose view is `view`; the second one of a pair does as the leading one.
+    /// Begins a frame of an eye whose view is `view`; the second eye of a stereo pair updates when the leading one
+    /// does.
     pub fn begin(
         recorder: &mut Recorder<'_>,
         memory: &mut StrokeMemory,
@@ -278,14 +276,14 @@ impl FrameStrokes {
         Self { plan, edge_rules, lists, focus, rules, merges, cap, cells: None, work, texture }
     }
 
-    /// Whether strokes are made anew: then edges are to be found, and which.
+    /// Returns which edges must be found, if strokes are rebuilt.
     pub fn wants_edges(&self) -> Option<EdgeRules> {
         self.plan.is_update.then_some(self.edge_rules)
     }
 
-    /// Draws the strokes, and returns their ink. An update draws the reference image, makes the list of visible
-    /// segments, chains them and lets them take over from the frame before; else the strokes of the frame before move
-    /// with the world.
+    /// Draws the strokes, and returns their ink. An update draws the reference image, extracts visible segments, chains
+    /// them and lets them continue the previous frame's strokes; otherwise the strokes of the previous frame move with
+    /// the world.
     pub fn draw(&mut self, recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Target {
         let Inputs { view, still_view, depth, edges, targets, resolution, leader, apart_m } = inputs;
         let Self { plan, lists, work, .. } = self;
@@ -337,7 +335,7 @@ impl FrameStrokes {
         ink.clone()
     }
 
-    /// Draws the strokes of the leading eye once more, without those that the other one should have and has not.
+    /// Redraws the strokes of the leading eye, without those that the other eye should have but does not.
     pub fn draw_agreed(&self, recorder: &mut Recorder<'_>, view: &Resource, targets: &mut Targets, follower: &Partner) {
         if !self.plan.is_update {
             return;
@@ -354,7 +352,7 @@ impl FrameStrokes {
         }
     }
 
-    /// What the other eye of a pair looks at, if strokes were made anew.
+    /// Returns the strokes and pictures that the other eye of a stereo pair reads, if strokes were rebuilt.
     pub fn partner(
         &self,
         recorder: &mut Recorder<'_>,
@@ -374,7 +372,7 @@ impl FrameStrokes {
 fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::Step) -> TemporalUniform {
     let history::Plan { is_update, takes_over, step_m, updated, rests, frame } = *plan;
     let origin_m = step.origin_m;
-    // By how much of the whole strokes come or go in this frame.
+    // The part of a stroke's whole coming or going that happens in this frame.
     let progress = step.progress(strokes);
     TemporalUniform {
         step_m: step_m.as_vec3().to_array(),
@@ -383,7 +381,7 @@ fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::
         growth_px: (progress * samples::GROWTH_PX) as f32,
         hold: strokes.hold,
         capacity: (strokes.budget_px / samples::SPACING_PX) as u32,
-        // A picture that stands for itself is always the same.
+        // A picture that is drawn on its own is always the same.
         seed: if takes_over { frame } else { 0 },
         rests: u32::from(rests),
         camera_blocks: (origin_m / BLOCK_M).floor().as_ivec3().to_array(),

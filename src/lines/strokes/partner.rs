@@ -1,14 +1,14 @@
-//! Strokes of two eyes are the same strokes.
+//! Stereo agreement of strokes: both eyes draw the same strokes.
 //!
-//! Each eye makes its strokes of the edges that it sees: contours lie elsewhere for each, and chains begin and end where
-//! nearer land hides them. But a stroke is one thing in the world. So one eye, the leading one, draws first; the samples
-//! of the other one look for its strokes (`look`) and take over who they are, where on their texture they are and how
-//! wide they are (`adopt`). Then the leading eye looks back. Both press the pen as hard as the one that presses harder,
-//! and a stroke that the other eye should see and does not have tapers.
+//! Each eye builds its strokes from the edges that it sees: contours are at different places for each, and chains begin
+//! and end where nearer land hides them. But a stroke is one thing in the world. So one eye, the leading one, draws
+//! first; the samples of the other eye look for its strokes (`look`) and take over their identity, texture parameter
+//! and width (`adopt`). Then the leading eye looks back. Both use the greater of their two pen pressures, and a stroke
+//! that the other eye should see but does not have tapers.
 //!
 //! He, Wang and Bao 2019 test whether contours are epipolar-slidable by a search along epipolar lines, and erase those
-//! that are not. Here a surface tells where a place lies in the other eye, so the search begins there; it is asked of
-//! strokes and not of pixels; and strokes keep their identity from frame to frame as well.
+//! that are not. Here the surface gives the position of a place in the other eye, so the search begins there; the test
+//! is applied to strokes and not to pixels; and strokes keep their identity from frame to frame as well.
 //!
 //! Why: `docs/decisions/stereo.md`.
 
@@ -22,39 +22,38 @@ use crate::lines::crowd::Cells;
 /// The strokes of the other eye, as they were drawn.
 #[derive(Clone)]
 pub struct Partner {
-    /// Its `View`.
+    /// The other eye's `View`.
     pub view: Resource,
-    /// Its samples.
+    /// The other eye's samples.
     pub samples: SampleList,
-    /// [`super::centres::CENTRES`].
     pub centres: Target,
-    /// Of the surface that it sees.
+    /// The surface as the other eye sees it.
     pub surface: SeenSurface,
-    /// Which of its strokes were too many, of a style with a cap.
+    /// The cells of the other eye, if the style has a cap.
     pub cells: Option<Cells>,
 }
 
 /// The surface as an eye sees it.
 #[derive(Clone)]
 pub struct SeenSurface {
-    /// Reversed: near / distance.
+    /// Reversed depth: near / distance.
     pub depth: Target,
-    /// From the rig's origin.
+    /// Metres from the rig's origin.
     pub position: Target,
-    /// In the world.
+    /// Unit normal in world space.
     pub normal: Target,
 }
 
-/// Which of two eyes.
+/// The role of an eye in a stereo pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Strokes are its.
+    /// The eye whose strokes are taken over.
     Leader,
-    /// It takes them over.
+    /// The eye that takes them over.
     Follower,
 }
 
-/// Lets an eye's samples take over what they find in the other one.
+/// Lets an eye's samples take over the strokes that they find in the other eye.
 pub fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, partner: &Partner, role: Role) {
     let resources = [
         ("view", view.clone()),

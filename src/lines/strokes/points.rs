@@ -8,38 +8,38 @@ use crate::gpu::scan;
 pub use crate::gpu::wgsl::shared::stroke_style::Point;
 use crate::surface::edges::EdgeList;
 
-/// Bytes of a point.
 const POINT_BYTES: u64 = size_of::<Point>() as u64;
-/// In the arguments: workgroups for segments, workgroups for points.
+/// Offsets in the arguments: workgroups per segment, workgroups per point.
 const FOR_SEGMENTS: u64 = 0;
 const FOR_POINTS: u64 = 16;
-/// Where `StrokeCounts` has the number of points.
+/// Index of the number of points in `StrokeCounts`.
 const POINTS_INDEX: u32 = 3;
 
-/// [`Point`]s.
+/// The [`Point`]s.
 pub const POINTS: BufferKind = BufferKind::storage("stroke points");
-/// Arc lengths since the first point of all, in 1/16 px.
+/// Arc length from the first point of all chains, in 1/16 px.
 pub const LENGTHS: BufferKind = BufferKind::storage("stroke lengths");
-/// Workgroups.
+/// Workgroup counts of the indirect passes.
 const ARGUMENTS: BufferKind = BufferKind::indirect("stroke arguments");
 
-/// Points of a frame's strokes.
+/// The points of a frame's strokes.
 pub struct Points {
-    /// Places on the picture, distances, chains.
+    /// The [`Point`]s.
     pub list: Buffer,
-    /// [`LENGTHS`].
+    /// [`LENGTHS`], the arc lengths of the points.
     pub along: Buffer,
     arguments: Buffer,
 }
 
 impl Points {
-    /// Workgroups of 256 for each segment, and so for each chain: the buffer and its offset.
+    /// Returns the workgroup counts, as buffer and offset, for 256 threads per workgroup and one thread per segment, and
+    /// so per chain.
     pub fn per_segment(&self) -> (&Buffer, u64) {
         (&self.arguments, FOR_SEGMENTS)
     }
 }
 
-/// Reads segments and chains; makes points, their arc lengths, and counts them.
+/// Computes points and their arc lengths from segments and chains, and counts the points.
 pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
     // A chain of n segments has n + 1 points.
     let most = 2 * u64::from(MOST_SEGMENTS);

@@ -1,9 +1,9 @@
 //! The strokes of the last frame, read back as polylines: for files that hold lines, never inside an interactive frame.
 //!
-//! A stroke is a run of samples. Its kind is that of the edges that make up most of its length. What
-//! `shaders/lines/strokes/stroke.wgsl` computes for each pixel of a stroke, its width and its ink, `Pen` computes for
-//! each sample; stroke textures, and that the last bit of a stroke pales, are left out. What is not shown is no part of
-//! a line: what fades, and what has not grown yet.
+//! A stroke is a run of samples. Its kind is that of the edges that make up most of its length. `Pen` computes for each
+//! sample the width and ink that `shaders/lines/strokes/stroke.wgsl` computes for each pixel of a stroke; stroke
+//! textures, and the paling near the ends of a stroke, are left out. Parts that are not shown, because they fade or
+//! have not grown yet, are not part of a polyline.
 
 use super::samples::Sample;
 use super::{DrawnStrokes, StrokesUniform};
@@ -11,29 +11,29 @@ use crate::gpu::{Gpu, GpuError};
 use crate::scene::focus::Focus;
 use crate::scene::view::ViewUniform;
 
-/// What a stroke follows.
+/// The kind of edge that a stroke follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum EdgeKind {
-    /// Where the surface turns away from the eye.
+    /// An occluding contour: the surface turns away from the eye.
     #[default]
     Contour,
-    /// Where the land ends.
+    /// The border of the land.
     Border,
-    /// Where the surface is sharply bent.
+    /// A sharp bend of the surface.
     Crease,
-    /// Where the surface would turn away from an eye nearby.
+    /// A suggestive contour: the surface would turn away from an eye nearby.
     Suggestive,
-    /// A crest of the land.
+    /// A ridge of the land.
     Ridge,
-    /// A crest of the land seen from below.
+    /// A valley: a ridge of the land seen from below.
     Valley,
 }
 
 impl EdgeKind {
-    /// All of them, in the order in which they are drawn.
+    /// All kinds, in the order in which they are drawn.
     pub const ALL: [Self; 6] = [Self::Contour, Self::Border, Self::Crease, Self::Suggestive, Self::Ridge, Self::Valley];
 
-    /// From `Edge::kind`.
+    /// Returns the kind of a number of `Edge::kind`.
     fn of(number: u32) -> Self {
         match number {
             1 => Self::Border,
@@ -49,29 +49,28 @@ impl EdgeKind {
 /// A visible stroke as it is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Polyline {
-    /// At least two. A closed one runs on from the last to the first, which is not repeated.
+    /// At least two points. A closed polyline continues from the last to the first point, which is not repeated.
     pub points: Vec<PolylinePoint>,
-    /// What it follows.
     pub kind: EdgeKind,
-    /// Its identity, as in the picture of stroke numbers.
+    /// The identity of the stroke, as in the picture of stroke ids.
     pub stroke: u32,
-    /// Whether its end runs on into its beginning.
+    /// Whether the end of the stroke continues into its beginning.
     pub is_closed: bool,
 }
 
 /// A point of a [`Polyline`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PolylinePoint {
-    /// On the picture, x to the right and y down, from its upper left corner.
+    /// Position on the picture, x to the right and y down, from its upper left corner.
     pub px: [f32; 2],
-    /// Half of the stroke's width there.
+    /// Half of the stroke's width.
     pub half_width_px: f32,
-    /// How much ink there is: 0 none, 1 full.
+    /// Amount of ink: 0 none, 1 full.
     pub ink: f32,
 }
 
 impl DrawnStrokes<'_> {
-    /// Reads the strokes of the last frame, as many as were drawn, without those that only fade. Waits for the GPU.
+    /// Reads back the strokes of the last frame, without those that are fading. Waits for the GPU.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
@@ -85,7 +84,8 @@ impl DrawnStrokes<'_> {
     }
 }
 
-/// A pressure of exactly 0 is that of a stroke that the other eye should have and has not.
+/// Returns whether a sample is drawn. A pressure of exactly 0 marks a stroke that the other eye should have and does
+/// not.
 fn is_shown(sample: &Sample) -> bool {
     sample.shown_px > 0.0
         && sample.pressure > 0.0
@@ -93,7 +93,7 @@ fn is_shown(sample: &Sample) -> bool {
         && sample.px.iter().all(|px| px.is_finite())
 }
 
-/// Of samples that follow each other, at least two.
+/// Returns the polyline of consecutive samples, of which there are at least two.
 fn polyline(run: &[Sample], pen: &Pen) -> Polyline {
     let (first, last) = (&run[0], &run[run.len() - 1]);
     let is_closed = first.flags & last.flags & Sample::IS_CLOSED != 0
@@ -104,9 +104,9 @@ fn polyline(run: &[Sample], pen: &Pen) -> Polyline {
     for sample in run {
         counts[EdgeKind::of(sample.kind()) as usize].0 += 1;
     }
-    // Of equals the first.
+    // Of equal counts the first kind wins.
     let most = counts.into_iter().rev().max_by_key(|(count, _)| *count);
-    // A loop ends with the sample that it begins with.
+    // The last sample of a loop is the first one again.
     let drawn = if is_closed { &run[..run.len() - 1] } else { run };
     Polyline {
         points: drawn.iter().map(|sample| pen.point(sample)).collect(),
@@ -116,7 +116,7 @@ fn polyline(run: &[Sample], pen: &Pen) -> Polyline {
     }
 }
 
-/// Where a sample is, from the rig's origin: `place_at` of `shaders/shared/view.wgsl`.
+/// Returns the position of a sample, relative to the rig's origin: `place_at` of `shaders/shared/view.wgsl`.
 fn place_m(view: &ViewUniform, at: &Sample) -> [f32; 3] {
     let p = [0, 1].map(|axis| at.px[axis] + view.origin_px[axis] as f32);
     std::array::from_fn(|axis| {

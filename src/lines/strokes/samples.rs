@@ -1,8 +1,8 @@
-//! Samples: what is drawn of strokes, and what lasts of them from frame to frame.
+//! Samples: the points along strokes that are drawn and carried from frame to frame.
 //!
-//! Chains have points where edges of the mesh end. Here they become samples at even distances
-//! (`shaders/lines/strokes/samples.wgsl`), the longest strokes first if there are more than the budget has room for
-//! (`budget`, `budget_choose`, `sizes`). There are two lists of samples: one of this frame, one of the frame before.
+//! The points of a chain are where edges of the mesh end. Here they are resampled at even distances
+//! (`shaders/lines/strokes/samples.wgsl`); if there are more than the budget allows, the longest strokes come first
+//! (`budget`, `budget_choose`, `sizes`). There are two lists of samples: one of this frame, one of the previous frame.
 
 use super::chain::Chains;
 use super::points::Points;
@@ -18,65 +18,66 @@ pub use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Temporal as TemporalUniform;
 use crate::gpu::{Gpu, GpuError, readback};
 
-/// Samples of a frame, at most: half a million pixels of line.
+/// The most samples of a frame: half a million pixels of line.
 pub const MOST_SAMPLES: u32 = 1 << 18;
-/// Samples are at most so far apart along a stroke: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
+/// Largest distance between samples along a stroke, in pixels: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
 pub const SPACING_PX: f32 = crate::gpu::wgsl::shared::stroke_samples::SPACING_PX;
 /// How far lines grow, or shrink, at each end in a style's `fade_s`, in pixels. They grow from seeds 64 px apart
-/// (`shaders/shared/stroke_samples.wgsl`), so all of a line is there after twice that time.
+/// (`shaders/shared/stroke_samples.wgsl`), so a whole line is visible after twice that time.
 pub(super) const GROWTH_PX: f64 = 16.0;
 /// `CLASSES` in the same file.
 const CLASSES: u64 = crate::gpu::wgsl::shared::stroke_samples::CLASSES as u64;
-/// Where `StrokeCounts` has the number of chains.
+/// Index of the number of chains in `StrokeCounts`.
 const CHAINS_INDEX: u32 = 2;
 
-/// Workgroups of 64 for every sample.
+/// Workgroups of 64 threads, with one thread per sample.
 pub(super) const GROUPS: [u32; 2] = [MOST_SAMPLES.div_ceil(64), 1];
 
 impl Sample {
-    /// The first of its stroke.
+    /// Flag of the first sample of a stroke.
     pub const FIRST: u32 = 1;
-    /// The last of its stroke.
+    /// Flag of the last sample of a stroke.
     pub const LAST: u32 = 2;
-    /// Of a stroke that is not seen any more.
+    /// Flag of a stroke that is no longer visible and fades out.
     pub const FADING: u32 = 4;
-    /// Of a loop: the last sample is where the first one is.
+    /// Flag of a loop: the last sample coincides with the first one.
     pub const IS_CLOSED: u32 = 8;
-    /// The first or last of a stroke, at the picture's border: the stroke runs on, out of it.
+    /// Flag of the first or last sample of a stroke that continues beyond the picture's border.
     pub const RUNS_OFF: u32 = 16;
 
-    /// As [`Edge::kind`](crate::surface::edges::Edge::kind): 0 a contour, 1 the border of the land, 2 a crease.
+    /// Returns the kind of edge, as in [`Edge::kind`](crate::surface::edges::Edge::kind): 0 is a contour, 1 a border of
+    /// the land, 2 a crease.
     pub fn kind(&self) -> u32 {
         self.flags >> 8
     }
 }
 
-/// [`Sample`]s.
+/// The [`Sample`]s.
 const SAMPLES: BufferKind = BufferKind::storage("stroke samples");
-/// [`SampleCounts`].
 const COUNTS: BufferKind = BufferKind::storage("sample counts");
-/// How many strokes of each length there are.
+/// Number of strokes in each length class.
 const CLASSES_OF: BufferKind = BufferKind::storage("stroke classes");
-/// Where each chain's samples begin.
+/// Index of the first sample of each chain.
 const STARTS: BufferKind = BufferKind::storage("stroke starts");
-/// What each sample found in the frame before, or in the other eye.
+/// The sample that each sample matched in the previous frame, or in the other eye.
 const MATCHES: BufferKind = BufferKind::storage("stroke matches");
-/// Of [`SampleList`].
+/// Arguments of the draws of a [`SampleList`].
 const DRAWS: BufferKind = BufferKind::indirect("stroke draws");
 
-/// The samples of a frame.
+/// The samples of one frame.
 #[derive(Clone, Debug)]
 pub struct SampleList {
-    /// [`Sample`]s.
+    /// The [`Sample`]s.
     pub samples: Buffer,
     /// [`SampleCounts`].
     pub counts: Buffer,
-    /// Indirect draws of six vertices for each sample: at byte 0 of this frame's strokes, at 16 of those that fade.
+    /// Arguments of indirect draws of six vertices per sample: this frame's strokes at byte 0, fading strokes at byte
+    /// 16.
     pub draws: Buffer,
 }
 
 impl SampleList {
-    /// An empty one.
+    /// Allocates an empty list.
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             samples: Buffer::new(gpu, &SAMPLES, u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64),
@@ -85,7 +86,7 @@ impl SampleList {
         }
     }
 
-    /// Reads it back; waits for the GPU.
+    /// Reads the list back; waits for the GPU.
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
@@ -97,11 +98,11 @@ impl SampleList {
     }
 }
 
-/// The samples of this frame and of the one before, and what the passes hand to each other.
+/// The samples of this frame and of the previous one, and the buffers that the passes share.
 pub struct SampleWork {
-    /// Of this frame.
+    /// Samples of this frame.
     pub now: SampleList,
-    /// Of the frame before.
+    /// Samples of the previous frame.
     pub before: SampleList,
     temporal: Resource,
     starts: Buffer,
@@ -109,7 +110,7 @@ pub struct SampleWork {
 }
 
 impl SampleWork {
-    /// For a frame.
+    /// Creates the shared buffers of a frame.
     pub(super) fn new(recorder: &mut Recorder<'_>, [now, before]: [&SampleList; 2], uniform: TemporalUniform) -> Self {
         let uniform = TemporalUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform };
         Self {
@@ -129,7 +130,7 @@ impl SampleWork {
         ("starts", self.starts.binding())
     }
 
-    /// How many samples this frame has.
+    /// Returns the binding of this frame's sample counts.
     pub(super) fn list(&self) -> Named {
         ("list", self.now.counts.binding())
     }
@@ -138,7 +139,7 @@ impl SampleWork {
         ("samples", self.now.samples.binding())
     }
 
-    /// How many samples the frame before had.
+    /// Returns the binding of the previous frame's sample counts.
     pub(super) fn old_list(&self) -> Named {
         ("old_list", self.before.counts.binding())
     }
@@ -156,23 +157,22 @@ impl SampleWork {
     }
 }
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Of the surface, for the steps in depth at strokes.
+    /// Depth of the surface, for the steps in depth at strokes.
     pub depth: &'a Target,
-    /// For the numbers of segments and chains.
+    /// The lists, for the numbers of segments and chains.
     pub lists: &'a Lists,
-    /// Of this frame.
+    /// The chains of this frame.
     pub chains: &'a Chains,
-    /// Of this frame.
+    /// The points of this frame.
     pub points: &'a Points,
-    /// Out: this frame.
+    /// The output: this frame's list is written.
     pub work: &'a SampleWork,
 }
 
-/// Makes the list of this frame.
+/// Computes the samples of this frame.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Inputs { view, depth, lists, chains, points, work } = *inputs;
     let along = || ("along_units", points.along.binding());

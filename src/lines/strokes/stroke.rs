@@ -8,12 +8,13 @@ use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 
-/// Ink: 0 none, 1 full. It is blended, which 32 bits are not everywhere.
+/// The format of [`INK`], with 16 bits because it is blended, which not every GPU supports for 32-bit floats.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
-/// How much ink.
+/// Amount of ink: 0 none, 1 full.
 pub const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
-/// Whose: the number of the sample where the segment begins, plus 1. It lasts to the next frame.
+/// The stroke that inks each pixel: the number of the sample at which the segment begins, plus 1. It is kept until the
+/// next frame.
 pub const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
 
 const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
@@ -42,34 +43,31 @@ const SOLID: Draw = Draw {
 };
 const TEXTURED: Draw = Draw { fragment: "textured", ..SOLID };
 
-/// Which strokes are drawn.
+/// The strokes that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Which {
-    /// Of this frame's chains. The pictures are cleared first.
+    /// The strokes of this frame's chains. The targets are cleared first.
     Fresh,
-    /// Those that are not seen any more.
+    /// Strokes that are no longer visible and fade out.
     Fading,
 }
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// `Focus`.
     pub focus: &'a Resource,
-    /// For the style's numbers.
+    /// The lists, for the style's uniform.
     pub lists: &'a Lists,
-    /// What is drawn.
+    /// The samples to draw.
     pub work: &'a SampleWork,
-    /// None draws solid strokes.
+    /// The stroke texture; `None` draws solid strokes.
     pub texture: Option<&'a StrokeTexture>,
-    /// [`INK`].
     pub ink: &'a Target,
-    /// [`STROKE_IDS`].
+    /// The output: [`STROKE_IDS`].
     pub ids: &'a Target,
 }
 
-/// Draws strokes into the pictures: those of this frame's chains, on cleared pictures, or those that fade.
+/// Draws strokes into the targets: those of this frame's chains, on cleared targets, or those that fade.
 pub fn run(recorder: &mut Recorder<'_>, which: Which, inputs: &Inputs<'_>) {
     let stage = which as u32;
     let mut resources = vec![

@@ -1,16 +1,17 @@
-//! From frame to frame: new strokes take over from old ones, old ones fade, and between updates all of them move along.
+//! Temporal carry-over: new strokes continue old ones, old strokes fade, and between updates all strokes move with the
+//! world.
 //!
-//! An update makes strokes anew, without knowing of the last ones: their ends, their numbers and their textures would
-//! jump. So each sample looks where it was in the frame before and what stroke was there (`look`), and keeps its
-//! identity and texture parameter, its pressure and part of its place (`temporal`). The samples of a chain vote for
-//! where on its texture it is as a whole (`vote`): toward that, parameters that perspective has stretched are evened
-//! out. Of the old strokes, what no new one covers stays and shrinks (`fading`, `keep`).
+//! An update rebuilds strokes without regard to the previous ones: their ends, numbers and textures would jump. So each
+//! sample looks up where it was in the previous frame and which stroke was there (`look`), and takes over that stroke's
+//! identity, texture parameter and pressure, and part of its position (`temporal`). The samples of a chain vote for the
+//! offset of the whole chain on its texture (`vote`); texture parameters that perspective has stretched are evened out
+//! toward it. Old strokes that no new one covers remain and shrink (`fading`, `keep`).
 //!
-//! Active Strokes (Bénard et al. 2012) keep lines and bend them to follow the new contours; here the new ones are kept,
-//! and take over what shows. That needs no topology of its own: a line that splits is two chains that both find the old
-//! one.
+//! Active Strokes (Bénard et al. 2012) keep lines and bend them to follow the new contours; here the new lines are
+//! kept, and continue the appearance of the old ones. That needs no topology of its own: a line that splits is two
+//! chains that both find the old one.
 //!
-//! This is the temporal carry-over. Why: `docs/decisions/stroke-carry-over.md`.
+//! Why: `docs/decisions/stroke-carry-over.md`.
 
 use super::chain::Chains;
 use super::points::Points;
@@ -23,21 +24,21 @@ use crate::gpu::scan;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Heritage;
 
-/// [`Heritage`] of each chain.
+/// The [`Heritage`] of each chain.
 const HERITAGES: BufferKind = BufferKind::storage("heritages");
-/// Which samples of the frame before are gone.
+/// Flags of the previous frame's samples that are gone.
 const GONE: BufferKind = BufferKind::storage("gone samples");
-/// Where those that are kept go.
+/// Index at which each kept sample is stored.
 const KEPT: BufferKind = BufferKind::storage("kept places");
 
-/// Finds for each sample what was there in the frame before, whose ink was `ids`.
+/// Finds for each sample what was there in the previous frame, whose stroke ids are `ids`.
 pub fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
     let resources =
         [("view", view.clone()), work.list(), work.samples(), work.old_samples(), ("ids", ids.into()), work.matches()];
     recorder.groups("lines/strokes/look", GROUPS, &resources);
 }
 
-/// Lets the samples of this frame take over what they found.
+/// Lets the samples of this frame continue the strokes that they found.
 pub fn take_over(
     recorder: &mut Recorder<'_>,
     view: &Resource,
@@ -65,7 +66,8 @@ pub fn take_over(
     recorder.groups("lines/strokes/temporal", GROUPS, &resources);
 }
 
-/// Adds to the list of this frame what is left of the frame before where `ids` has no stroke of this frame.
+/// Adds to the list of this frame the strokes of the previous frame that remain where `ids` has no stroke of this
+/// frame.
 pub fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
     let gone = ("gone", recorder.buffer(&GONE, 4 * u64::from(MOST_SAMPLES)).binding());
     let places = recorder.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
@@ -101,7 +103,7 @@ pub fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids
     }
 }
 
-/// Moves the strokes of the frame before into this one.
+/// Moves the strokes of the previous frame into this one.
 pub fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork) {
     let resources = [
         ("view", view.clone()),

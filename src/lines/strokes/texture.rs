@@ -1,18 +1,18 @@
 //! Stroke textures: a tile that is grown from a recipe, and the rule by which it takes ink.
 //!
-//! A tile has two numbers for each pixel along and across a stroke. The *threshold* is how deep the place lies: paper's
-//! grain, a gap between a brush's hairs. A tool that is pressed lightly touches only what is high, so ink is left where
-//! the felt pressure is above the threshold (graphite on grains of paper: Sousa and Buchanan 2000; dry brush: Curtis
-//! and others 1997; strokes against a height field: Kalnins and others 2002). The *pigment* is how much ink is left
-//! where the tool touches. Pressure falls towards a stroke's border, so borders break up by the same rule.
+//! A tile holds two numbers for each pixel along and across a stroke. The *threshold* is the depth of the place: of
+//! paper grain, or of a gap between a brush's hairs. A lightly pressed tool touches only high places, so ink is left
+//! where the felt pressure is above the threshold (graphite on grains of paper: Sousa and Buchanan 2000; dry brush:
+//! Curtis and others 1997; strokes against a height field: Kalnins and others 2002). The *pigment* is the amount of ink
+//! that is left where the tool touches. Pressure falls towards a stroke's border, so borders break up by the same rule.
 //!
 //! **Growing.** Marks are white noise blurred by boxes ([`field`]), which wrap around: the tile repeats without a seam
 //! (textures for painting from filtered noise: Lewis 1984). The sum of the marks is replaced by its rank, so that
-//! thresholds are uniform and the inked part of the paper is the felt pressure, whatever the marks are.
+//! thresholds are uniform and the inked fraction of the paper is the felt pressure, whatever the marks are.
 //!
 //! **Levels.** Each coarser level is an average of four texels. An average has less contrast, and against a threshold
-//! that changes the mean: a light stroke would vanish. So thresholds get their rank again on every level (as alpha is
-//! scaled to keep its coverage: Castaño 2010), and every level takes as much ink at every pressure.
+//! that changes the mean: a light stroke would vanish. So thresholds are ranked again on every level (as alpha is
+//! scaled to preserve its coverage: Castaño 2010), and every level takes the same amount of ink at every pressure.
 //!
 //! A texel is a pixel: strokes have a width in pixels, and so has the grain. `spread` widens marks with the stroke.
 //!
@@ -27,11 +27,11 @@ use self::field::Field;
 pub use crate::gpu::wgsl::shared::brush::Brush;
 use crate::style::texture::{Recipe, Touch};
 
-/// Levels of a tile, at most: the last still has 4 × 1 texels of the smallest.
+/// The most levels of a tile: the last one still has 4 × 1 texels for the smallest tile.
 const MOST_LEVELS: usize = 6;
 
 impl Brush {
-    /// Of a recipe.
+    /// Returns the brush of a recipe.
     pub fn of(recipe: &Recipe) -> Self {
         let Touch { nominal_width_px, spread, softness, response, fill, border_px, border_part, border_pressure } =
             recipe.touch;
@@ -50,15 +50,16 @@ impl Brush {
         }
     }
 
-    /// Where a place of a stroke lies on the tile, in tiles: `brush_uv` of the shader. `across_px` is signed.
+    /// Returns the position of a place of a stroke on the tile, in tiles: `brush_uv` of the shader. `across_px` is
+    /// signed.
     pub fn uv(&self, along_px: f32, across_px: f32, half_width_px: f32, id: u32) -> [f32; 2] {
         let widening = (self.nominal_half_width_px / half_width_px).powf(self.spread);
         let [u, v] = offset(id);
         [along_px / self.tile_px[0] + u, across_px * widening / self.tile_px[1] + v]
     }
 
-    /// Ink that a place takes, 0 to 1: `brush_ink` of the shader. `texel` is pigment and threshold, `from_middle_px`
-    /// the distance from the stroke's middle. Coverage of the border's pixels is not in it.
+    /// Returns the ink that a place takes, 0 to 1: `brush_ink` of the shader. `texel` is pigment and threshold,
+    /// `from_middle_px` the distance from the stroke's middle. The coverage of pixels at the border is not included.
     pub fn ink(&self, texel: [f32; 2], pressure: f32, from_middle_px: f32, half_width_px: f32) -> f32 {
         let border_px = self.border_px.min(self.border_part * half_width_px).max(1e-3);
         let inside = ((half_width_px + 0.5 - from_middle_px) / border_px).clamp(0.0, 1.0);
@@ -71,30 +72,30 @@ impl Brush {
     }
 }
 
-/// Where on the tile a stroke begins, in tiles: strokes side by side must not show the same marks.
+/// Returns the start of a stroke on the tile, in tiles: strokes side by side must not show the same marks.
 fn offset(id: u32) -> [f32; 2] {
     let [x, y] = field::hash([id, 0x9e37_79b9]);
     [x, y].map(|bits| (bits >> 8) as f32 / 16_777_216.0)
 }
 
-/// One level: pigment and threshold of each texel, rows along the stroke.
+/// One mip level: pigment and threshold of each texel, in rows along the stroke.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Level {
-    /// Along, across.
+    /// Size along and across the stroke, in texels.
     pub size_px: [u32; 2],
-    /// Pigment, threshold; 255 is 1.
+    /// Pigment and threshold; 255 is 1.
     pub texels: Vec<[u8; 2]>,
 }
 
 impl Level {
-    /// The mean ink in the middle of a wide stroke at `pressure`, 0 to 1.
+    /// Returns the mean ink in the middle of a wide stroke at `pressure`, 0 to 1.
     pub fn mean_ink(&self, brush: &Brush, pressure: f32) -> f64 {
         let ink = |texel: &[u8; 2]| f64::from(brush.ink(texel.map(|byte| f32::from(byte) / 255.0), pressure, 0.0, 1e3));
         self.texels.iter().map(ink).sum::<f64>() / self.texels.len() as f64
     }
 }
 
-/// The levels of a recipe's tile, finest first. The same bits on every machine.
+/// Grows the levels of a recipe's tile, finest first. The result is bit-identical on every machine.
 pub fn grow(recipe: &Recipe) -> Vec<Level> {
     let tile = recipe.tile;
     let size_px = [tile.along_px, tile.across_px].map(|side| side as usize);

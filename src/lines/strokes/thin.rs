@@ -1,4 +1,4 @@
-//! Edges that run side by side in the ID reference image become one line. See `shaders/lines/strokes/thin.wgsl`.
+//! Merges edges that run side by side in the ID reference image into one line. See `shaders/lines/strokes/thin.wgsl`.
 //!
 //! Why: `docs/decisions/edge-visibility.md`.
 
@@ -8,25 +8,24 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::edges::EdgeList;
 
-/// An edge's number plus 1, and beside it what is decided of the pixel; 0 is none. Its size is
-/// [`image_px`](super::image_px). Rounds take turns.
+/// The number of an edge plus 1, and bits that say what has been decided about the pixel; 0 where there is no edge. The
+/// size is [`image_px`](super::image_px). The rounds alternate between the two targets.
 pub const THINNED: [TargetKind; 2] = [
     TargetKind::storage("thinned edge ids", wgpu::TextureFormat::R32Uint),
     TargetKind::storage("edge ids in between", wgpu::TextureFormat::R32Uint),
 ];
 
-/// Of lines side by side so many are told from each other.
+/// Rounds of selection, enough for this many lines side by side; pixels undecided after the last round stay.
 const ROUNDS: usize = 4;
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`, as edges were drawn with.
+    /// The view uniform with which the edges were drawn.
     pub view: &'a Resource,
-    /// Of the surface.
+    /// Depth of the surface.
     pub depth: &'a Target,
-    /// [`EDGE_IDS`](super::id_image::EDGE_IDS).
     pub ids: &'a Target,
-    /// [`THINNED`]; the first holds the result.
+    /// The two targets; the first one holds the result.
     pub thinned: [&'a Target; 2],
 }
 

@@ -1,30 +1,30 @@
-//! What chaining is, in plain Rust: the specification of [`chain`](super::chain), one step after the other.
+//! The CPU twin of chaining, and so the specification of [`chain`](super::chain), one step after the other.
 //!
 //! Pietrok (2021), section 4.2.3, joins an edge with a partner that is nearer than D, at less than the angle A, and not
-//! overlapping: the first one that passes, in the order of the list. Changed: each end takes its best partner, those
-//! that chose each other are joined, and this is done three times; so the order of segments decides ties alone, and
-//! each end is joined at most once. All numbers are whole.
+//! overlapping: the first one that qualifies, in the order of the list. Changed: each end chooses its best partner,
+//! those that chose each other are joined, and this is done three times; so the order of segments only decides ties,
+//! and each end is joined at most once. All numbers are integers.
 
 use rustc_hash::FxHashMap;
 
 use super::records::{Chain, ChainPosition, ChainRules, Segment};
 
-/// What comes out.
+/// The result of chaining.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Chained {
-    /// For each place the number of a segment, times two, plus 1 if it runs from b to a.
+    /// For each position in the order: the number of a segment, times two, plus 1 if it runs from b to a.
     pub ordered: Vec<u32>,
-    /// In the order of the segments that begin them.
+    /// The chains, in the order of their first segments.
     pub chains: Vec<Chain>,
-    /// For each place its chain, and how far its segment begins from the chain's start.
+    /// For each position in the order: its chain, and the arc length at which its segment begins.
     pub places: Vec<ChainPosition>,
 }
 
 const LIMIT_UNITS: i32 = crate::gpu::wgsl::shared::strokes::LIMIT_UNITS;
-/// Whole numbers that stand for 1: of scores and of cos².
+/// Fixed-point 1 of scores and of cos².
 const ONE: u32 = 4096;
 
-/// Chains segments. End 2p is a of segment p, end 2p + 1 its b.
+/// Chains the segments. End 2p is a of segment p, end 2p + 1 is b.
 pub fn chain(segments: &[Segment], rules: &ChainRules) -> Chained {
     let rules = rules.in_range();
     let links = join(segments, &rules);
@@ -37,7 +37,7 @@ pub fn chain(segments: &[Segment], rules: &ChainRules) -> Chained {
     chained
 }
 
-/// For each end the end that it is joined to.
+/// Returns for each end the end that it is joined to.
 pub fn join(segments: &[Segment], rules: &ChainRules) -> Vec<Option<u32>> {
     let count = 2 * segments.len() as u32;
     let ends: Vec<End> = (0..count).map(|end| End::new(segments, end)).collect();
@@ -76,7 +76,7 @@ pub fn join(segments: &[Segment], rules: &ChainRules) -> Vec<Option<u32>> {
     links
 }
 
-/// An end of a segment: where it is, and which way the segment leaves through it.
+/// An end of a segment: its position, and the direction in which the segment leaves through it.
 struct End {
     position: [i32; 2],
     outward: [i32; 2],
@@ -93,11 +93,11 @@ impl End {
     }
 }
 
-/// How badly two ends fit, 0 to 2 × [`ONE`]; none if they may not be joined.
+/// Returns how badly two ends fit, 0 to 2 × [`ONE`]; `None` if they may not be joined.
 fn score(from: &End, to: &End, rules: &ChainRules) -> Option<u32> {
     let delta = [to.position[0] - from.position[0], to.position[1] - from.position[1]];
     let reach_squared = rules.reach_units * rules.reach_units;
-    // Neighbouring cells: the distance is less than 2D in each direction, so its square fits.
+    // The ends are in neighbouring cells: the distance is less than 2D in each direction, so its square fits.
     let distance_squared = dot(delta, delta) as u32;
     if distance_squared > reach_squared {
         return None;
@@ -114,14 +114,14 @@ fn score(from: &End, to: &End, rules: &ChainRules) -> Option<u32> {
     Some(ONE * distance_squared / reach_squared + ONE - cosine)
 }
 
-/// Whether a point that is `delta` away lies behind an end by more than it may.
+/// Returns whether a point at `delta` is behind an end by more than the allowed overlap.
 fn is_behind(delta: [i32; 2], outward: [i32; 2]) -> bool {
     let along = i64::from(dot(delta, outward));
     let overlap = i64::from(ChainRules::OVERLAP_UNITS);
     along < 0 && along * along > overlap * overlap * i64::from(dot(outward, outward))
 }
 
-/// cos² of the angle between two directions, times [`ONE`], rounded down; none where they are opposed.
+/// Returns cos² of the angle between two directions, times [`ONE`], rounded down; `None` if they are opposed.
 fn cos_squared(u: [i32; 2], v: [i32; 2]) -> Option<u32> {
     let along = u32::try_from(dot(u, v)).ok()?;
     let whole = (dot(u, u) * dot(v, v)) as u32;
@@ -130,7 +130,8 @@ fn cos_squared(u: [i32; 2], v: [i32; 2]) -> Option<u32> {
     Some(((along * along) >> shift) * ONE / (whole >> shift))
 }
 
-/// The state that begins each chain, in no order. State s enters its segment at end s and leaves it at end s ^ 1.
+/// Returns the state that begins each chain, in arbitrary order. State s enters its segment at end s and leaves it at
+/// end s ^ 1.
 fn heads(segments: &[Segment], links: &[Option<u32>]) -> Vec<u32> {
     let rank = |end: u32| (segments[end as usize / 2].key, end);
     let mut heads = Vec::new();
@@ -142,7 +143,7 @@ fn heads(segments: &[Segment], links: &[Option<u32>]) -> Vec<u32> {
             heads.push(end);
         }
     }
-    // What is left are loops. Each begins with its least segment, from a to b.
+    // The remaining segments are in loops. Each loop begins with its least segment, from a to b.
     for segment in 0..segments.len() as u32 {
         if !seen[segment as usize] {
             let states = run(links, 2 * segment).inspect(|&state| seen[state as usize / 2] = true);
@@ -153,7 +154,7 @@ fn heads(segments: &[Segment], links: &[Option<u32>]) -> Vec<u32> {
     heads
 }
 
-/// The states from `head` on, once around if they are a loop.
+/// Returns the states from `head` on, once around if they are a loop.
 fn run(links: &[Option<u32>], head: u32) -> impl Iterator<Item = u32> {
     std::iter::successors(Some(head), move |state| links[(state ^ 1) as usize].filter(|next| *next != head))
 }
@@ -192,13 +193,13 @@ fn position(segments: &[Segment], end: u32) -> [i32; 2] {
     (if end.is_multiple_of(2) { segment.a } else { segment.b }).map(|units| units.clamp(-LIMIT_UNITS, LIMIT_UNITS))
 }
 
-/// A vector's direction, with components below 128: products of four of them fit 32 bits.
+/// Returns a vector's direction, with components below 128, so that products of four of them fit 32 bits.
 fn direction(delta: [i32; 2]) -> [i32; 2] {
     let shift = bit_count(largest(delta)).saturating_sub(7);
     delta.map(|component| component.signum() * (component.abs() >> shift))
 }
 
-/// The distance of two ends, rounded down. From 2¹⁵ on the last bits are lost.
+/// Returns the distance between two ends, rounded down. From 2¹⁵ on the last bits are lost.
 fn between_units(segments: &[Segment], from: u32, to: u32) -> u32 {
     let (from, to) = (position(segments, from), position(segments, to));
     let delta = [to[0] - from[0], to[1] - from[1]];

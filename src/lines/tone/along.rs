@@ -1,4 +1,4 @@
-//! Lines from tone without crumbs. See `shaders/lines/tone/along.wgsl`.
+//! Removes short fragments of lines from shading. See `shaders/lines/tone/along.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
@@ -6,24 +6,21 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEP_PX, STEPS};
 use crate::style::ToneLines;
 
-/// As [`TONE_LINES`](super::search::TONE_LINES), without short lines.
+/// [`TONE_LINES`](super::search::TONE_LINES) without short lines.
 pub const LONG_LINES: TargetKind = TargetKind::storage("long tone lines", wgpu::TextureFormat::Rgba16Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// How long lines are at least.
+    /// The style, which sets the least length of a line.
     pub style: &'a ToneLines,
-    /// Side of a cell of the grid.
+    /// Side of a cell of the grid, in pixels.
     pub cell_px: u32,
-    /// [`TONE_LINES`](super::search::TONE_LINES).
     pub tone_lines: &'a Target,
-    /// Out.
     pub long_lines: &'a Target,
 }
 
-/// Leaves out what is short.
+/// Removes lines shorter than `shortest_px`.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let shortest_px = inputs.style.shortest_px;
     let step_px = (shortest_px / STEPS as f32).max(STEP_PX);
@@ -32,7 +29,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         step_px,
         steps: (shortest_px / step_px).ceil() as i32,
         cell_px: inputs.cell_px as i32,
-        // Pixels ask the cells about them.
+        // Pixels read the cells around them.
         farthest_px: 0.5 * inputs.style.widest_px() + 0.5 + std::f32::consts::SQRT_2 * inputs.cell_px as f32,
         ..Along::default()
     };

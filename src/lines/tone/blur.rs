@@ -1,4 +1,4 @@
-//! The tone image, blurred as wide as lines are: two passes. See `shaders/lines/tone/blur.wgsl`.
+//! Blurs the tone image with a kernel as wide as the lines, in two passes. See `shaders/lines/tone/blur.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
@@ -6,28 +6,24 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::blur::Blur;
 use crate::style::ToneLines;
 
-/// After the first pass: what [`TONE_IMAGE`](super::tone_image::TONE_IMAGE) holds, times how much is surface.
+/// Result of the first pass: [`TONE_IMAGE`](super::tone_image::TONE_IMAGE), multiplied by the fraction that is surface.
 pub const ACROSS: TargetKind = TargetKind::storage("tone image across", wgpu::TextureFormat::Rgba16Float);
-/// As [`TONE_IMAGE`](super::tone_image::TONE_IMAGE), with how much is surface in the last channel.
+/// [`TONE_IMAGE`](super::tone_image::TONE_IMAGE) after the blur; the last channel is the fraction that is surface.
 pub const BLURRED: TargetKind = TargetKind::storage("blurred tone image", wgpu::TextureFormat::Rgba16Float);
 
-/// What the passes read and write.
+/// Inputs and outputs of the passes.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose lines.
     pub style: &'a ToneLines,
-    /// Side of a cell of the grid.
+    /// Side of a cell of the grid, in pixels.
     pub cell_px: u32,
-    /// [`TONE_IMAGE`](super::tone_image::TONE_IMAGE).
     pub tone_image: &'a Target,
-    /// In between: [`ACROSS`].
+    /// The intermediate target: [`ACROSS`].
     pub across: &'a Target,
-    /// Out: [`BLURRED`].
     pub blurred: &'a Target,
 }
 
-/// Blurs it.
+/// Blurs the tone image.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let ways = [([1, 0], inputs.tone_image, inputs.across), ([0, 1], inputs.across, inputs.blurred)];

@@ -1,4 +1,4 @@
-//! Lines from tone as ink. See `shaders/lines/tone/ink.wgsl`.
+//! Draws lines from shading as ink. See `shaders/lines/tone/ink.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
@@ -9,21 +9,18 @@ use crate::style::ToneLines;
 /// Ink of dark lines and of highlight lines, 0 to 1.
 pub const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose lines.
     pub style: &'a ToneLines,
-    /// Side of a cell of the grid.
+    /// Side of a cell of the grid, in pixels.
     pub cell_px: u32,
-    /// For what is surface.
+    /// Position; its last channel is 0 where there is no surface.
     pub position: &'a Target,
-    /// For the width of lines: [`BLURRED`](super::blur::BLURRED).
+    /// [`BLURRED`](super::blur::BLURRED), for the width of the lines.
     pub blurred: &'a Target,
     /// [`TONE_LINES`](super::search::TONE_LINES), or [`LONG_LINES`](super::along::LONG_LINES).
     pub tone_lines: &'a Target,
-    /// Out.
     pub tone_ink: &'a Target,
 }
 

@@ -1,5 +1,5 @@
-//! Lines from tone: the scene is shaded, the shading is blurred as wide as lines are, and its valleys, ridges and edges are
-//! lines (Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading").
+//! Lines from shading: the scene is shaded, the shading is blurred with a kernel as wide as the lines, and its valleys,
+//! ridges and edges become lines (Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading").
 //!
 //! Why: `docs/decisions/tone-lines.md`.
 
@@ -17,34 +17,33 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::style::ToneLines;
 
-/// What lines are found in.
+/// Inputs of the passes.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Which lines.
     pub style: &'a ToneLines,
-    /// For what is surface: of each pixel, in the last channel.
+    /// Position; its last channel is 0 where there is no surface.
     pub position: &'a Target,
-    /// [`TONE_IMAGE`](tone_image::TONE_IMAGE), of [`cells`].
+    /// [`TONE_IMAGE`](tone_image::TONE_IMAGE), whose size is given by [`cells`].
     pub tone_image: &'a Target,
 }
 
-/// Lines and blurs that are at least so wide, in pixels, have cells of 2 x 2 pixels.
+/// Lines and blurs at least this wide, in pixels, are found on a grid of 2 × 2 pixels per cell.
 const WIDE_PX: f32 = 3.0;
 const WIDE_BLUR_PX: f32 = 1.0;
 
-/// Side of a cell of the grid on which lines of a style are found: what is smaller than their blur is not looked for.
+/// Returns the side of a cell, in pixels, of the grid on which a style's lines are found. Details smaller than the blur
+/// need not be resolved.
 pub fn cell_px(style: &ToneLines) -> u32 {
     let narrowest_px = style.narrowest_px();
     if !style.exact && narrowest_px >= WIDE_PX && style.blur * narrowest_px >= WIDE_BLUR_PX { 2 } else { 1 }
 }
 
-/// How many cells the grid of a picture has.
+/// Returns the number of cells of a picture's grid, across and down.
 pub fn cells(style: &ToneLines, size_px: [u32; 2]) -> [u32; 2] {
     size_px.map(|side_px| (side_px / cell_px(style)).max(1))
 }
 
-/// Finds the lines of a tone image: ink of dark lines and of highlight lines.
+/// Finds the lines of a tone image; returns the ink of dark lines and of highlight lines.
 pub fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, style, position, tone_image } = inputs;
     let cell_px = cell_px(style);
@@ -66,7 +65,7 @@ pub fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Tar
     tone_ink
 }
 
-/// Reads pictures between pixels.
+/// A bilinear sampler.
 struct Bilinear(wgpu::Sampler);
 
 impl Bilinear {
@@ -80,7 +79,7 @@ impl Bilinear {
     }
 }
 
-/// The sampler of the passes that read between pixels; made once.
+/// Returns the sampler of the passes that read between pixels; it is created once.
 fn bilinear(recorder: &mut Recorder<'_>) -> Resource {
     let Ok(sampler) = recorder.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
     Resource::Sampler(sampler.0.clone())

@@ -1,4 +1,4 @@
-//! Valleys, ridges and edges of the tone image. See `shaders/lines/tone/search.wgsl`.
+//! Finds valleys, ridges and edges of the tone image. See `shaders/lines/tone/search.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
@@ -7,21 +7,17 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
 use crate::style::ToneLines;
 
-/// The line that each cell of the grid sees: opacity, below 0 of a highlight line; how far away it is; cosine and sine of
-/// twice its angle.
+/// The line nearest to each cell of the grid: opacity, negative for a highlight line; distance; cosine and sine of
+/// twice the line's angle.
 pub const TONE_LINES: TargetKind = TargetKind::storage("tone lines", wgpu::TextureFormat::Rgba16Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Which lines.
     pub style: &'a ToneLines,
-    /// Side of a cell of the grid.
+    /// Side of a cell of the grid, in pixels.
     pub cell_px: u32,
-    /// [`BLURRED`](super::blur::BLURRED).
     pub blurred: &'a Target,
-    /// Out.
     pub tone_lines: &'a Target,
 }
 

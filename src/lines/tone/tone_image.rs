@@ -1,4 +1,4 @@
-//! How light the scene is, for lines that are found in its tones. See `shaders/lines/tone/tone_image.wgsl`.
+//! Shades the scene for lines from shading. See `shaders/lines/tone/tone_image.wgsl`.
 
 use glam::DVec3;
 
@@ -9,35 +9,30 @@ pub(crate) use crate::gpu::wgsl::lines::tone::tone_image::ToneRules;
 use crate::scene::view::Pose;
 use crate::style::{ToneLight, ToneLines};
 
-/// Of each cell of the grid: diffuse tone, specular highlights and width of lines in pixels, all times which part of it is
-/// surface, which is the last; all 0 is the sky.
+/// For each cell of the grid: diffuse tone, specular highlights and line width in pixels, all multiplied by the
+/// fraction of the cell that is surface, which is the last channel; all 0 in the sky.
 pub const TONE_IMAGE: TargetKind = TargetKind::storage("tone image", wgpu::TextureFormat::Rgba16Float);
 
-/// What the pass reads and writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose lines.
     pub style: &'a ToneLines,
-    /// `Light` of the style.
+    /// The `Light` uniform of the style.
     pub light: Resource,
-    /// Unit, toward the scene's sun.
+    /// Unit vector toward the scene's sun, in world space.
     pub to_sun: DVec3,
-    /// Whose axes say where a light beside the eye stands: one for both eyes of a pair.
+    /// The pose whose axes define the direction of a side light; both eyes of a stereo pair use the same one.
     pub pose: &'a Pose,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
     /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL), if there is one.
     pub form_normal: Option<&'a Target>,
-    /// What stands for it where there is none.
+    /// The target that is bound if there is no form normal.
     pub nothing: &'a Target,
-    /// Out.
     pub tone_image: &'a Target,
 }
 
-/// Toward the light; 0 is a light at the eye.
+/// Returns the direction toward the light; zero for a light at the eye.
 fn to_light(style: &ToneLines, to_sun: DVec3, pose: &Pose) -> DVec3 {
     match style.light {
         ToneLight::Sun => to_sun,
@@ -50,7 +45,7 @@ fn to_light(style: &ToneLines, to_sun: DVec3, pose: &Pose) -> DVec3 {
     }
 }
 
-/// Shades what the inputs show.
+/// Shades the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let rules = ToneRules {
@@ -96,7 +91,7 @@ mod tests {
             of(&format!("light = \"side\"\nside_deg = {side_deg:.1}\nrise_deg = {rise_deg:.1}\n"))
         };
         assert!((side(0.0, 0.0) + DVec3::Y).length() < 1e-6, "behind the eye");
-        assert!((side(-90.0, 0.0) + DVec3::X).length() < 1e-6, "on its left");
-        assert!((side(0.0, 90.0) - DVec3::Z).length() < 1e-6, "above it");
+        assert!((side(-90.0, 0.0) + DVec3::X).length() < 1e-6, "to the left of the eye");
+        assert!((side(0.0, 90.0) - DVec3::Z).length() < 1e-6, "above the eye");
     }
 }

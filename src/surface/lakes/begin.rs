@@ -1,9 +1,9 @@
-//! What was found → how many workgroups the passes to come have. See `shaders/surface/lakes/begin.wgsl`.
+//! Water that was found → workgroup counts of the later passes. See `shaders/surface/lakes/begin.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
-/// Counts workgroups.
+/// Writes the arguments of the indirect dispatches.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("jobs", inputs.job_list.binding()),

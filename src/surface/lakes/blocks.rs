@@ -1,11 +1,11 @@
-//! Heights → the sea, and where lakes may be. See `shaders/surface/lakes/blocks.wgsl`.
+//! Heights → the sea, and candidates for lakes. See `shaders/surface/lakes/blocks.wgsl`.
 
 use super::Inputs;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::lakes::blocks::{GROUPS, Sea};
 
-/// Tells the sea from land, and lists squares that are level.
+/// Classifies samples as sea or land, and lists the level squares, in which there may be a lake.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let sea = Sea { sea_m: inputs.sea_m, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
     let mut resources = vec![
@@ -19,6 +19,6 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     resources.extend(inputs.given.as_ref().map(|given| ("given", given.binding())));
     let definitions: &[&str] = if inputs.given.is_some() { &["GIVEN"] } else { &[] };
     let kind = Compute { name: "surface/lakes/blocks", definitions };
-    // Tiles stand below each other.
+    // The tiles are stacked along y.
     recorder.groups(kind, [GROUPS, GROUPS * inputs.jobs.len() as u32], &resources);
 }

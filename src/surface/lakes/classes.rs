@@ -3,7 +3,7 @@
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
-/// Tells lakes from land.
+/// Assigns samples to lakes or land.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("jobs", inputs.job_list.binding()),

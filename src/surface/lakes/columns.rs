@@ -1,9 +1,9 @@
-//! Shores → the nearest one in the column of each sample. See `shaders/surface/lakes/columns.wgsl`.
+//! Shores → the nearest shore in the column of each sample. See `shaders/surface/lakes/columns.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
-/// Looks up and down the columns.
+/// Searches the columns up and down.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("found", inputs.found.binding()), ("shores", inputs.shores.binding())];
     recorder.indirect("surface/lakes/columns", &inputs.arguments, 24, &resources);

@@ -1,9 +1,9 @@
-//! The nearest shores of columns → how far each sample is from the shore. See `shaders/surface/lakes/maps.wgsl`.
+//! The nearest shores in columns → the distance of each sample from the shore. See `shaders/surface/lakes/maps.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
-/// Writes the maps.
+/// Writes the water maps.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("jobs", inputs.job_list.binding()),

@@ -1,9 +1,9 @@
-//! Heights → water maps: how far each sample of a tile is from the shore of the lake, or the sea, that it belongs to.
+//! Heights → water maps: the distance of each sample of a tile from the shore of its lake or of the sea.
 //!
-//! [`blocks`] and [`classes`] tell the water that each sample belongs to, of a tile and around it, [`shores`] where the
-//! shore is beside samples, [`columns`] and [`maps`] how far it is from all others. Software drivers run both sides of a
-//! branch, so what has no water is left out by the numbers of workgroups, which [`begin`] writes. [`seen`] tells whether
-//! a view has any water.
+//! [`blocks`] and [`classes`] find the water that each sample of a tile and its surroundings belongs to, [`shores`] the
+//! shore next to samples, [`columns`] and [`maps`] the distance of all other samples from it. Software drivers run both
+//! sides of a branch, so samples without water are skipped by the workgroup counts, which [`begin`] writes. [`seen`]
+//! reports whether a view has any water.
 //!
 //! Why: `docs/decisions/water.md`.
 
@@ -28,53 +28,52 @@ use crate::tiles::slot_maps::MAPS_AT_ONCE;
 use crate::tiles::water_maps::WaterMaps;
 use crate::world::given_water::GivenWater;
 
-/// The tiles to make.
+/// The tiles whose maps are computed.
 const JOBS: BufferKind = BufferKind::storage("lake jobs");
-/// What was found in them.
+/// Counts and lists of what was found in the tiles.
 const FOUND_KIND: BufferKind = BufferKind::storage("lakes found");
-/// Of the tiles of one submit, for each sample.
+/// For each sample of the tiles of one submit: the water that it belongs to.
 const CLASSES: BufferKind = BufferKind::storage("lake classes");
 const SHORES: BufferKind = BufferKind::storage("lake shores");
 /// Squares of samples that may have a lake.
 const SQUARES: BufferKind = BufferKind::storage("lake squares");
-/// Water that is given.
+/// Water given by the scene.
 const GIVEN: BufferKind = BufferKind::storage("given water");
-/// Workgroups of passes.
+/// Workgroup counts of the indirect passes.
 const ARGUMENTS: BufferKind = BufferKind::indirect("lake arguments");
 
-/// What the passes share.
+/// Inputs and outputs that the passes share.
 pub struct Inputs<'a> {
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// The tiles that are made.
+    /// The tiles whose maps are computed.
     pub jobs: &'a [MapJob],
-    /// The same on the GPU.
+    /// `jobs` on the GPU.
     pub job_list: Buffer,
-    /// What is no higher is the sea, in metres.
+    /// Sea level in metres: samples at or below it are sea.
     pub sea_m: f32,
-    /// What was found in the tiles.
+    /// Counts and lists of what was found in the tiles.
     pub found: Buffer,
     /// For each sample: the water that it belongs to.
     pub classes: Buffer,
-    /// For each sample: the shore beside it.
+    /// For each sample: the shore next to it.
     pub shores: Buffer,
     /// Squares of samples that may have a lake.
     pub squares: Buffer,
-    /// Workgroups of [`classes`], [`shores`], [`columns`] and [`maps`].
+    /// Workgroup counts of [`classes`], [`shores`], [`columns`] and [`maps`].
     pub arguments: Buffer,
-    /// Water beside what heights show, if any is given.
+    /// Water given by the scene (a mask or polygons), in addition to the water that the heights show.
     pub given: Option<Buffer>,
-    /// Out.
     pub water_maps: Resource,
 }
 
-/// Water that is given, on the GPU.
+/// Water given by the scene, on the GPU.
 struct GivenBuffer {
     water: Arc<GivenWater>,
     buffer: Buffer,
 }
 
-/// It stays there as long as it is asked for in each frame.
+/// Returns the buffer of `water`. It is cached as long as every frame uses it.
 fn given_buffer(recorder: &mut Recorder<'_>, water: &Arc<GivenWater>) -> Buffer {
     let made = recorder.kept(
         |known: &GivenBuffer| Arc::ptr_eq(&known.water, water),
@@ -87,10 +86,10 @@ fn given_buffer(recorder: &mut Recorder<'_>, water: &Arc<GivenWater>) -> Buffer 
     given.buffer.clone()
 }
 
-/// Makes the maps that are planned for this frame; none most of the time. Reads `terrain`. No submit has more than a
-/// frame of a window.
+/// Computes the maps that are planned for this frame; most frames have none. No submit computes more than one frame of
+/// a window does.
 pub fn make(recorder: &mut Recorder<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<&Arc<GivenWater>>) {
-    // A prewarming run asks, for maps that will be planned.
+    // A prewarming run dispatches an empty list, since maps will be planned later.
     let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());
     let given = given.map(|water| given_buffer(recorder, water));

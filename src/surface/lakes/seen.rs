@@ -5,12 +5,13 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::wgsl::surface::lakes::seen::Seen;
 
-/// Workgroups of `surface/water`, and of `surface/dry`.
+/// Workgroup counts of `surface/water`, and of `surface/dry`.
 const ARGUMENTS: BufferKind = BufferKind::indirect("water arguments");
-/// Where those of `surface/dry` begin, in bytes.
+/// Offset of the counts of `surface/dry`, in bytes.
 pub const DRY: u64 = 12;
 
-/// The workgroups that look for water in a picture, and those that say that there is none.
+/// Returns the workgroup counts of `surface/water`, which looks for water in a picture, and of `surface/dry`, which
+/// writes that there is none. One of the two is zero.
 pub fn run(recorder: &mut Recorder<'_>, water_maps: &[Named], size_px: [u32; 2]) -> Buffer {
     let arguments = recorder.buffer(&ARGUMENTS, 6 * 4);
     let seen = Seen { groups: size_px.map(|side| side.div_ceil(WORKGROUP_PX)), pad_a: 0, pad_b: 0 };

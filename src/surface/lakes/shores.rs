@@ -1,9 +1,9 @@
-//! Water → where its shore is beside each sample. See `shaders/surface/lakes/shores.wgsl`.
+//! Water → the shore next to each sample. See `shaders/surface/lakes/shores.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
-/// Finds shores.
+/// Finds the shores.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("jobs", inputs.job_list.binding()),

@@ -7,18 +7,16 @@ use crate::gpu::scan::{Groups, Ordered};
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::edges::EdgeList;
 
-/// Quads of a patch: what each has found is kept from stage to stage.
+/// Quads of a patch; the pass keeps the edges found in each quad from stage to stage.
 const KEPT: u64 = (PATCH_QUADS * PATCH_QUADS) as u64;
 
-/// What the pass reads.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
+    /// Bindings of `shaders/shared/terrain.wgsl` and `shared/surface.wgsl`.
     pub terrain: &'a [Named],
-    /// The patches and their vertices.
     pub mesh: &'a PatchMesh,
-    /// Of the mesh: its vertices are placed.
+    /// First patch and number of patches of the batch whose vertices are in the mesh.
     pub batch: [u32; 2],
 }
 

@@ -1,4 +1,5 @@
-//! Heights → what the land sees of the sun and of the sky. See `shaders/surface/land/horizons.wgsl`.
+//! Heights → horizon maps: the horizon toward the sun and the visible part of the sky. See
+//! `shaders/surface/land/horizons.wgsl`.
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
@@ -7,16 +8,16 @@ pub(crate) use crate::gpu::wgsl::surface::land::horizons::Horizons as HorizonsUn
 use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
 use crate::tiles::slot_maps::MAPS_AT_ONCE;
 
-/// The tiles to make.
+/// The tiles whose maps are computed.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 
-/// Makes the maps that `horizons` has planned for this frame; none most of the time. Reads `terrain`. A frame for a file
-/// may have planned hundreds: no submit has more than a frame of a window, for systems reset a GPU that is busy for
-/// long.
+/// Computes the maps that `horizons` has planned for this frame; most frames have none. A frame for a file may have
+/// planned hundreds: no submit computes more than one frame of a window does, because systems reset a GPU that is busy
+/// for long.
 pub fn run(recorder: &mut Recorder<'_>, terrain: &[Named], horizons: &HorizonMaps) {
     let maps = &horizons.maps;
     let uniform = HorizonsUniform { to_sun: maps.key().to_array(), pad_a: 0.0, pad_b: 0.0 };
-    // A prewarming run asks, for maps that will be planned.
+    // A prewarming run dispatches an empty list, since maps will be planned later.
     let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());
     for (part, jobs) in parts.enumerate() {
@@ -29,7 +30,7 @@ pub fn run(recorder: &mut Recorder<'_>, terrain: &[Named], horizons: &HorizonMap
             ("horizon_maps", Resource::Texture("horizon maps", maps.view().clone())),
         ];
         resources.extend(terrain.iter().cloned());
-        // Tiles stand below each other.
+        // The tiles are stacked along y.
         let side = HORIZON_MAP_SIDE.div_ceil(WORKGROUP_PX);
         recorder.groups("surface/land/horizons", [side, side * jobs.len() as u32], &resources);
     }

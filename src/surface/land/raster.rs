@@ -22,21 +22,17 @@ const SOLID: Draw = Draw {
 };
 const WITH_HOLES: Draw = Draw { fragment: "with_holes", ..SOLID };
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
+    /// Bindings of `shaders/shared/terrain.wgsl` and `shared/surface.wgsl`.
     pub terrain: &'a [Named],
-    /// The patches and their vertices.
     pub mesh: &'a PatchMesh,
-    /// Of the mesh.
+    /// First patch and number of patches of the batch whose vertices are in the mesh.
     pub batch: [u32; 2],
-    /// Whether the pictures are cleared before.
+    /// Whether the targets are cleared first.
     pub clears: bool,
-    /// [`DEPTH`](crate::surface::DEPTH).
     pub depth: &'a Target,
-    /// [`SURFACE_ID`](crate::surface::SURFACE_ID).
     pub surface_id: &'a Target,
 }
 
@@ -44,7 +40,7 @@ pub struct Inputs<'a> {
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.mesh.resources(inputs.batch));
-    // The fragments of patches without holes read nothing.
+    // The fragment shader of patches without holes does not read the terrain.
     let solid = recorder.drawing(&SOLID, &resources);
     resources.extend(inputs.terrain.iter().cloned());
     let with_holes = recorder.drawing(&WITH_HOLES, &resources);
@@ -66,7 +62,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     });
 }
 
-/// The indices of a patch on the GPU.
+/// The index buffer of a patch, which is the same for all patches.
 struct Indices(GrowingBuffer);
 
 fn indices(recorder: &mut Recorder<'_>) -> std::sync::Arc<Indices> {
@@ -82,7 +78,8 @@ fn indices(recorder: &mut Recorder<'_>) -> std::sync::Arc<Indices> {
     indices
 }
 
-/// Both triangles of each quad, split along its (0, 0) to (1, 1) diagonal: the one that mesh errors are measured with.
+/// Returns the indices of both triangles of each quad, split along the diagonal from (0, 0) to (1, 1), with which mesh
+/// errors are measured.
 fn patch_indices() -> Vec<u16> {
     let side = PATCH_QUADS as u16 + 1;
     let mut indices = Vec::with_capacity(6 * PATCH_QUADS as usize * PATCH_QUADS as usize);

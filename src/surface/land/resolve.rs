@@ -6,21 +6,18 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// As it was rasterised.
+    /// Depth of the mesh as rasterised.
     pub depth: &'a Target,
-    /// Out.
     pub position: &'a Target,
-    /// Out.
     pub normal: &'a Target,
 }
 
-/// Finds position and normal of every pixel.
+/// Computes position and normal of every pixel.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),

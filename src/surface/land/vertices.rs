@@ -9,27 +9,28 @@ use crate::tiles::selection::{PatchInstance, Selection};
 
 /// Vertices of a patch.
 const VERTICES: u32 = (PATCH_QUADS + 1) * (PATCH_QUADS + 1);
-/// Threads of a workgroup; the shader says `@workgroup_size(64)`.
+/// Threads of a workgroup; must equal `@workgroup_size(64)` in the shader.
 const WORKGROUP: u32 = 64;
 /// Bytes of a position.
 const POSITION_BYTES: u64 = 16;
-/// Patches of a batch come in multiples of this: 16 × 48 bytes are three times the largest alignment of offsets.
+/// The size of a batch is a multiple of this, in patches: 16 × 48 bytes are three times the largest alignment of
+/// binding offsets.
 const BATCH_STEP: u32 = 16;
 
 /// [`PatchInstance`]s: `Patch` in `shaders/shared/patch.wgsl`.
 const PATCHES: BufferKind = BufferKind::storage("patches");
-/// The vertices of the last batch, 17 × 17 for each patch, row by row: metres from the rig's origin.
+/// The vertices of the last batch, 17 × 17 per patch, row by row: metres from the rig's origin.
 pub const POSITIONS: BufferKind = BufferKind::storage("vertices");
 
-/// A selection on the GPU. It is drawn in batches: one is enough for pictures of usual size and error.
+/// A selection of patches on the GPU. It is drawn in batches; one is enough for usual picture sizes and errors.
 #[derive(Clone, Debug)]
 pub struct PatchMesh {
     patches: Buffer,
     positions: Buffer,
-    /// First patch and number of patches of each batch. A selection of nothing has one of nothing, which still clears
-    /// the pictures.
+    /// First patch and number of patches of each batch. An empty selection has one empty batch, which still clears the
+    /// targets.
     pub batches: Vec<[u32; 2]>,
-    /// How many patches have no holes; those with holes follow.
+    /// Number of patches without holes; they come first, those with holes follow.
     pub solid: u32,
 }
 
@@ -42,9 +43,9 @@ impl PatchMesh {
         let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let most =
             (room / (u64::from(VERTICES) * POSITION_BYTES)).min(u64::from(limits.max_compute_workgroups_per_dimension));
-        // A batch's part of the patches is bound by its offset, which has to be aligned.
+        // A batch's patches are bound at an offset, which must be aligned.
         let most = (most as u32 / BATCH_STEP).max(1) * BATCH_STEP;
-        // Rounded up, so that a selection that changes from frame to frame seldom needs another buffer.
+        // Rounded up, so that a selection that changes from frame to frame rarely needs another buffer.
         let patches = count.next_power_of_two().min(most).max(count.min(most));
         let bytes = u64::from(patches) * u64::from(VERTICES) * POSITION_BYTES;
         Self {
@@ -55,22 +56,22 @@ impl PatchMesh {
         }
     }
 
-    /// Whether there are holes in it.
+    /// Returns whether any patch has holes.
     pub fn has_holes(&self) -> bool {
         self.solid < self.batches.iter().map(|[_, count]| count).sum()
     }
 
-    /// Places the vertices of a batch: of the only one once for all eyes.
+    /// Computes the vertices of a batch. If there is only one batch, this is done once for all eyes.
     pub fn place(&self, recorder: &mut Recorder<'_>, batch: [u32; 2], terrain: &[Named]) {
         let mut resources = self.resources(batch).to_vec();
         resources.extend(terrain.iter().cloned());
         recorder.groups("surface/land/vertices", [VERTICES.div_ceil(WORKGROUP), batch[1]], &resources);
     }
 
-    /// The patches of a batch and their vertices, by the names in the shaders.
+    /// Returns the bindings of a batch's patches and vertices.
     pub fn resources(&self, batch: [u32; 2]) -> [Named; 2] {
         let patches = match self.batches.len() {
-            // The same bind group serves, however many patches there are.
+            // The whole buffer, so that the same bind group serves any number of patches.
             1 => self.patches.clone(),
             _ => {
                 let size = size_of::<PatchInstance>() as u64;
@@ -81,8 +82,8 @@ impl PatchMesh {
     }
 }
 
-/// Reads [`POSITIONS`] of a selection of so many patches back; none when it was drawn in several batches, since only
-/// the last of them is left.
+/// Reads back [`POSITIONS`] of a selection of `patches` patches. Returns `None` if it was drawn in several batches,
+/// since only the vertices of the last batch remain.
 ///
 /// # Errors
 /// As [`readback::read_buffer`].

@@ -1,12 +1,12 @@
-//! Which meshes an eye sees. See `shaders/surface/meshes/cull.wgsl`.
+//! Selects the meshes that an eye sees. See `shaders/surface/meshes/cull.wgsl`.
 //!
-//! A mesh is left out where its sphere is out of view, where the earth hides it, and where all of it is smaller than
+//! A mesh is left out if its bounding sphere is out of view, if the earth hides it, or if all of it is smaller than
 //! [`SMALLEST_PX`]. It is drawn at the coarsest level whose error is at most [`LARGEST_ERROR_PX`] in the middle of the
-//! picture. One whose mean edge at that level is shorter than [`SHORTEST_EDGE_PX`] is drawn, but its edges are not looked
-//! for: they would be noise. [`seen`] says the same in f64, and a test holds the GPU against it.
+//! picture. A mesh whose mean edge at that level is shorter than [`SHORTEST_EDGE_PX`] is drawn, but adds no edges to
+//! the edge list: they would be noise. [`seen`] is the CPU twin, in f64, and a test compares the GPU with it.
 //!
-//! Where more is in view than there is room for, errors may be larger; what has no room even at the coarsest levels is
-//! what comes last in the scene: it is left out, and counted ([`MeshDraws::left_out`]).
+//! If more is in view than there is room for, larger errors are allowed. Meshes that have no room even at the coarsest
+//! levels, which are the last ones of the scene, are left out and counted ([`MeshDraws::left_out`]).
 
 use super::DrawnMeshes;
 use super::instances::fixed_point;
@@ -20,42 +20,42 @@ use crate::scene::view::{Rig, View};
 use crate::tiles::earth_curvature::EarthCurvature;
 use bytemuck::Zeroable;
 
-/// What is smaller than this across is not drawn.
+/// Meshes smaller than this across are not drawn, in pixels.
 pub const SMALLEST_PX: f64 = 1.0;
-/// A level's error is at most so large on the picture.
+/// The largest error of a level on the picture, in pixels.
 pub const LARGEST_ERROR_PX: f64 = 0.5;
-/// Meshes whose mean edge is shorter on the picture, at their nearest point, have no edges.
+/// Meshes whose mean edge is shorter than this at their nearest point have no edges, in pixels.
 pub const SHORTEST_EDGE_PX: f64 = 0.5;
-/// Threads of a workgroup; `MOST_STANDING` over this is at most this, too.
+/// Threads of a workgroup; `MOST_STANDING` divided by this must not exceed this.
 const WORKGROUP: u32 = 256;
 
-/// Where [`MeshDraws`] has the workgroups for vertices.
+/// Offset of the workgroup counts for vertices in [`MeshDraws`].
 pub(super) const VERTEX_GROUPS: u64 = std::mem::offset_of!(MeshDraws, vertex_groups) as u64;
-/// Where it has those for triangles with edges.
+/// Offset of the workgroup counts for triangles with edges.
 pub(super) const NEAR_GROUPS: u64 = std::mem::offset_of!(MeshDraws, near_groups) as u64;
 
-/// Sums of workgroups.
+/// Sums of each workgroup.
 const COUNTS: BufferKind = BufferKind::storage("mesh counts");
 
-/// Vertices in view, by the errors that are tried.
+/// Vertices in view at each of the errors that are tried.
 const DEMAND: BufferKind = BufferKind::storage("mesh demand");
-/// Before anybody has asked.
+/// The initial demand.
 const NO_DEMAND: [u32; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize] =
     [0; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize];
 
-/// Decides for all that stands in the world. Reads `terrain`, for the curvature of the earth.
+/// Culls all mesh instances of the world. `terrain` is the terrain uniform, for the curvature of the earth.
 pub fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
     let [origin_coarse, origin_fine] = fixed_point(rig.origin_m);
     let groups = meshes.standing().div_ceil(WORKGROUP);
     let bytes = u64::from(groups) * 16;
     let counts = recorder.buffer(&COUNTS, bytes).slice(0, bytes);
-    // Eyes of a rig draw the same levels: those that the nearest and sharpest of them needs.
+    // All eyes of a rig draw the same levels: those that its nearest and sharpest eye needs.
     let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
     let eyes_m = rig.eyes.iter().map(|eye| eye.pose.position_m.distance(rig.origin_m)).fold(0.0, f64::max);
     let room = meshes.room();
     let demand = recorder.buffer(&DEMAND, size_of_val(&NO_DEMAND) as u64);
     recorder.write(&demand, &NO_DEMAND);
-    // Where all of the world has room nobody asks how much of it is in view.
+    // Demand is counted only if the whole world might not fit.
     let first = meshes.may_lack_room().then_some(3);
     for stage in first.into_iter().chain(0..3) {
         let uniform = CullUniform {
@@ -85,18 +85,18 @@ pub fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Nam
     }
 }
 
-/// What a view sees of what stands in a world.
+/// A mesh instance that is in view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleInstance {
-    /// Which of [`Placed::standing`].
+    /// Index into [`Placed::standing`].
     pub standing: usize,
-    /// 0 is the whole mesh.
+    /// Level of detail; 0 is the whole mesh.
     pub level: usize,
-    /// Its edges are looked for.
+    /// Whether its edges are added to the edge list.
     pub is_near: bool,
 }
 
-/// The twin: those in view, in the order of [`Placed::standing`].
+/// The CPU twin: returns the instances in view, in the order of [`Placed::standing`].
 pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<VisibleInstance> {
     let (frustum, focal_px) = (view.frustum(), view.focal_px());
     let of = |(number, standing): (usize, &Standing)| {

@@ -1,5 +1,5 @@
-//! How the meshes bend, over what the land says. See `shaders/surface/meshes/curvature.wgsl`, and
-//! [`crate::mesh::curvature`] for how it is found.
+//! The curvature of the meshes, written over that of the land. See `shaders/surface/meshes/curvature.wgsl`, and
+//! [`crate::mesh::curvature`] for how it is estimated.
 
 use std::sync::Arc;
 
@@ -14,34 +14,30 @@ use crate::mesh::curvature::shapes_of;
 use crate::mesh::placed::Placed;
 use crate::surface::curvature::Shapes;
 
-/// Of each vertex of the meshes themselves.
+/// Curvature of each vertex of the meshes.
 const SHAPES: BufferKind = BufferKind::storage("mesh shapes");
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The meshes and their vertices.
     pub meshes: &'a DrawnMeshes,
     /// Size of a feature, in pixels.
     pub feature_px: f32,
-    /// Which triangle.
+    /// Surface ids, which identify the triangles.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// Out, at the pixels of meshes.
+    /// Written at the pixels of meshes.
     pub shapes: &'a Shapes,
 }
 
-/// How the vertices of a world's meshes bend.
+/// The curvature at the vertices of a world's meshes.
 struct MeshShapes {
     placed: Arc<Placed>,
     shapes: Buffer,
 }
 
-/// In the order of the vertices.
+/// Returns the shapes in the order of the vertices.
 fn packed(placed: &Placed) -> Vec<VertexShape> {
     let levels = (0..placed.meshes.len()).flat_map(|mesh| levels_of(placed, mesh));
     let of_vertex = |shape: crate::mesh::curvature::VertexShape| VertexShape {
@@ -53,8 +49,8 @@ fn packed(placed: &Placed) -> Vec<VertexShape> {
     levels.flat_map(|level| shapes_of(level.mesh)).map(of_vertex).collect()
 }
 
-/// Writes the shapes where a mesh is seen. Those of its vertices are found beside the frame, where pipelines are built
-/// there.
+/// Writes the curvature where a mesh is seen. The curvature at vertices is computed in the background, if pipelines are
+/// built there.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let placed = &inputs.meshes.meshes.placed;
     let theirs = Arc::clone(placed);

@@ -1,5 +1,5 @@
 //! Contours, open borders and creases of the meshes that are near enough → the edge list. See
-//! `shaders/surface/meshes/edges.wgsl`, and `sides.wgsl` for what each triangle knows of itself before.
+//! `shaders/surface/meshes/edges.wgsl`, and `sides.wgsl`, which computes the facing of each triangle first.
 
 use super::DrawnMeshes;
 use super::cull::NEAR_GROUPS;

@@ -1,4 +1,4 @@
-//! Meshes and where they stand, as the GPU has them.
+//! Meshes and their instances in the form that the GPU reads.
 
 use glam::{DVec3, Vec2, Vec3};
 
@@ -9,28 +9,28 @@ pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Standing;
 use crate::mesh::placed::Placed;
 use crate::mesh::{Across, Material, Mesh};
 
-/// A mesh, or a coarser one that stands for it.
+/// A mesh, or a coarser level of it.
 pub(super) struct LevelMesh<'a> {
     pub mesh: &'a Mesh,
-    /// From the middle of the mesh that it stands for to its own.
+    /// Offset from the middle of the full-resolution mesh to the middle of this level.
     aside_m: DVec3,
-    /// In the mesh's unit.
+    /// Error of the level, in the mesh's unit.
     error_m: f64,
 }
 
 impl LevelMesh<'_> {
-    /// Its vertices, from the middle of the mesh that it stands for.
+    /// Returns the vertices, relative to the middle of the full-resolution mesh.
     pub fn vertices(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
         let moved = |at_m: &[f32; 3]| (self.aside_m + DVec3::from_array(at_m.map(f64::from))).as_vec3();
         let vertex = move |at_m: &[f32; 3]| {
-            // To the bit where nothing is moved.
+            // Bit-identical if there is no offset.
             if self.aside_m == DVec3::ZERO { Vec3::from_array(*at_m) } else { moved(at_m) }.extend(1.0).to_array()
         };
         self.mesh.vertices_m.iter().map(vertex)
     }
 }
 
-/// All levels of one of the meshes, finest first.
+/// Returns all levels of a mesh, finest first.
 pub(super) fn levels_of(placed: &Placed, mesh: usize) -> impl Iterator<Item = LevelMesh<'_>> {
     let whole = &*placed.meshes[mesh];
     let coarser = placed.coarser(mesh).iter().map(|level| LevelMesh {
@@ -41,7 +41,7 @@ pub(super) fn levels_of(placed: &Placed, mesh: usize) -> impl Iterator<Item = Le
     [LevelMesh { mesh: whole, aside_m: DVec3::ZERO, error_m: 0.0 }].into_iter().chain(coarser)
 }
 
-/// All levels of all meshes, for the GPU, and where those of each mesh begin; the last is the end.
+/// Returns all levels of all meshes, and the index of the first level of each mesh, followed by the number of levels.
 pub(super) fn levels(placed: &Placed) -> (Vec<MeshLevel>, Vec<u32>) {
     let (mut levels, mut firsts) = (Vec::new(), vec![0]);
     let (mut first_vertex, mut first_triangle) = (0, 0);
@@ -68,7 +68,7 @@ pub(super) fn levels(placed: &Placed) -> (Vec<MeshLevel>, Vec<u32>) {
     (levels, firsts)
 }
 
-/// All that stands in a world, for the GPU.
+/// Returns all mesh instances of a world.
 pub(super) fn standings(placed: &Placed, levels: &[MeshLevel], firsts: &[u32]) -> Vec<Standing> {
     let mut first_number = 0;
     let of = |standing: &crate::mesh::placed::Standing| {
@@ -94,14 +94,14 @@ pub(super) fn standings(placed: &Placed, levels: &[MeshLevel], firsts: &[u32]) -
     placed.standing.iter().map(of).collect()
 }
 
-/// A place in the world with more digits than f32 has: in units of 64 m, and the rest in units of 2⁻²⁴ m.
+/// Splits a position in the world, for which f32 has too few digits, into units of 64 m and a rest in units of 2⁻²⁴ m.
 pub(super) fn fixed_point(place_m: DVec3) -> [[i32; 3]; 2] {
     let coarse = (place_m / 64.0).round();
     let fine = ((place_m - coarse * 64.0) * f64::from(1 << 24)).round();
     [coarse.as_ivec3().to_array(), fine.as_ivec3().to_array()]
 }
 
-/// The triangles of a mesh for the GPU.
+/// Returns the triangles of a mesh.
 pub(super) fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
     let lightness: Vec<f32> = mesh.materials.iter().map(Material::lightness).collect();
     mesh.triangles.iter().map(move |triangle| {
@@ -128,7 +128,7 @@ pub(super) fn packed(mesh: &Mesh) -> impl Iterator<Item = MeshTriangle> + '_ {
     })
 }
 
-/// A unit vector in 2 × 16 bits: folded onto an octahedron (Cigolle and others 2014). Off by 5e-5 rad at most.
+/// Packs a unit vector into 2 × 16 bits by the octahedral map (Cigolle and others 2014). The error is at most 5e-5 rad.
 fn octahedral(normal: Vec3) -> u32 {
     let on = normal / normal.abs().element_sum();
     let sign = |v: f32| if v >= 0.0 { 1.0 } else { -1.0 };

@@ -1,14 +1,15 @@
-//! Meshes that stand on the land.
+//! Meshes placed on the land.
 //!
-//! The CPU hands over what stands where, once for a world. What an eye sees of it ([`cull`]), and at which level of
-//! detail, is found on the GPU in each frame: the passes after it are dispatched and drawn indirectly, so a frame costs
-//! the CPU the same for one hut and for a town. What is in view comes into a list in the order of the scene, and places of
-//! vertices are given out in that order, so memory follows what is in view ([`Placed::room`]).
+//! The CPU uploads the meshes and their instances once per world. The visible instances and their levels of detail are
+//! found on the GPU in each frame ([`cull`]), and the later passes are dispatched and drawn indirectly, so a frame
+//! costs the CPU the same for one hut and for a town. Visible instances are listed in the order of the scene, and
+//! vertex slots are allocated in that order, so memory depends on what is in view ([`Placed::room`]).
 //!
-//! **Surface ids.** A triangle of an instance has a number that never changes: the levels of all that stands in the world
-//! are counted through, instance by instance and level by level. So while an instance keeps its level, its triangles and
-//! the keys of its edges are the same from frame to frame, whatever else comes into view; a level that is left and taken
-//! up again has the numbers that it had; and both eyes of a rig, which choose levels by their common origin, have the same.
+//! **Surface ids.** A triangle of an instance has a number that never changes: the triangles of all levels of all
+//! instances of the world are numbered consecutively, instance by instance and level by level. So while an instance
+//! keeps its level, its triangles and the keys of its edges are the same from frame to frame, whatever else comes into
+//! view; an instance that returns to a level has the same numbers as before; and both eyes of a rig, which choose
+//! levels by their common origin, have the same numbers.
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
@@ -32,19 +33,18 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::mesh::placed::{Placed, Room};
 
-/// Vertices of the meshes themselves.
+/// Vertices of the meshes, in mesh space.
 const VERTICES: BufferKind = BufferKind::storage("mesh vertices");
-/// [`MeshTriangle`]s of the meshes themselves.
+/// [`MeshTriangle`]s of the meshes.
 const TRIANGLES: BufferKind = BufferKind::storage("mesh triangles");
 /// [`Standing`]s.
 const STANDINGS: BufferKind = BufferKind::storage("mesh standings");
-/// `MeshLevel`s.
 const LEVELS: BufferKind = BufferKind::storage("mesh levels");
-/// `MeshInstance`s of what an eye sees, in the order of the scene; the first one has their number.
+/// `MeshInstance`s in view, in the order of the scene; the first one holds their number.
 pub const INSTANCES: BufferKind = BufferKind::storage("mesh instances");
-/// What is dispatched and drawn: see [`cull`].
+/// Arguments of the indirect dispatches and draws: see [`cull`].
 pub const DRAWS: BufferKind = BufferKind::indirect("mesh draws");
-/// Vertices of what is in view, metres from the rig's origin, in the order of the list.
+/// Vertices of the instances in view, in metres from the rig's origin, in the order of [`INSTANCES`].
 pub const POSITIONS: BufferKind = BufferKind::storage("mesh positions");
 
 /// The meshes of a world on the GPU.
@@ -74,17 +74,17 @@ impl MeshBuffers {
     }
 }
 
-/// The meshes of a frame.
+/// The meshes of one frame.
 pub struct DrawnMeshes {
     meshes: Arc<MeshBuffers>,
-    /// Room for as many as stand in the world.
+    /// Has room for all instances of the world.
     instances: Buffer,
     positions: Buffer,
     draws: Buffer,
 }
 
 impl DrawnMeshes {
-    /// Of a world; what they are on the GPU is made when they are others than before.
+    /// Allocates the buffers of a frame; the meshes are uploaded if `placed` is another world's than before.
     pub fn of(recorder: &mut Recorder<'_>, placed: &Arc<Placed>) -> Self {
         let meshes = recorder.kept(
             |known: &MeshBuffers| Arc::ptr_eq(&known.placed, placed),
@@ -100,22 +100,22 @@ impl DrawnMeshes {
         }
     }
 
-    /// How many stand in the world.
+    /// Returns the number of instances in the world.
     fn standing(&self) -> u32 {
         self.meshes.placed.standing.len() as u32
     }
 
-    /// Whether there are more vertices in the world than a view has room for.
+    /// Returns whether the world has more vertices than a view has room for.
     fn may_lack_room(&self) -> bool {
         self.meshes.placed.vertices() > self.meshes.room.vertices
     }
 
-    /// What a view has room for.
+    /// Returns the capacity of a view.
     fn room(&self) -> Room {
         self.meshes.room
     }
 
-    /// What `shaders/shared/meshes.wgsl` declares, for the passes after [`vertices`].
+    /// Returns the bindings of `shaders/shared/meshes.wgsl`, for the passes after [`vertices`].
     pub fn resources(&self) -> [Named; 3] {
         [
             ("mesh_instances", self.instances.binding()),

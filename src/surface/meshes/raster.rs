@@ -1,4 +1,4 @@
-//! Draws the meshes in view: depth and surface id, over those of the land. See `shaders/surface/meshes/raster.wgsl`.
+//! Draws depth and surface ids of the meshes in view, over those of the land. See `shaders/surface/meshes/raster.wgsl`.
 
 use super::DrawnMeshes;
 use crate::gpu::bind::Resource;
@@ -17,19 +17,15 @@ const DRAW: Draw = Draw {
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The meshes and their vertices.
     pub meshes: &'a DrawnMeshes,
-    /// [`DEPTH`](crate::surface::DEPTH).
     pub depth: &'a Target,
-    /// [`SURFACE_ID`](crate::surface::SURFACE_ID).
     pub surface_id: &'a Target,
 }
 
-/// Draws them.
+/// Draws the meshes.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.meshes.resources());

@@ -1,4 +1,4 @@
-//! Position and normal of the meshes, over those of the land. See `shaders/surface/meshes/resolve.wgsl`.
+//! Position and normal of the meshes, written over those of the land. See `shaders/surface/meshes/resolve.wgsl`.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -14,24 +14,20 @@ use crate::mesh::placed::Placed;
 use crate::mesh::{Material, Mesh};
 use crate::surface::local_color;
 
-/// Of each triangle of the meshes themselves.
+/// Hue of each triangle of the meshes.
 const COLORS: BufferKind = BufferKind::storage("mesh colors");
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The meshes and their vertices.
     pub meshes: &'a DrawnMeshes,
-    /// Which triangle.
+    /// Surface ids, which identify the triangles.
     pub surface_id: &'a Target,
-    /// As it was rasterised.
+    /// Depth as rasterised.
     pub depth: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// [`LOCAL_COLOR`](local_color::LOCAL_COLOR), in a style that asks for it.
+    /// [`LOCAL_COLOR`](local_color::LOCAL_COLOR), if the style needs it.
     pub local_color: Option<&'a Target>,
 }
 
@@ -41,7 +37,7 @@ struct MeshColors {
     colors: Buffer,
 }
 
-/// In the order of the triangles.
+/// Returns the hues in the order of the triangles.
 fn colors_of(placed: &Placed) -> Vec<u32> {
     let of_mesh = |mesh: &Mesh| {
         let colors: Vec<u32> = mesh.materials.iter().map(color_of).collect();
@@ -55,7 +51,7 @@ fn color_of(material: &Material) -> u32 {
     if material.color == Material::PLAIN_COLOR { local_color::NONE } else { local_color::packed(material.color) }
 }
 
-/// Writes `position` and `normal` where a mesh is seen, and `local_color` if it is there.
+/// Writes `position` and `normal` where a mesh is seen, and `local_color` if there is one.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),

@@ -1,4 +1,4 @@
-//! Which triangles of the meshes face the eye. See `shaders/surface/meshes/sides.wgsl`.
+//! The facing of the meshes' triangles. See `shaders/surface/meshes/sides.wgsl`.
 
 use super::DrawnMeshes;
 use super::cull::NEAR_GROUPS;
@@ -6,12 +6,11 @@ use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 
-/// For each triangle its normal and its side.
+/// Normal of each triangle, and 1 if it faces the eye, else −1.
 const SIDES: BufferKind = BufferKind::storage("mesh sides");
-/// Bytes of both.
 const SIDE_BYTES: u64 = 16;
 
-/// Decides for each triangle that is near enough.
+/// Computes the normal and facing of each triangle that is near enough.
 pub fn run(recorder: &mut Recorder<'_>, view: &Resource, meshes: &DrawnMeshes) -> Buffer {
     let sides = recorder.buffer(&SIDES, meshes.room().triangles * SIDE_BYTES);
     let mut resources = vec![("mesh_sides", sides.binding()), ("view", view.clone())];

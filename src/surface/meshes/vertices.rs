@@ -1,12 +1,12 @@
-//! Where the vertices of the meshes in view are. See `shaders/surface/meshes/vertices.wgsl`.
+//! The vertices of the meshes in view. See `shaders/surface/meshes/vertices.wgsl`.
 
 use super::DrawnMeshes;
 use super::cull::VERTEX_GROUPS;
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
 
-/// Places the vertices of what is in view. Reads `terrain`, for the curvature of the earth; writes
-/// [`POSITIONS`](super::POSITIONS).
+/// Computes the positions of the vertices in view, into [`POSITIONS`](super::POSITIONS). `terrain` is the terrain
+/// uniform, for the curvature of the earth.
 pub fn run(recorder: &mut Recorder<'_>, meshes: &DrawnMeshes, terrain: Named) {
     let resources = [
         ("mesh_instances", meshes.instances.binding()),

@@ -1,4 +1,4 @@
-//! By how much marks are wider. See `shaders/surface/rows/balance.wgsl`.
+//! Widens marks to make up for bare land. See `shaders/surface/rows/balance.wgsl`.
 
 use super::{RowPlan, rooms};
 use crate::gpu::bind::Resource;
@@ -6,10 +6,10 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
-/// By how much, in squares of the picture.
+/// Factor by which marks are widened, for each square of the picture.
 const GAINS: BufferKind = BufferKind::storage("row gains");
 
-/// Holds ink against what is asked for.
+/// Compares the ink of each square with the requested tone, and returns the factors by which marks are widened.
 pub fn run(
     recorder: &mut Recorder<'_>,
     view: &Resource,

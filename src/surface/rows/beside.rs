@@ -1,13 +1,13 @@
-//! Where textures of marks lie in a style whose land has rows. See `shaders/surface/rows/beside.wgsl`.
+//! The position of texture marks in a style whose land has rows. See `shaders/surface/rows/beside.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// As [`POSITION`](crate::surface::POSITION) of models and trees, and all 0 where land is seen.
+/// [`POSITION`](crate::surface::POSITION) of models and trees; all 0 where land is seen.
 pub const PLACE_BESIDE: TargetKind = TargetKind::storage("place beside", wgpu::TextureFormat::Rgba32Float);
 
-/// Leaves the land out of a position. `view` is a `View`, and `place_beside` a [`PLACE_BESIDE`].
+/// Removes the land from a position. `view` is a `View`, and `place_beside` a [`PLACE_BESIDE`].
 pub fn run(
     recorder: &mut Recorder<'_>,
     view: &Resource,

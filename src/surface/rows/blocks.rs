@@ -1,10 +1,10 @@
-//! Blocks of rows: which of them a view needs, and which are made.
+//! Blocks of rows: which blocks a view needs, and which of them are built.
 //!
-//! A block belongs to a quadtree over the grid: one of level L has 64 cells of 2^L samples along its side. A level is
-//! seen at the distances at which a cell is one to two spacings of marks wide on the picture, and a little beyond, where
-//! two levels change over. What is made of a block depends on its place alone, so it is kept until its slot is wanted for
-//! another one. A window makes [`JOBS_AT_ONCE`] in a frame, the nearest first, and makes anew what was made while tiles
-//! were missing; a frame for a file makes all of them.
+//! The blocks form a quadtree over the grid: a block of level L has 64 cells of 2^L samples along its side. A level is
+//! visible at the distances at which a cell is one to two mark spacings wide on the picture, and a little beyond, where
+//! two levels cross-fade. The contents of a block depend on its location alone, so a block is cached until its slot is
+//! needed for another one. A window builds [`JOBS_AT_ONCE`] blocks per frame, the nearest first, and rebuilds those
+//! that were built while tiles were missing; a frame for a file builds all of them.
 
 use std::sync::Arc;
 
@@ -21,30 +21,30 @@ use crate::style::Rows;
 use crate::tiles::selection::Selection;
 use crate::tiles::terrain::{Loading, Terrain};
 
-/// Blocks that a frame makes if it must not wait, and that one submit makes if it must.
+/// Blocks that a frame builds if it must not wait, and that one submit builds if it must.
 pub const JOBS_AT_ONCE: usize = 8;
 /// Blocks of a pool: 66 MB of candidates, half of what a binding may hold.
 const POOL_SLOTS: usize = 48;
-/// Pools that there always are, so that blocks are kept that go out of view; and at most. A picture that needs more has
-/// wider spacings.
+/// Number of pools. The minimum keeps blocks that go out of view cached; if a picture needs more than the maximum, the
+/// spacing is widened.
 const POOLS: std::ops::RangeInclusive<usize> = 2..=12;
-/// By how much these widen at a time.
+/// Factor by which the spacing is widened at a time.
 const WIDER: f32 = 1.19;
-/// The finest blocks: their cells are so many halvings of a sample.
+/// Level of the finest blocks: the side of their cells is 2^−6 of a sample.
 const LEAST_LEVEL: i32 = -6;
-/// A cell is as wide as so many spacings, in the middle of what it may be.
+/// Mean width of a cell, in spacings.
 const MEAN_CELL: f32 = 1.4;
-/// In octaves: beyond what is seen of a level (`FADE` of `marks.wgsl`).
+/// Cross-fade beyond the range of a level, in octaves (`FADE` of `marks.wgsl`).
 const BEYOND: f64 = 0.08;
-/// Cells: so far from its middle a mark may come into view.
+/// Distance from its middle at which a mark may still come into view, in cells.
 const AROUND: f64 = 4.0;
-/// Marks for so many pixels of a picture, by their spacing squared.
+/// Expected marks of a picture, per pixel, times the spacing squared.
 const MARKS_PER_SPACING: f32 = 2.0;
 
 const COUNTS: BufferKind = BufferKind::storage("row counts");
 const CANDIDATES: BufferKind = BufferKind::storage("row candidates");
 
-/// The place of a block.
+/// Level and position of a block in the quadtree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 struct Address {
     level: i32,
@@ -52,28 +52,28 @@ struct Address {
     y: i32,
 }
 
-/// A block that was made.
+/// A block that is built, or planned to be.
 struct Made {
     slot: u32,
     used_in: u64,
-    /// All tiles were there.
+    /// Whether all tiles were loaded when it was built.
     is_whole: bool,
 }
 
-/// What the blocks were made of, beside their places.
+/// The parameters that blocks are built from, apart from their addresses.
 #[derive(PartialEq)]
 struct MadeOf {
-    /// Of the world: its address.
+    /// Address of the world's tile store in memory.
     store: usize,
     row_cells: f32,
     level: f32,
 }
 
-/// The blocks that are kept, on the GPU.
+/// The cached blocks, on the GPU.
 #[derive(Default)]
 pub struct RowMemory {
     pools: Vec<[Buffer; 2]>,
-    /// Keeps the world alive that the blocks belong to, so that none has its address.
+    /// Keeps the tile store of the blocks alive, so that no other store can have its address in memory.
     store: Option<Arc<dyn TileStore>>,
     made_of: Option<MadeOf>,
     made: FxHashMap<Address, Made>,
@@ -83,19 +83,19 @@ pub struct RowMemory {
 }
 
 impl RowMemory {
-    /// The frame of the last plan was not drawn: what it planned is still to be made.
+    /// Marks the blocks of the last plan as not built, because its frame was not drawn.
     pub fn forget_planned(&mut self) {
         for address in self.planned.drain(..) {
             self.made.remove(&address);
         }
     }
 
-    /// Whether the next frame of the same view would have more marks.
+    /// Returns whether the next frame of the same view would have more marks.
     pub fn is_late(&self) -> bool {
         self.is_late
     }
 
-    /// Says which blocks a frame makes and draws; they count as made. `is_whole` says that all tiles are there.
+    /// Plans which blocks a frame builds and draws; these then count as built. `is_whole`: all tiles are loaded.
     pub fn plan(
         &mut self,
         gpu: &Gpu,
@@ -183,7 +183,7 @@ impl RowMemory {
         RowPlan { rules, pools: plan, is_late: self.is_late }
     }
 
-    /// One that nobody has, or that of the block that was not used for longest.
+    /// Returns a free slot, or that of the least recently used block.
     fn free_slot(&mut self) -> Option<u32> {
         let slots = POOL_SLOTS * self.pools.len();
         if self.made.len() < slots {
@@ -198,17 +198,17 @@ impl RowMemory {
     }
 }
 
-/// The pool of a slot, and its number there.
+/// Returns the pool of a slot, and the slot's number in the pool.
 fn pool_and_slot(slot: u32) -> [usize; 2] {
     [slot as usize / POOL_SLOTS, slot as usize % POOL_SLOTS]
 }
 
-/// A block as the shaders read it, seen from `origin_m`.
+/// Returns a block in the form that the shaders read, relative to `origin_m`.
 fn block(terrain: &Terrain, address: Address, slot: u32, origin_m: DVec3) -> RowBlock {
     let projection = terrain.grid_projection();
     let cell = f64::from(address.level).exp2();
     let corner = DVec2::new(f64::from(address.x), f64::from(address.y)) * (f64::from(CELLS) * cell);
-    // The map holds in the grid, and the largest blocks reach beyond it.
+    // The projection is valid inside the grid only, and the largest blocks reach beyond it.
     let size = terrain.store().levels()[0];
     let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
     let middle = corner + 0.5 * f64::from(CELLS) * cell;
@@ -233,17 +233,17 @@ fn block(terrain: &Terrain, address: Address, slot: u32, origin_m: DVec3) -> Row
     }
 }
 
-/// Of the block that holds the whole grid.
+/// Returns the level of the block that covers the whole grid.
 fn greatest_level(terrain: &Terrain) -> i32 {
     let size = terrain.store().levels()[0];
     let blocks = size.width.max(size.height).div_ceil(CELLS as u32).max(1);
     blocks.next_power_of_two().trailing_zeros() as i32
 }
 
-/// The blocks of what is seen of the land, nearest first. At a distance of a metre a cell of level 0 has `cells_m`
-/// spacings.
+/// Returns the blocks of the visible land, nearest first. A cell of level 0 at a distance of one metre is `cells_m`
+/// spacings wide.
 fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Address> {
-    // The level that is seen at a distance: its cells are between one and two spacings wide.
+    // The level that is visible at a distance: its cells are between one and two spacings wide.
     let level_at = |distance_m: f64| 1.0 - (cells_m / distance_m.max(1e-3)).log2();
     let mut nearest_m: FxHashMap<Address, f64> = FxHashMap::default();
     for (patch, [near_m, far_m]) in selection.leaves.iter().zip(&selection.distances_m) {

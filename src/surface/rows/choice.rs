@@ -1,4 +1,4 @@
-//! Which proposals are drawn. See `shaders/surface/rows/choice.wgsl`.
+//! The proposals that are drawn. See `shaders/surface/rows/choice.wgsl`.
 
 use super::RowPlan;
 use super::proposals::Proposals;
@@ -7,14 +7,14 @@ use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, RASTER_BESIDE, RowPlaces};
 
-/// Who is where.
+/// Which mark claims each cell, and with what priority.
 const RASTER: BufferKind = BufferKind::storage("row raster");
-/// After these nearly all is decided.
+/// Rounds of Luby's algorithm; after eight, nearly all proposals are decided.
 const ROUNDS: u32 = 8;
-/// Of a round.
+/// Stages of a round.
 const STAGES: u32 = 3;
 
-/// Decides, and returns what says who is where: the resources of `shaders/shared/row_places.wgsl`.
+/// Selects a maximal set of marks that keep their distance; returns the bindings of `shaders/shared/row_places.wgsl`.
 pub fn run(
     recorder: &mut Recorder<'_>,
     view: &Resource,

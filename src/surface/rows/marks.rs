@@ -1,4 +1,4 @@
-//! What is drawn of the proposals, and how wide. See `shaders/surface/rows/marks.wgsl`.
+//! The marks that are drawn of the proposals, and their widths. See `shaders/surface/rows/marks.wgsl`.
 
 use super::RowPlan;
 use super::proposals::Proposals;
@@ -10,34 +10,33 @@ use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::rows::SAMPLES;
 use crate::gpu::{Gpu, GpuError};
 
-/// Vertices and instances.
+/// Arguments of an indirect draw.
 pub const DRAWN: BufferKind = BufferKind::indirect("row draw");
-/// Samples of marks.
+/// Samples along the marks.
 pub const MARKS: BufferKind = BufferKind::storage("row marks");
 
-/// What the pass reads.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// How marks are drawn.
+    /// The plan, for its rules uniform.
     pub plan: &'a RowPlan,
-    /// What may be drawn, and is chosen.
+    /// The proposals, after the choice.
     pub proposals: &'a Proposals,
-    /// By how much marks are wider, in squares of the picture.
+    /// Factor by which marks are widened, for each square of the picture.
     pub gains: &'a Buffer,
-    /// Its alpha is the tone that is asked for.
+    /// A target whose alpha is the requested tone.
     pub tone: &'a Target,
 }
 
-/// What there is to draw: the numbers of an indirect draw, and the samples.
+/// The marks to draw: arguments of an indirect draw, and samples.
 pub struct Marks {
-    /// Vertices and instances.
+    /// Arguments of the draw: vertices and instances.
     pub drawn: Buffer,
-    /// Samples of marks.
+    /// Samples along the marks.
     pub samples: Buffer,
 }
 
-/// Gives marks their widths.
+/// Computes the widths of the marks.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = recorder.buffer(&DRAWN, 16);
@@ -57,18 +56,18 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     Marks { drawn, samples }
 }
 
-/// A place on a mark.
+/// A sample along a mark.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RowSample {
-    /// On the targets.
+    /// Position on the targets, in pixels.
     pub px: [f32; 2],
-    /// Across the mark, in pixels; 0 where it ends.
+    /// Width across the mark, in pixels; 0 at its ends.
     pub width_px: f32,
-    /// Along the view axis, in metres.
+    /// Distance along the view axis, in metres.
     pub depth_m: f32,
 }
 
-/// The marks as lines, in no order; what hides them is not asked. Waits for the GPU.
+/// Reads the marks back as polylines, in arbitrary order and without hidden-line removal. Waits for the GPU.
 ///
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
@@ -81,7 +80,7 @@ pub fn read(gpu: &Gpu, drawn: &Buffer, samples: &Buffer) -> Result<Vec<Vec<RowSa
     let lines = samples.chunks_exact(of_mark).map(|mark| {
         let mut line: Vec<RowSample> =
             mark.iter().map(|&[x, y, half, depth_m]| RowSample { px: [x, y], width_px: 2.0 * half, depth_m }).collect();
-        // What is not drawn of it stands at its ends.
+        // Samples that are not drawn coincide with the mark's ends.
         line.dedup_by_key(|sample| sample.px);
         line
     });

@@ -1,10 +1,12 @@
-//! Rows of hachures: marks down the slope of the land's form, in rows between heights, anchored in the world.
+//! Rows of hachures: marks down the slope of the land's form, arranged in rows between heights and anchored in the
+//! world.
 //!
-//! [`blocks`] says which blocks of land a view needs, and keeps those that are made. A block is made once: its
-//! [`relief`], how high its rows are ([`octaves`]), the [`seeds`] of its candidates, and the marks that these may be
-//! ([`trace`]). For each frame [`proposals`] says which of them may be drawn, [`choice`] which are, [`rooms`] how much room
-//! they have, and [`balance`] how much ink is wanting; [`marks`] gives them their widths, and [`ribbons`] draws these.
-//! Models and trees have marks of a texture, where the style has any ([`beside`]).
+//! [`blocks`] selects the blocks of land that a view needs, and caches them. A block is built once: [`relief`] samples
+//! its heights, [`octaves`] chooses the heights of its rows, [`seeds`] places candidates, and [`trace`] traces their
+//! marks. For each frame [`proposals`] selects the candidates that may be drawn, [`choice`] those that are drawn,
+//! [`rooms`] measures the space around each, and [`balance`] the missing ink; [`marks`] computes widths, and
+//! [`ribbons`] draws the marks. Models and trees have the marks of a hatching texture, if the style has one
+//! ([`beside`]).
 //!
 //! Why: `docs/decisions/rows.md`.
 
@@ -27,46 +29,46 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::{RELIEF, RowBlock, RowRules};
 
-/// The blocks that are made.
+/// The blocks that are built.
 const JOBS: BufferKind = BufferKind::storage("row jobs");
-/// The blocks that are seen.
+/// The blocks that are visible.
 const BLOCKS: BufferKind = BufferKind::storage("row blocks");
-/// Of the blocks of one submit.
+/// Heights, slopes and octaves of the blocks of one submit.
 const RELIEFS: BufferKind = BufferKind::storage("row relief");
 
-/// Blocks that are kept in one pair of buffers, as far as a frame asks for them.
+/// The blocks that are cached in one pair of buffers, as far as a frame needs them.
 #[derive(Clone)]
 pub struct PlannedPool {
-    /// Blocks that are made, as many at once as a submit has.
+    /// Blocks that this frame builds.
     pub jobs: Vec<RowBlock>,
-    /// Blocks that are seen.
+    /// Blocks that are visible.
     pub seen: Vec<RowBlock>,
-    /// Numbers of candidates, by slot.
+    /// Number of candidates of each slot.
     pub counts: Buffer,
-    /// Candidates, by slot.
+    /// Candidates of each slot.
     pub candidates: Buffer,
 }
 
 impl PlannedPool {
-    /// Of no blocks yet.
+    /// Creates a plan without blocks.
     pub fn new(counts: Buffer, candidates: Buffer) -> Self {
         Self { jobs: Vec::new(), seen: Vec::new(), counts, candidates }
     }
 }
 
-/// What a frame makes and draws of rows.
+/// The rows that a frame builds and draws.
 #[derive(Clone)]
 pub struct RowPlan {
-    /// For the shaders.
+    /// The rules uniform of the shaders.
     pub rules: RowRules,
-    /// No binding holds all blocks of a large picture.
+    /// The pools: no single binding holds all blocks of a large picture.
     pub pools: Vec<PlannedPool>,
     /// Whether blocks are left for the next frame.
     pub is_late: bool,
 }
 
 impl RowPlan {
-    /// Of a frame that is only prewarmed.
+    /// Returns the plan of a frame that is only prewarmed.
     pub fn prewarm(gpu: &Gpu) -> Self {
         let nothing = Buffer::new(gpu, &JOBS, 16);
         let pools = vec![PlannedPool::new(nothing.clone(), nothing)];
@@ -74,7 +76,7 @@ impl RowPlan {
     }
 }
 
-/// Makes the blocks that are planned. No submit has more than a frame of a window.
+/// Builds the planned blocks. No submit builds more than one frame of a window does.
 pub fn make(recorder: &mut Recorder<'_>, plan: &RowPlan, terrain: &[Named]) {
     let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let of_pool = |pool| nothing.iter().copied().map(move |jobs| (pool, jobs));

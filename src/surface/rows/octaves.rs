@@ -1,10 +1,10 @@
-//! How high rows are, cell by cell. See `shaders/surface/rows/octaves.wgsl`.
+//! The height of the rows in each cell, as an octave. See `shaders/surface/rows/octaves.wgsl`.
 
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::OCTAVES;
 
-/// Finds the octaves of the blocks' cells.
+/// Computes the octaves of the blocks' cells.
 pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     recorder.groups("surface/rows/octaves", [(OCTAVES * OCTAVES) as u32 / 64, blocks], resources);
 }

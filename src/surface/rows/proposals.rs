@@ -1,4 +1,4 @@
-//! Which candidates may be drawn. See `shaders/surface/rows/proposals.wgsl`.
+//! The candidates that may be drawn. See `shaders/surface/rows/proposals.wgsl`.
 
 use super::{BLOCKS, RowPlan};
 use crate::gpu::Gpu;
@@ -8,39 +8,37 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, PROPOSAL};
 
-/// How many proposals there are.
+/// Number of proposals.
 const PROPOSED: BufferKind = BufferKind::storage("row proposed");
-/// The proposals.
 const PROPOSALS: BufferKind = BufferKind::storage("row proposals");
 
-/// How many proposals a binding holds.
+/// Returns how many proposals a binding can hold.
 pub fn most_marks(gpu: &Gpu) -> u32 {
     let limits = gpu.device.limits();
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     u32::try_from(bytes / (16 * PROPOSAL as u64)).unwrap_or(u32::MAX)
 }
 
-/// What the pass reads.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// The blocks, and how marks are drawn.
+    /// The blocks, and the rules of the marks.
     pub plan: &'a RowPlan,
-    /// Of what is seen.
+    /// Position of the visible surface.
     pub position: &'a Target,
 }
 
-/// What may be drawn.
+/// The marks that may be drawn.
 pub struct Proposals {
-    /// Their number, and three that are nothing.
+    /// Number of proposals, then three unused words.
     pub count: Buffer,
-    /// `PROPOSAL` of each.
+    /// The proposals, of `PROPOSAL` vectors each.
     pub all: Buffer,
 }
 
-/// Proposes marks.
+/// Selects the candidates that may be drawn, and computes their room.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
     let plan = inputs.plan;
     let count = recorder.buffer(&PROPOSED, 16);

@@ -1,10 +1,10 @@
-//! Heights of the form in blocks of rows. See `shaders/surface/rows/relief.wgsl`.
+//! The relief of blocks of rows: heights and slopes of the land's form. See `shaders/surface/rows/relief.wgsl`.
 
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::{NODES, SLOPE_NODES};
 
-/// Finds the relief of the blocks, and forgets their candidates.
+/// Computes the relief of the blocks, and clears their candidates.
 pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     let nodes = (NODES * NODES + SLOPE_NODES * SLOPE_NODES) as u32;
     recorder.groups("surface/rows/relief", [nodes.div_ceil(64), blocks], resources);

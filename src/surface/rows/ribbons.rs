@@ -1,4 +1,4 @@
-//! Draws marks. See `shaders/surface/rows/ribbons.wgsl`.
+//! Draws the marks of rows, each as a strip of triangles. See `shaders/surface/rows/ribbons.wgsl`.
 
 use super::RowPlan;
 use super::marks::Marks;
@@ -8,12 +8,12 @@ use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::rows::ribbons::{BEHIND, BEHIND_PART};
 
-/// It is blended, which 32 bits are not everywhere.
+/// A format of 16 bits, because it is blended, which not every GPU supports for 32-bit floats.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
-/// Ink of rows: 0 none, 1 full.
+/// Ink of the rows, 0 to 1.
 pub const ROW_INK: TargetKind = TargetKind::attachment("row ink", INK_FORMAT);
 
-/// Ink over ink would depend on the order of marks, which is chance.
+/// The maximum, because ink over ink would depend on the order of the marks, which is arbitrary.
 const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
     src_factor: wgpu::BlendFactor::One,
     dst_factor: wgpu::BlendFactor::One,
@@ -39,23 +39,21 @@ const KIND: Draw = Draw {
     topology: wgpu::PrimitiveTopology::TriangleStrip,
 };
 
-/// What the pass reads and where it writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// How marks are drawn.
+    /// The plan, for its rules uniform.
     pub plan: &'a RowPlan,
-    /// What is drawn.
+    /// The marks to draw.
     pub marks: &'a Marks,
-    /// Of what is seen.
+    /// Position of the visible surface.
     pub position: &'a Target,
-    /// Tells the land from what stands on it.
+    /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    /// [`ROW_INK`].
     pub ink: &'a Target,
 }
 
-/// Draws marks into the picture, which begins empty.
+/// Draws the marks into the cleared target.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
@@ -72,8 +70,8 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     });
 }
 
-/// How far away a mark may be along the view axis that is seen on land so far away, as in the shader. `spacing` is that of
-/// marks, by the distance.
+/// Returns how far away a mark may be, along the view axis, to be visible on land at `land_m`, as in the shader.
+/// `spacing` is the spacing of marks as a fraction of the distance.
 pub fn allowed_m(land_m: f32, spacing: f32) -> f32 {
     land_m * (1.0 + BEHIND_PART) + BEHIND * spacing * land_m
 }

@@ -1,4 +1,4 @@
-//! Room and ink of marks. See `shaders/surface/rows/rooms.wgsl`.
+//! The room of each mark, that is the gap between its neighbours, and its ink. See `shaders/surface/rows/rooms.wgsl`.
 
 use super::RowPlan;
 use crate::gpu::bind::Named;
@@ -7,16 +7,16 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::row_ink::SQUARE;
 
-/// Ink in squares of the picture.
+/// Ink in each square of the picture.
 const INKS: BufferKind = BufferKind::storage("row inks");
 
-/// How many squares there are, as in `shaders/shared/row_ink.wgsl`.
+/// Returns the number of squares, as in `shaders/shared/row_ink.wgsl`.
 pub(super) fn squares(plan: &RowPlan, size_px: [u32; 2]) -> u32 {
     let side_px = ((SQUARE * plan.rules.spacing_px).ceil() as u32).max(1);
     size_px.map(|side| side.div_ceil(side_px)).iter().product()
 }
 
-/// Finds the rooms, with the resources that `choice` returned, and returns the ink of squares.
+/// Measures the rooms, with the resources that `choice` returned, and returns the ink of each square.
 pub fn run(recorder: &mut Recorder<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
     let inks = recorder.buffer(&INKS, 4 * u64::from(squares(plan, tone.size_px())));
     recorder.clear(&inks);

@@ -4,7 +4,7 @@ use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::CELLS;
 
-/// Sows candidates in the blocks.
+/// Places candidates in the blocks.
 pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     recorder.groups("surface/rows/seeds", [(CELLS * CELLS) as u32 / 64, blocks], resources);
 }

@@ -1,10 +1,10 @@
-//! Candidates' marks, up and down the slope. See `shaders/surface/rows/trace.wgsl`.
+//! Traces the marks of candidates up and down the slope. See `shaders/surface/rows/trace.wgsl`.
 
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::MOST_CANDIDATES;
 
-/// Traces the candidates of the blocks.
+/// Traces the marks of the blocks' candidates.
 pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     recorder.groups("surface/rows/trace", [MOST_CANDIDATES / 64, blocks], resources);
 }

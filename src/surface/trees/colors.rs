@@ -1,7 +1,7 @@
-//! The own colours of trees on the GPU, for frames whose style asks for them.
+//! The local colours of trees on the GPU, for frames whose style needs them.
 //!
-//! Trees are what they are in any style: corners and pictures number a palette ([`crate::forest::colors`]). What is here
-//! is made when a style asks for colours, and goes with it.
+//! Vertices and pictures of trees do not depend on the style: they hold palette indices ([`crate::forest::colors`]).
+//! The palettes are created when a style needs colours, and dropped when no style does.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -18,9 +18,9 @@ use crate::gpu::target::Target;
 use crate::scene::Forest;
 use crate::surface::local_color::packed;
 
-/// Of each vertex of a mesh.
+/// Hue of each vertex of a mesh.
 const VERTEX_COLORS: BufferKind = BufferKind::storage("tree colors");
-/// Of a species.
+/// Hues of the palette of a species.
 const PALETTE: BufferKind = BufferKind::storage("tree palette");
 const PAINTS: &str = "tree paints";
 
@@ -31,25 +31,24 @@ pub struct TreeColors {
     pub(super) species: Vec<SpeciesColors>,
 }
 
-/// Those of a species.
+/// The colours of one species.
 pub(super) struct SpeciesColors {
     pub near: Buffer,
     pub middle: Buffer,
-    /// Of its pictures: numbers of the palette.
+    /// Palette indices of the pictures of a tree.
     alone: wgpu::TextureView,
     canopy: wgpu::TextureView,
     palette: Buffer,
 }
 
-/// Trees with their own colours, for the passes that draw them.
+/// Trees with their local colours, for the passes that draw them.
 pub struct Colored {
     pub(super) colors: Arc<TreeColors>,
-    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR).
     pub local_color: Target,
 }
 
 impl Colored {
-    /// Of the trees of a forest.
+    /// Returns the colours of the trees of a forest, which are cached.
     pub fn of(recorder: &mut Recorder<'_>, forest: &Forest, trees: &DrawnTrees, local_color: Target) -> Self {
         let shared = &trees.shared;
         let palettes: Vec<Vec<u32>> = shared
@@ -93,7 +92,7 @@ impl SpeciesColors {
         }
     }
 
-    /// As the shader of impostors reads them, of trees or of pieces of canopy.
+    /// Returns the bindings of the impostor shader, for trees or for pieces of canopy.
     pub fn of_pictures(&self, is_canopy: bool) -> [Named; 2] {
         let paints = if is_canopy { &self.canopy } else { &self.alone };
         [("tree_paints", Resource::Texture(PAINTS, paints.clone())), ("tree_palette", self.palette.binding())]

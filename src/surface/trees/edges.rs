@@ -16,25 +16,25 @@ use crate::surface::edges::EdgeList;
 
 /// Threads of a workgroup.
 const WORKGROUP: u32 = 64;
-/// What is behind an edge that is a line lies so far behind it, by the tree's height: arcs within a crown are lines, one
-/// leaf before the next is none.
+/// An edge within a crown becomes a line if what is behind it is farther away than this, as a fraction of the tree's
+/// height: arcs within a crown are drawn, single leaves against each other are not.
 const CLEARANCE: f32 = 0.1;
 
 /// [`TreeEdge`]s of all species.
 const EDGES: BufferKind = BufferKind::storage("tree edges");
-/// [`TreeEdgeRules`], and [`TreeEdges`] of each species.
+/// [`TreeEdgeRules`], then [`TreeEdges`] of each species.
 const OF_SPECIES: BufferKind = BufferKind::storage("edges of species");
 
 /// The edges of the near meshes of all species, on the GPU.
 pub(super) struct EdgesOfSpecies {
     edges: Buffer,
     of_species: Buffer,
-    /// Workgroups for a tree: as many as the species with the most edges has.
+    /// Workgroups per tree: as many as the species with the most edges needs.
     groups: u32,
 }
 
 impl EdgesOfSpecies {
-    /// Of near meshes, each by its corners.
+    /// Finds the edges of near meshes, which are given as triangle corners.
     pub fn new<'a>(gpu: &Gpu, meshes: impl Iterator<Item = &'a [TreeCorner]>) -> Self {
         let mut all: Vec<TreeEdge> = Vec::new();
         let mut of_species: Vec<TreeEdges> = Vec::new();
@@ -48,7 +48,7 @@ impl EdgesOfSpecies {
         let rules = TreeEdgeRules { groups, clearance: CLEARANCE };
         let told = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&of_species)].concat();
         if all.is_empty() {
-            // No buffer is empty.
+            // wgpu does not allow empty buffers.
             all.push(TreeEdge::default());
         }
         Self { edges: Buffer::with(gpu, &EDGES, &all), of_species: Buffer::with(gpu, &OF_SPECIES, &told), groups }
@@ -70,15 +70,14 @@ fn packed(corners: &[TreeCorner]) -> Vec<TreeEdge> {
         .collect()
 }
 
-/// What the pass reads.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// For the curvature of the earth.
+    /// The terrain uniform, for the curvature of the earth.
     pub terrain: Named,
-    /// Those in view.
+    /// The trees in view.
     pub trees: &'a DrawnTrees,
-    /// How they sway, if wind blows.
+    /// The sway of the trees, if wind blows.
     pub swaying: Option<&'a Swaying>,
 }
 

@@ -1,4 +1,4 @@
-//! Draws the trees in view that are drawn from pictures, and the pieces of canopy. See `shaders/surface/trees/impostor.wgsl`.
+//! Draws impostors: trees and pieces of canopy that are drawn from pictures. See `shaders/surface/trees/impostor.wgsl`.
 
 use super::raster::{FORM_FORMAT, Inputs, NORMAL_FORMAT};
 use super::sway::Swaying;
@@ -8,7 +8,7 @@ use crate::gpu::recorder::{Drawing, Recorder};
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, TREE_LEVELS};
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
-/// Of an impostor's two triangles.
+/// Vertices of the two triangles of an impostor.
 pub(super) const CORNERS: u32 = 6;
 
 const STANDING: Draw = Draw {
@@ -21,7 +21,7 @@ const STANDING: Draw = Draw {
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
 
-/// Draws them.
+/// Draws the impostors.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, species, swaying, .. } = inputs;
     let draw = &inputs.variant(STANDING);

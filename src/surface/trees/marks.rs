@@ -1,29 +1,24 @@
-//! Where marks lie on trees, and what they shade. See `shaders/surface/trees/marks.wgsl`.
+//! The position and normal that hatching marks use where a tree is seen. See `shaders/surface/trees/marks.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// As [`POSITION`](crate::surface::POSITION), for marks: those of a tree lie on a plane that faces the eye.
+/// [`POSITION`](crate::surface::POSITION) for hatching marks: those of a tree are placed on a plane that faces the eye.
 pub const MARK_PLACE: TargetKind = TargetKind::storage("mark place", wgpu::TextureFormat::Rgba32Float);
-/// As [`NORMAL`](crate::surface::NORMAL), for marks: a tree has that of its round body, and −1 for lightness.
+/// [`NORMAL`](crate::surface::NORMAL) for hatching marks: a tree has the normal of its rounded body, and a lightness of
+/// −1.
 pub const MARK_SURFACE: TargetKind = TargetKind::storage("mark surface", wgpu::TextureFormat::Rgba32Float);
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Which pixels show a tree.
+    /// Surface ids, which identify the pixels of trees.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
-    /// [`TREE_FORM`](super::raster::TREE_FORM).
     pub tree_form: &'a Target,
-    /// [`MARK_PLACE`].
     pub mark_place: &'a Target,
-    /// [`MARK_SURFACE`].
     pub mark_surface: &'a Target,
 }
 

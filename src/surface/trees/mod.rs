@@ -1,11 +1,10 @@
-//! Trees of a forest: those that an eye may see are found on the GPU in each frame, and drawn as instances.
+//! Trees of a forest: the visible ones are selected on the GPU in each frame, and drawn as instances.
 //!
-//! The CPU lists the blocks of points that the eye's frustum may see ([`crate::forest::blocks`]); each of their points is
-//! asked on the GPU whether a tree stands there and how it is drawn ([`place`]): as a mesh, as one of fewer triangles
-//! ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Large ones throw shadows ([`shadow`]), and near ones have
-//! strokes ([`near`], [`edges`]). Nothing
-//! is read back: draws are indirect. Where wind blows, [`sway`] tells how each bends, and those who draw them also how far
-//! what they draw has moved.
+//! The CPU lists the blocks of points that the eye's frustum may see ([`crate::forest::blocks`]). For each of their
+//! points, [`place`] decides on the GPU whether there is a tree and how it is drawn: as a mesh, as one of fewer
+//! triangles ([`raster`]), from pictures ([`impostor`]), or as a part of the canopy. Large trees throw shadows
+//! ([`shadow`]), and near ones have strokes ([`near`], [`edges`]). Nothing is read back: draws are indirect. In wind,
+//! [`sway`] computes how each tree bends, and the passes that draw trees also write how far each pixel has moved.
 
 pub mod colors;
 pub mod edges;
@@ -32,17 +31,18 @@ pub use crate::gpu::wgsl::shared::trees::{CANOPY, DRAW_WORDS, IMPOSTOR, MIDDLE, 
 use crate::scene::Forest;
 use crate::scene::forest::Form;
 
-/// [`TreeInstance`]s of an eye.
+/// The [`TreeInstance`]s of an eye.
 pub const INSTANCES: BufferKind = BufferKind::storage("tree instances");
-/// Lists of numbers of instances: for each species and level, then for each species those that throw shadows.
+/// Lists of instance numbers: one for each species and level, then one for each species with the trees that throw
+/// shadows.
 pub const ORDER: BufferKind = BufferKind::storage("tree order");
-/// For each list the arguments of its draw ([`DRAW_WORDS`]), then the number of instances.
+/// The arguments of each list's draw ([`DRAW_WORDS`]), then the number of instances.
 pub const DRAWS: BufferKind = BufferKind::indirect("tree draws");
 
-/// Lists of a species: one for each level, and one of shadows.
+/// Lists of a species: one for each level, and one for shadows.
 pub const TREE_LISTS: u32 = TREE_LEVELS + 1;
 
-/// The trees of a frame.
+/// The trees of one frame.
 pub struct DrawnTrees {
     shared: Arc<Shared>,
     instances: Buffer,
@@ -51,8 +51,8 @@ pub struct DrawnTrees {
 }
 
 impl DrawnTrees {
-    /// None are found yet. Nothing while its species are grown beside the frame. A species whose model is not among
-    /// `models` is a broadleaf.
+    /// Creates the buffers of a frame, in which no trees are selected yet. Returns `None` while the species are grown
+    /// in the background. A species whose model is not among `models` is drawn as a broadleaf.
     pub fn of(recorder: &mut Recorder<'_>, forest: &Forest, models: &[Arc<TreeModel>]) -> Option<Self> {
         let look = |form: Form| match form {
             Form::Conifer => Look::Grown(Grown::Conifer),
@@ -76,18 +76,18 @@ impl DrawnTrees {
         })
     }
 
-    /// The list of the shadows of a species.
+    /// Returns the number of the list of a species' shadows.
     fn list_of_shadows(&self, species: usize) -> u32 {
         self.shared.species.len() as u32 * TREE_LEVELS + species as u32
     }
 
-    /// The numbers of the instances in a list.
+    /// Returns the instance numbers of a list.
     fn order_of(&self, list: u32) -> Buffer {
         let bytes = u64::from(MOST_TREES) * 4;
         self.order.slice(u64::from(list) * bytes, bytes)
     }
 
-    /// Draws those of a list, with a pipeline that is set.
+    /// Draws the trees of a list with the pipeline that is set.
     fn draw(&self, pass: &mut wgpu::RenderPass<'_>, list: u32) {
         pass.draw_indirect(&self.draws.raw, self.draws.offset + u64::from(list * DRAW_WORDS * 4));
     }

@@ -1,4 +1,5 @@
-//! Which trees have strokes, in an order that does not depend on timing. See `shaders/surface/trees/near.wgsl`.
+//! Selects the trees that have strokes, in an order that does not depend on timing. See
+//! `shaders/surface/trees/near.wgsl`.
 
 use super::DrawnTrees;
 use super::place::MOST_TREES;
@@ -7,23 +8,23 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::trees::near::{NEAR_GROUPS, NearTrees};
 
-/// Trees that have strokes, at most: those that are nearest.
+/// The most trees that have strokes; the nearest ones have them.
 pub const MOST_NEAR: u32 = 1 << 12;
 
-/// How many there are, then the numbers of their instances, from near to far.
+/// Number of trees, then their instance numbers, from near to far.
 const NEAR_ORDER: BufferKind = BufferKind::storage("near trees");
-/// An indirect dispatch, and how many workgroups it has.
+/// Arguments of an indirect dispatch, then the total number of workgroups.
 const NEAR_DISPATCH: BufferKind = BufferKind::indirect("near tree groups");
 
 /// The trees that have strokes.
 pub struct Near {
-    /// How many there are, then the numbers of their instances.
+    /// Number of trees, then their instance numbers, from near to far.
     pub(super) order: Buffer,
-    /// Workgroups for their edges: x, y, z, and how many.
+    /// Workgroup counts (x, y, z) for the trees' edges, then the total number of workgroups.
     pub(super) dispatch: Buffer,
 }
 
-/// Finds them, for a pass that has `groups_of_tree` workgroups for each.
+/// Selects the trees, for a pass that has `groups_of_tree` workgroups per tree.
 pub fn run(recorder: &mut Recorder<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
     let uniform =
         NearTrees { species: trees.shared.species.len() as u32, capacity: MOST_TREES, room: MOST_NEAR, groups_of_tree };

@@ -1,4 +1,4 @@
-//! Which trees an eye sees, and how each is drawn. See `shaders/surface/trees/place.wgsl`.
+//! Selects the trees that an eye sees, and how each is drawn. See `shaders/surface/trees/place.wgsl`.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -24,76 +24,75 @@ use crate::scene::view::View;
 use crate::scene::{CoverFiles, Forest, Wind};
 use crate::tiles::Terrain;
 
-/// Trees and pieces of canopy that are drawn for an eye, at most; where there were more, they are thinned out nearer to
-/// the eye.
+/// The most trees and pieces of canopy that are drawn for an eye. If there would be more, thinning begins nearer to the
+/// eye.
 pub const MOST_TREES: u32 = 1 << 18;
-/// Where trees are smaller than this on the picture, fewer and wider ones are drawn.
+/// Height on the picture below which fewer and wider trees are drawn, in pixels.
 pub const FULL_PX: f64 = 22.0;
-/// Forests that are farther away are not drawn.
+/// The largest distance at which forests are drawn, in metres.
 pub const FARTHEST_M: f64 = 60_000.0;
-/// Where trees are smaller than this on the picture, their meshes have few triangles.
+/// Height on the picture below which a tree's mesh has few triangles, in pixels.
 pub const MIDDLE_PX: f64 = 150.0;
-/// Where they are smaller than this, they are drawn from pictures.
+/// Height on the picture below which a tree is drawn as an impostor, in pixels.
 pub const IMPOSTOR_PX: f64 = 52.0;
-/// The height of the tallest tree, by that of the mean one.
+/// Height of the tallest tree, as a multiple of its species' mean height.
 pub const TALLEST: f64 = 1.35;
-/// The same where a raster says how tall trees are.
+/// The same if a raster gives the canopy height.
 const TALLEST_OF_RASTER: f64 = 2.9;
-/// A tree that dissolves is drawn as two, and so is one in whose place a canopy rises.
+/// Factor for trees that are drawn as two instances: those that dissolve between levels, and those that a piece of
+/// canopy is replacing.
 const DRAWN_TWICE: f64 = 2.0;
-/// Sines of lower suns throw no shadows, and no shadow is followed farther, by the height of its tree.
+/// Lower suns (by the sine of the elevation) throw no shadows. No shadow is longer than `LONGEST_SHADOW` tree heights.
 const LOWEST_SUN: f64 = 0.02;
 const LONGEST_SHADOW: f64 = 4.0;
-/// Where all trees are drawn, times this: beyond it none is drawn but as canopy.
+/// Multiple of the distance up to which all trees are drawn, beyond which forest is drawn as canopy only.
 const LAST_ALONE: f64 = (SHRUNK * (1.0 + OWN_SIZE)) as f64;
-/// For each class of land and each species.
+/// One share for each land class and each species.
 const SHARES: usize = CoverFiles::MOST_CLASSES * Forest::MOST_SPECIES;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
-/// [`TreeRules`] and [`TreeBlock`]s.
+/// [`TreeRules`], then [`TreeBlock`]s.
 const TREE_QUESTION: BufferKind = BufferKind::storage("tree question");
-/// Of a forest.
+/// Species records of a forest.
 const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
 const _: () = assert!(MOST_SPECIES as usize == Forest::MOST_SPECIES);
 
-/// What an eye asks of a forest.
+/// Inputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// The eye.
     pub eye: &'a View,
-    /// The rig's origin in the world, which positions count from.
+    /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    /// Of which heights and slopes are asked.
+    /// The terrain, whose heights and slopes trees depend on.
     pub terrain: &'a Terrain,
-    /// The rules.
+    /// The forest's rules.
     pub forest: &'a Forest,
-    /// What rasters say of it.
+    /// Rasters of land classes and canopy heights.
     pub cover: Option<&'a Arc<Cover>>,
-    /// What bends them.
+    /// The wind, if it blows.
     pub wind: Option<Wind>,
-    /// Unit.
+    /// Unit vector toward the sun, in world space.
     pub to_sun: DVec3,
-    /// Whether shadows are asked for: then trees that throw them into the picture are in view.
+    /// Whether the style has shadows: then trees out of view whose shadows fall into view are selected too.
     pub has_shadows: bool,
-    /// Sizes at which trees go over to something simpler are so many times smaller; 1 is what is usual.
+    /// Quality: the picture sizes at which trees change to a simpler level are divided by this; usually 1.
     pub detail: f64,
 }
 
-/// What the passes that draw trees are told.
+/// Uniforms and flags for the passes that draw trees.
 #[derive(Clone, Debug)]
 pub struct Placed {
-    /// `Species` of the forest.
+    /// `Species` records of the forest.
     pub species: Resource,
-    /// `Forest`, as it was asked.
+    /// The `Forest` uniform of this eye.
     pub forest: Resource,
-    /// There may be trees in view that wind moves.
+    /// Whether there may be trees in view that wind moves.
     pub may_sway: bool,
 }
 
-/// How far from its foot a tree's shadow is followed, away from the sun and by the tree's height. On level land it ends at
-/// half of that, where it has the room.
+/// Returns how far from its foot a tree's shadow is followed, away from the sun, as a multiple of the tree's height. On
+/// level land a shadow ends at half of that, where there is room.
 fn shadow_reach(to_sun: DVec3) -> f64 {
     if to_sun.z < LOWEST_SUN {
         return 0.0;
@@ -101,12 +100,12 @@ fn shadow_reach(to_sun: DVec3) -> f64 {
     (2.0 * (1.0 - to_sun.z * to_sun.z) / to_sun.z + 0.5).min(LONGEST_SHADOW)
 }
 
-/// Finds the trees of a forest that an eye sees.
+/// Selects the trees of a forest that an eye sees.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
-    // A raster may say that trees are taller than their species in the mean.
+    // A raster may give trees more than their species' mean height.
     let tallest_m = height_m * if forest.cover.canopy_height.is_some() { TALLEST_OF_RASTER } else { TALLEST };
     let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
     let shadow_reach = if has_shadows { shadow_reach(to_sun) } else { 0.0 };
@@ -128,7 +127,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees)
         sight.thinning.full_m *= 0.95 * (most_trees / most as f64).sqrt();
         (blocks, most) = blocks::in_view(&sight, &shared.points);
     }
-    // Farther away there is canopy only.
+    // Beyond this distance there is only canopy, which does not sway.
     let sways_within_m = LAST_ALONE * sight.thinning.full_m;
     let may_sway = wind.is_some() && blocks.iter().any(|block| sight.bounds(*block).distance_m() < sways_within_m);
     let packed: Vec<TreeBlock> = blocks
@@ -199,13 +198,13 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees)
     placed
 }
 
-/// A cover on the GPU.
+/// The rasters of a forest on the GPU.
 struct CoverTexture {
     cover: Arc<Cover>,
     view: wgpu::TextureView,
 }
 
-/// What rasters say, as the shader reads it.
+/// Returns the binding of the rasters.
 fn cover_texture(recorder: &mut Recorder<'_>, cover: &Arc<Cover>) -> Named {
     let made = recorder.kept(
         |known: &CoverTexture| Arc::ptr_eq(&known.cover, cover),
@@ -215,7 +214,7 @@ fn cover_texture(recorder: &mut Recorder<'_>, cover: &Arc<Cover>) -> Named {
     ("tree_cover", Resource::Texture("tree cover", texture.view.clone()))
 }
 
-/// Where rasters lie, from the origin of a rig: their south-western corner, and cells to the metre.
+/// Returns the south-western corner of the rasters, relative to the rig's origin, and their cells per metre.
 fn grid_of(cover: Option<&Arc<Cover>>, origin_m: DVec3) -> [[f32; 2]; 2] {
     let Some(cover) = cover else { return [[0.0; 2]; 2] };
     let [low_m, high_m] = [cover.low_m, cover.high_m].map(DVec2::from_array);
@@ -241,7 +240,7 @@ fn cover_view(gpu: &Gpu, cover: &Cover) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-/// Draws of no trees, and no instances.
+/// Returns the arguments of draws without instances.
 fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
     let lists = trees.shared.species.len() * TREE_LISTS as usize;
     let mut words = vec![0; (lists + 1) * DRAW_WORDS as usize];
@@ -261,7 +260,7 @@ fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
     words
 }
 
-/// The shares of species on each class of land.
+/// Returns the shares of the species in each land class.
 fn shares(forest: &Forest) -> [f32; SHARES] {
     let mut shares = [0.0; SHARES];
     for (own, class) in shares.chunks_exact_mut(Forest::MOST_SPECIES).zip(&forest.cover.classes) {
@@ -270,7 +269,7 @@ fn shares(forest: &Forest) -> [f32; SHARES] {
     shares
 }
 
-/// The species as shaders read them.
+/// Returns the records of the species.
 fn species_records(forest: &Forest, trees: &DrawnTrees) -> [SpeciesRecord; Forest::MOST_SPECIES] {
     let mut records = [SpeciesRecord::default(); Forest::MOST_SPECIES];
     for ((record, species), model) in records.iter_mut().zip(&forest.species).zip(&trees.shared.species) {

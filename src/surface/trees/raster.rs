@@ -14,13 +14,13 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// Of trees, where the surface id says that there is one; elsewhere it means nothing. Its last channel is lightness.
+/// Normal of trees, at pixels whose surface id is a tree; undefined elsewhere. The last channel is lightness.
 pub const TREE_NORMAL: TargetKind = TargetKind::attachment("tree normal", NORMAL_FORMAT);
 
 pub(super) const FORM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// Where a tree is seen, the normal of the round body that its crown fills; and how far behind the place that is seen the
-/// plane lies that stands through the crown's middle and faces the eye, in metres along the view axis.
+/// xyz: normal of the rounded body that the crown fills; w: how far the plane through the crown's middle that faces the
+/// eye is behind the visible surface, in metres along the view axis. Written where a tree is seen.
 pub const TREE_FORM: TargetKind = TargetKind::attachment("tree form", FORM_FORMAT);
 
 const STANDING: Draw = Draw {
@@ -32,35 +32,30 @@ const STANDING: Draw = Draw {
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::TriangleList,
 };
-/// Of trees in wind.
+/// Shader definitions of trees in wind.
 pub(super) const SWAYING_DEFINITIONS: &[&str] = &["WIND"];
 
-/// What the passes that draw trees read and where they write.
+/// Inputs and outputs of the passes that draw trees.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// For the curvature of the earth.
+    /// The terrain uniform, for the curvature of the earth.
     pub terrain: Named,
-    /// Those in view.
+    /// The trees in view.
     pub trees: &'a DrawnTrees,
-    /// How they sway, if wind blows.
+    /// The sway of the trees, if wind blows.
     pub swaying: Option<&'a Swaying>,
-    /// Their own colours, if the style asks for them.
+    /// The trees' local colours, if the style needs them.
     pub colored: Option<&'a Colored>,
-    /// As [`super::place`] reads them.
+    /// Species records, from [`super::place`].
     pub species: &'a Resource,
-    /// [`DEPTH`](crate::surface::DEPTH).
     pub depth: &'a Target,
-    /// [`SURFACE_ID`](crate::surface::SURFACE_ID).
     pub surface_id: &'a Target,
-    /// [`TREE_NORMAL`].
     pub tree_normal: &'a Target,
-    /// [`TREE_FORM`].
     pub tree_form: &'a Target,
 }
 
 impl Inputs<'_> {
-    /// The variant of a pass that draws them, from that of trees which stand still and have no colours.
+    /// Returns the variant of a pass for this frame; `standing` is the variant without wind and colours.
     pub(super) fn variant(&self, standing: Draw) -> Draw {
         let [id, normal, form, ..] = standing.colors.clone();
         let (step, color) = (replaced(STEP_FORMAT), replaced(LOCAL_COLOR_FORMAT));
@@ -78,7 +73,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// Draws lists of trees, each by its species and level, over what is there.
+    /// Draws lists of trees, each with its list number, over the present contents of the targets.
     pub(super) fn draw(&self, recorder: &mut Recorder<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
         let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
         let mut colors = vec![self.surface_id, self.tree_normal, self.tree_form];
@@ -94,7 +89,7 @@ impl Inputs<'_> {
     }
 }
 
-/// Draws them.
+/// Draws the trees.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, swaying, species, .. } = inputs;
     let draw = &inputs.variant(STANDING);

@@ -1,22 +1,18 @@
-//! Position and normal of trees, over those of the land. See `shaders/surface/trees/resolve.wgsl`.
+//! Position and normal of trees, written over those of the land. See `shaders/surface/trees/resolve.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
-/// What the pass reads and where it writes.
+/// Inputs and outputs of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Which pixels show a tree.
+    /// Surface ids, which identify the pixels of trees.
     pub surface_id: &'a Target,
-    /// As it was rasterised.
+    /// Depth as rasterised.
     pub depth: &'a Target,
-    /// [`TREE_NORMAL`](super::raster::TREE_NORMAL).
     pub tree_normal: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
 }
 

@@ -1,4 +1,4 @@
-//! The shadows that trees throw. See `shaders/surface/trees/shadow.wgsl`.
+//! The shadows of trees. See `shaders/surface/trees/shadow.wgsl`.
 
 use super::DrawnTrees;
 use super::place::Placed;
@@ -13,10 +13,10 @@ use crate::surface::DEPTH_FORMAT;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-/// How much of the sun trees take of what is seen: 0 to 1.
+/// The share of sunlight that trees block, 0 to 1.
 pub const TREE_SHADOW: TargetKind = TargetKind::attachment("tree shadow", FORMAT);
 
-/// What is darker stays.
+/// Keeps the darkest of overlapping shadows.
 const DARKEST: wgpu::BlendComponent = wgpu::BlendComponent {
     src_factor: wgpu::BlendFactor::One,
     dst_factor: wgpu::BlendFactor::One,
@@ -44,29 +44,27 @@ const STANDING: Draw = Draw {
 };
 const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, ..STANDING };
 
-/// What the pass reads and where it writes.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// For the curvature of the earth.
+    /// The terrain uniform, for the curvature of the earth.
     pub terrain: Named,
-    /// Those in view, and those whose shadows are.
+    /// The trees in view, and those whose shadows are in view.
     pub trees: &'a DrawnTrees,
-    /// As [`super::place`] found them.
+    /// The output of [`super::place`].
     pub placed: &'a Placed,
-    /// How they bend, where wind blows.
+    /// The sway of the trees, if wind blows.
     pub swaying: Option<&'a Swaying>,
-    /// With all that is seen.
+    /// Depth of everything that is seen.
     pub depth: &'a Target,
-    /// The same.
+    /// Surface ids of everything that is seen.
     pub surface_id: &'a Target,
-    /// Of what is seen.
+    /// Position of everything that is seen.
     pub position: &'a Target,
-    /// [`TREE_SHADOW`].
     pub tree_shadow: &'a Target,
 }
 
-/// Draws them.
+/// Draws the shadows.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, placed, swaying, depth, surface_id, position, tree_shadow } = inputs;
     let draw = if swaying.is_some() { &SWAYING } else { &STANDING };

@@ -1,4 +1,4 @@
-//! What all forests of the same species share: points, meshes and pictures on the GPU.
+//! Points, meshes and pictures on the GPU, shared by all forests of the same species.
 
 use std::sync::Arc;
 
@@ -13,52 +13,53 @@ use crate::forest::species::{Corner, Detail, Grown, Part, canopy};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
 
-/// [`TreePoint`]s of a tile, level by level.
+/// The [`TreePoint`]s of a tile, level by level.
 const POINTS: BufferKind = BufferKind::storage("tree points");
-/// [`TreeVertex`]s of a mesh.
+/// The [`TreeVertex`]s of a mesh.
 const VERTICES: BufferKind = BufferKind::storage("tree vertices");
 const PICTURES: &str = "tree pictures";
 const OUTLINES: &str = "tree outlines";
-/// Sides of pictures of a tree, and of a piece of canopy.
+/// Sides of the pictures of a tree, and of a piece of canopy, in pixels.
 const TREE_PX: u32 = 64;
 const CANOPY_PX: u32 = 32;
 
-/// Triangles on the GPU.
+/// A triangle list on the GPU.
 pub(super) struct TreeMesh {
     pub vertices: Buffer,
     pub count: u32,
-    /// Of each vertex, the number of its colour.
+    /// Palette index of each vertex.
     pub paints: Vec<u8>,
 }
 
-/// A species as it is drawn.
+/// The meshes and pictures of a species.
 pub(super) struct SpeciesModel {
     pub near: TreeMesh,
     pub middle: TreeMesh,
     pub alone: TreePictures,
     pub canopy: TreePictures,
-    /// How far its crown reaches, by its height.
+    /// Radius of the crown, as a fraction of the tree's height.
     pub crown: f32,
 }
 
-/// Pictures on the GPU.
+/// The pictures of an impostor on the GPU.
 pub(super) struct TreePictures {
     /// [`Level::texels`].
     pub view: wgpu::TextureView,
     /// [`Level::outlines`].
     pub outlines: wgpu::TextureView,
-    /// Between texels and between levels.
+    /// Interpolates between texels and between mip levels.
     pub sampler: wgpu::Sampler,
-    /// Of their sphere, in tree units.
+    /// Middle and radius of the bounding sphere, in tree units (height and width 1).
     pub middle: [f32; 3],
     pub radius: f32,
-    /// Radius, bottom and top of the upright cylinder that holds the tree.
+    /// Radius, bottom and top of the upright cylinder that holds the tree; the last number is unused.
     pub cylinder: [f32; 4],
-    /// Level by level, the side of a picture, and paints as [`Level::paints`](crate::forest::impostor::Level::paints).
+    /// For each mip level, the side of a picture in pixels and
+    /// [`Level::paints`](crate::forest::impostor::Level::paints).
     pub paints: Vec<(u32, Vec<u8>)>,
 }
 
-/// What the trees of a species look like.
+/// The source of a species' meshes.
 #[derive(Clone)]
 pub(super) enum Look {
     Grown(Grown),
@@ -66,7 +67,7 @@ pub(super) enum Look {
 }
 
 impl PartialEq for Look {
-    /// A model is itself only.
+    /// Two models are equal only if they are the same object.
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Grown(one), Self::Grown(other)) => one == other,
@@ -81,12 +82,12 @@ pub(super) struct Shared {
     pub points: Points,
     pub point_buffer: Buffer,
     pub species: Vec<SpeciesModel>,
-    /// Of near meshes.
+    /// Edges of the near meshes.
     pub edges: EdgesOfSpecies,
 }
 
 impl Shared {
-    /// Grows them.
+    /// Grows the species and uploads them.
     pub fn new(gpu: &Gpu, looks: Vec<Look>) -> Self {
         let points = Points::new();
         let packed: Vec<TreePoint> = points
@@ -102,7 +103,7 @@ impl Shared {
 }
 
 impl Look {
-    /// Near, in the middle distance, and as a piece of canopy.
+    /// Returns the near mesh, the mesh of the middle distance, and that of a piece of canopy.
     fn meshes(&self) -> [Vec<TreeCorner>; 3] {
         match self {
             Self::Grown(grown) => [grown.grow(Detail::Near), grown.grow(Detail::Middle), canopy(*grown)]
@@ -114,7 +115,7 @@ impl Look {
 
 impl SpeciesModel {
     fn new(gpu: &Gpu, [near, middle, canopy]: &[Vec<TreeCorner>; 3]) -> Self {
-        // What lies farther out are single twigs.
+        // The radius that holds nine tenths of the vertices; those farther out belong to single twigs.
         let mut reaches: Vec<f64> = near.iter().map(|corner| corner.at.truncate().length()).collect();
         reaches.sort_by(f64::total_cmp);
         let crown = reaches.get(reaches.len() * 9 / 10).copied().unwrap_or(0.2);
@@ -140,7 +141,7 @@ impl TreeMesh {
     }
 }
 
-/// With the lightness of what it is made of, where bare land is 1.
+/// Returns the corner with the lightness of its material, where bare land is 1.
 fn toned(grown: Grown, corner: &Corner) -> TreeCorner {
     let Corner { at, normal, part, sway } = *corner;
     let lightness = match (grown, part) {
@@ -166,7 +167,7 @@ impl TreePictures {
         let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), corner| {
             (low.min(corner.at.z), high.max(corner.at.z))
         });
-        // As wide as a texel more, for what it shows is as wide.
+        // One texel wider, because a picture covers up to one texel more than the mesh.
         let more = 2.0 * impostor.radius / f64::from(frame_px);
         let cylinder = [reach + more, low - more, high + more, 0.0].map(|along| along as f32);
         let texels = texture(gpu, (PICTURES, wgpu::TextureFormat::Rgba16Float), &impostor, |level| &level.texels);

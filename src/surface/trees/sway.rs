@@ -1,4 +1,4 @@
-//! How the trees in view sway in the wind, in this frame and in the one before. See `shaders/surface/trees/sway.wgsl`.
+//! The sway of the trees in view, in this frame and in the previous one. See `shaders/surface/trees/sway.wgsl`.
 
 use glam::DVec3;
 
@@ -15,47 +15,45 @@ use crate::scene::wind::{Wind, WindUniform};
 
 pub(super) const STEP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// From where a part of a tree is to where it was in the previous frame, in metres, where the surface id says that there
-/// is one; elsewhere it means nothing.
+/// Vector from a part of a tree to its position in the previous frame, in metres, at pixels whose surface id is a tree;
+/// undefined elsewhere.
 pub const TREE_STEP: TargetKind = TargetKind::attachment("tree step", STEP_FORMAT);
 
 /// A [`Sway`] for each tree.
 const SWAYS: BufferKind = BufferKind::storage("tree sways");
-/// Leaves do not flutter on trees that are smaller on the picture than where the last ones become impostors, by that.
+/// Leaves do not flutter on trees that are smaller than this multiple of the size at which trees become impostors.
 const STILL: f64 = 1.4;
 
-/// What the pass reads.
+/// Inputs and output of the pass.
 pub struct Inputs<'a> {
-    /// The wind.
     pub wind: Wind,
-    /// When the frame is drawn.
+    /// The time at which the frame is drawn.
     pub clock: Clock,
-    /// The rig's origin in the world, which positions count from.
+    /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    /// As [`place`](super::place::Inputs::detail) has it.
+    /// See [`place::Inputs::detail`](super::place::Inputs::detail).
     pub detail: f64,
-    /// Those in view.
+    /// The trees in view.
     pub trees: &'a DrawnTrees,
-    /// Out: [`TREE_STEP`], which the passes draw on that draw trees.
+    /// [`TREE_STEP`], an attachment of the passes that draw trees.
     pub step: Target,
 }
 
-/// Trees that sway, for the passes that draw them.
+/// The sway of trees, for the passes that draw them.
 pub struct Swaying {
     wind: Resource,
     sways: Resource,
-    /// [`TREE_STEP`].
     pub step: Target,
 }
 
 impl Swaying {
-    /// As shaders read it.
+    /// Returns the bindings of the wind and of each tree's sway.
     pub(super) fn resources(&self) -> [Named; 2] {
         [("wind", self.wind.clone()), ("tree_sways", self.sways.clone())]
     }
 }
 
-/// Finds how they sway.
+/// Computes how the trees sway.
 pub fn run(recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Swaying {
     let Inputs { wind, clock, origin_m, detail, trees, step } = inputs;
     let uniform = WindUniform {

@@ -4,7 +4,7 @@ use super::{Inputs, Partner};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 
-/// From `cover` and `more` into `marks`; with a partner, from what both eyes would add.
+/// Computes `marks` from `cover` and `more`; with a partner, from the corrections of both eyes.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),

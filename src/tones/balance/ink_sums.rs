@@ -1,13 +1,13 @@
-//! Ink that is wanting, in cells. See `shaders/tones/balance/ink_sums.wgsl`.
+//! The missing ink of each cell. See `shaders/tones/balance/ink_sums.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
-/// Of a workgroup.
+/// Cells of a workgroup.
 const CELLS: u32 = 8;
 
-/// From `cover` into `sums`.
+/// Computes `sums` from `cover`.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
     let [columns, rows] = sums.size_px();
     let resources = [

@@ -1,10 +1,10 @@
-//! How much darker marks have to be drawn. See `shaders/tones/balance/ink_windows.wgsl`.
+//! How much darker marks must be drawn around each cell. See `shaders/tones/balance/ink_windows.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
-/// From `sums` into `more`.
+/// Computes `more` from `sums`.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
     let resources = [("sums", sums.into()), ("more", (&inputs.more).into())];
     recorder.pixels("tones/balance/ink_windows", sums.size_px(), &resources);

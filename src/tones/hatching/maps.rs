@@ -1,16 +1,16 @@
-//! The tonal art maps of a style on the GPU, made ready for being looked up between texels.
+//! The tonal art maps of a style on the GPU, prepared for interpolated look-ups.
 //!
-//! **Calibration.** A map's texels are uniformly distributed, so that darkness d inks the part d of them. What the
-//! shader looks up is bilinear between texels, and averages are not uniform: thin marks would lose ink in light tones
-//! and gaps would in dark ones. So each threshold is replaced by the part of all places *between* texels that lie below
-//! it, again and again until those are uniform. Order stays, and with it the nesting of tones.
+//! **Calibration.** A map's texels are uniformly distributed, so that darkness d inks the fraction d of them. The
+//! shader's look-up is bilinear between texels, and averages are not uniform: thin marks would lose ink in light tones,
+//! and so would gaps in dark ones. So each threshold is replaced by the fraction of all places *between* texels whose
+//! value is below it, repeatedly, until those are uniform. The order is preserved, and with it the nesting of tones.
 //!
-//! **Steepness.** How wide a pixel's border is in thresholds follows from how steeply they change. Between texels that
-//! jumps wherever a mark's flat middle meets its flank, and marks had steps along their sides; so it is found for each
-//! texel, as the mean of what its neighbours on both sides say, and looked up as thresholds are. A line that is just
-//! coming is then thin and pale. Dots must not be pale, nor shine through before they come: for them it is how
-//! thresholds *fall* from a texel, to the dot that it would belong to, which is nothing in a dot's middle and all of
-//! the flank beside it; for gaps in the darks it is how they rise.
+//! **Steepness.** The width of a pixel's border, in thresholds, follows from how steeply they change. Between texels
+//! that jumps wherever a mark's flat middle meets its flank, and marks had steps along their sides; so the steepness is
+//! computed for each texel, as the mean over its neighbours on both sides, and looked up as thresholds are. A line that
+//! is just appearing is then thin and pale. Dots must not be pale, nor shine through before they appear: for them the
+//! steepness is how thresholds *fall* from a texel toward the dot that it would belong to, which is zero in a dot's
+//! middle and the whole slope on its flank; for gaps in dark tones it is how they rise.
 //!
 //! **Quads.** A texel holds the four thresholds around a place and their steepness, a byte each: a look-up is one load.
 
@@ -22,63 +22,63 @@ use crate::style::marks::{Kind, Recipe};
 use crate::style::{Style, StyleError};
 use crate::tones::tonal_art_map::TonalArtMap;
 
-/// Places between texels, along each side, at which a calibration looks.
+/// Places between texels, along each side, at which calibration samples.
 const BETWEEN: usize = 4;
 
-/// Steps of a distribution.
+/// Bins of a distribution.
 const STEPS: usize = 2048;
 
-/// Rounds of calibration: after these the distribution is uniform within half a hundredth.
+/// Rounds of calibration, after which the distribution is uniform within half a hundredth.
 const ROUNDS: usize = 8;
 
 /// Thresholds of every layer's marks.
 pub struct Maps {
     quads: GrowingBuffer,
-    /// Of a tile, in texels.
+    /// Side of a tile, in texels.
     pub side_px: u32,
 }
 
-/// The maps of a style, or that they cannot be made: that is told once.
+/// The maps of a style; or none if they cannot be made, which is logged once.
 pub struct MadeMaps {
     recipes: Vec<Recipe>,
     maps: Option<Maps>,
 }
 
 impl MadeMaps {
-    /// As [`Maps::new`].
+    /// Makes the maps as [`Maps::new`] does, and logs an error.
     pub fn new(gpu: &Gpu, hatching: &Hatching) -> Self {
-        // Checked when the style was loaded: somebody has taken a picture away since.
-        let maps = Maps::new(gpu, hatching).inspect_err(|error| tracing::warn!("{error}; nothing is hatched"));
+        // The pictures were checked when the style was loaded, so one has been removed since.
+        let maps = Maps::new(gpu, hatching).inspect_err(|error| tracing::warn!("{error}; the hatching is not drawn"));
         Self { recipes: recipes(hatching), maps: maps.ok() }
     }
 
-    /// Whether these are the maps of `hatching`.
+    /// Returns whether these are the maps of `hatching`.
     pub fn are_of(&self, hatching: &Hatching) -> bool {
         self.recipes == recipes(hatching)
     }
 
-    /// The maps, if they could be made.
+    /// Returns the maps, if they could be made.
     pub fn maps(&self) -> Option<&Maps> {
         self.maps.as_ref()
     }
 }
 
-/// The recipes of the layers, in order.
+/// Returns the recipes of the layers, in order.
 fn recipes(hatching: &Hatching) -> Vec<Recipe> {
     hatching.layers.iter().filter_map(|layer| layer.recipe.clone()).collect()
 }
 
-/// Whether the marks of a style can be made: what is wrong with somebody's pictures is told before they are drawn with.
-/// What it makes is in the cache then.
+/// Checks that the marks of a style can be made, so that errors in a user's pictures are reported before they are
+/// needed. The maps are in the cache afterwards.
 ///
 /// # Errors
-/// [`StyleError`] that names the picture.
+/// [`StyleError`], which names the picture.
 pub fn check(style: &Style) -> Result<(), StyleError> {
     style.hatching.iter().flat_map(recipes).try_for_each(|recipe| TonalArtMap::cached(&recipe).map(|_| ()))
 }
 
 impl Maps {
-    /// Makes the maps, or takes them from the cache, and sends them.
+    /// Makes the maps, or reads them from the cache, and uploads them.
     ///
     /// # Errors
     /// [`StyleError`] when a stack of images cannot be read any more.
@@ -100,14 +100,15 @@ impl Maps {
         Ok(Self { quads, side_px })
     }
 
-    /// What the shader binds.
+    /// Returns the binding of the shader.
     pub fn binding(&self) -> Resource {
         self.quads.binding()
     }
 }
 
-/// The four thresholds around each place of a tile of side `side_px`, in which a smaller map repeats: sides are powers
-/// of two. From the lowest byte: this texel, the next along, the next across, both.
+/// Returns the four thresholds around each place of a tile of side `side_px`, in which a smaller map repeats (sides are
+/// powers of two), and their steepness. From the lowest byte: this texel, the next along, the next across, the next
+/// along and across.
 fn quads(thresholds: &[u8], own_px: u32, side_px: u32, is_dots: bool) -> Vec<[u32; 2]> {
     let (side, own) = (side_px as usize, own_px as usize);
     let steep = steepness(thresholds, own, is_dots);
@@ -119,8 +120,8 @@ fn quads(thresholds: &[u8], own_px: u32, side_px: u32, is_dots: bool) -> Vec<[u3
     places.map(|(x, y)| [quad(thresholds, x, y), quad(&steep, x, y)]).collect()
 }
 
-/// How steeply thresholds change about each texel, per texel: roots of it, for ink as the lower half of a byte and for
-/// gaps as the upper one.
+/// Returns how steeply thresholds change at each texel, per texel, as square roots: that of ink in the lower half of a
+/// byte, that of gaps in the upper half.
 fn steepness(thresholds: &[u8], side: usize, is_dots: bool) -> Vec<u8> {
     let at = |x: usize, y: usize| f32::from(thresholds[(y % side) * side + x % side]) / 255.0;
     let places = (0..side * side).map(|i| (i % side, i / side));
@@ -136,7 +137,7 @@ fn steepness(thresholds: &[u8], side: usize, is_dots: bool) -> Vec<u8> {
     places.map(roots).collect()
 }
 
-/// Thresholds whose bilinear averages are uniform.
+/// Returns thresholds whose bilinear averages are uniform.
 pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
     let mut values: Vec<f32> = map.thresholds.iter().map(|byte| (f32::from(*byte) + 0.5) / 256.0).collect();
     for _ in 0..ROUNDS {
@@ -150,7 +151,7 @@ pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
     values.iter().map(|value| (value * 255.0).round() as u8).collect()
 }
 
-/// The part of all places that lie below k / STEPS, for each k from 0 to STEPS.
+/// Returns the fraction of all places whose value is below k / STEPS, for each k from 0 to STEPS.
 pub fn distribution(values: &[f32], side: usize) -> Vec<f32> {
     let mut counts = vec![0_u32; STEPS];
     for y in 0..side {

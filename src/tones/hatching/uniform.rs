@@ -1,4 +1,4 @@
-//! `HatchLayer` and `Hatch` in `shaders/shared/hatch.wgsl`: a style's layers, as the shaders read them.
+//! `HatchLayer` and `Hatch` in `shaders/shared/hatch.wgsl`: a style's layers in the form that the shaders read.
 
 use bytemuck::Zeroable;
 
@@ -9,15 +9,16 @@ pub(crate) use crate::gpu::wgsl::shared::hatch::HatchLayer as HatchLayerUniform;
 use crate::style::hatching::{Direction, Hatching, Layer, MOST_LAYERS};
 use crate::style::marks::{Kind, Recipe};
 
-/// Marks have no ends; as in the shader.
+/// Flag: marks have no ends.
 const ENDLESS: u32 = hatch::ENDLESS;
-/// Marks darken by growing wider.
+/// Flag: marks darken by growing wider.
 const SWELLS: u32 = hatch::SWELLS;
 
-/// Marks are round dots that know of each other.
+/// Flag: marks are round dots that keep apart.
 const DOTS: u32 = hatch::DOTS;
 
-/// Length and width of a mark by the fractal rule: a line has no end, a dot is as long as wide.
+/// Returns length and width of a mark by the fractal rule, in pixels: a line has no end (length 0), a dot is as long as
+/// wide.
 fn marks_px(recipe: &Recipe) -> [f32; 2] {
     let length_px = match recipe.kind {
         Kind::Line => 0.0,
@@ -27,7 +28,7 @@ fn marks_px(recipe: &Recipe) -> [f32; 2] {
     [length_px, recipe.width_px]
 }
 
-/// Whether marks darken by growing wider, rather than by number.
+/// Returns whether marks darken by growing wider, rather than by number.
 pub fn swells(recipe: &Recipe) -> bool {
     recipe.swell >= 0.5 || recipe.kind == Kind::Halftone
 }
@@ -49,18 +50,19 @@ impl HatchLayerUniform {
             let dots = if recipe.kind == Kind::Dots { DOTS } else { 0 };
             endless | dots | if swells(recipe) { SWELLS } else { 0 }
         });
-        // From three quarters of their size on down, texels are smaller than pixels and would alias.
+        // Below three quarters of their size, texels are smaller than pixels and would alias.
         let grey = ((0.75 - layer.size) / 0.4).clamp(0.0, 1.0);
         let (map, size) = (map as u32, layer.size);
         Self { direction, map, size, turn, fixed_direction, marks_px, flags, grey, pad_a: 0.0, pad_b: 0.0 }
     }
 }
 
-/// Degrees of slope over which a layer comes, and goes, on each side of its limit.
+/// Range of slope on each side of its limit over which a layer appears or disappears, in degrees.
 const SLOPE_BORDER_DEG: f32 = 3.0;
 
 impl HatchUniform {
-    /// `ladder` is the first level and how many there are, `side` that of the maps.
+    /// Creates the uniform. `ladder` is the first level and the number of levels, `side` the side of the maps in
+    /// texels.
     pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32) -> Self {
         let layers = &hatching.layers;
         let mut uniform = Self {
@@ -72,7 +74,7 @@ impl HatchUniform {
             drawn: u32::MAX,
             by_curvature: hatching.follows_curvature().into(),
             begins: [f32::MAX; MOST_LAYERS],
-            // A layer that is not there likes no slope.
+            // A layer that does not exist is drawn on no slope.
             comes_from: [2.0; MOST_LAYERS],
             comes_full: [3.0; MOST_LAYERS],
             goes_from: [2.0; MOST_LAYERS],
@@ -82,7 +84,7 @@ impl HatchUniform {
         let density = |darkness: f32| -(1.0 - darkness).ln();
         for (i, layer) in layers.iter().enumerate() {
             uniform.layers[i] = HatchLayerUniform::new(layer, i);
-            // Lighter tones than the first layer's are its own too.
+            // The first layer also draws tones lighter than its own.
             uniform.begins[i] = if i == 0 { 0.0 } else { density(layer.from) };
             uniform.spans[i] = layers.get(i + 1).map_or(f32::MAX, |next| density(next.from) - uniform.begins[i]);
             let sine = |deg: f32| deg.to_radians().sin();

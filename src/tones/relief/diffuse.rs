@@ -1,4 +1,5 @@
-//! Blurs the gradient of depth up to silhouettes and creases. See `shaders/tones/relief/diffuse.wgsl`.
+//! Blurs the gradient of depth up to silhouettes and creases (anisotropic diffusion). See
+//! `shaders/tones/relief/diffuse.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;
@@ -6,15 +7,16 @@ use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::diffuse::DiffuseStep;
 use crate::style::Relief;
 
-/// Steps, at most.
+/// The most steps.
 const MOST_STEPS: i32 = 12;
 
-/// How far neighbours of each step are: 1, 1, 2, 2, 4, 4 ...
+/// Returns the distance of the neighbours of a step, in pixels: 1, 1, 2, 2, 4, 4 ...
 fn stride_px(step: i32) -> i32 {
     1 << (step / 2)
 }
 
-/// The steps that make a blur of that standard deviation. A step adds half of its stride's square to the variance.
+/// Returns the steps of a blur of the given standard deviation. A step adds half of its stride's square to the
+/// variance.
 fn steps(sigma_px: f32) -> Vec<DiffuseStep> {
     let mut variance = 0.0;
     let mut all = Vec::new();
@@ -30,12 +32,12 @@ fn steps(sigma_px: f32) -> Vec<DiffuseStep> {
     all
 }
 
-/// The widest blur of a style.
+/// Returns the standard deviation of the widest blur of a style, in pixels.
 fn widest_px(relief: &Relief) -> f32 {
     relief.scale_px * (1.0 + relief.coarser_far + relief.coarser_aside + relief.coarser_level)
 }
 
-/// How far around a pixel curvature looks.
+/// Returns how far around a pixel its curvature depends on the picture, in pixels.
 pub fn reach_px(relief: &Relief) -> u32 {
     if !relief.asks_for_curvature() {
         return 0;
@@ -44,7 +46,7 @@ pub fn reach_px(relief: &Relief) -> u32 {
     blur_px.unsigned_abs() + 2
 }
 
-/// Blurs the first of two pictures by way of the other, and returns where it is at last.
+/// Blurs the first of two targets, alternating between both, and returns the one that holds the result.
 pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, pictures: &[Target; 2]) -> Target {
     let mut current = 0;
     for step in steps(widest_px(inputs.relief)) {

@@ -1,4 +1,4 @@
-//! Relief at several scales at once. See `shaders/tones/relief/exaggerate.wgsl`.
+//! Exaggerated shading: relief at several scales at once. See `shaders/tones/relief/exaggerate.wgsl`.
 
 use super::{Inputs, Shared};
 use crate::gpu::buffer::BufferKind;
@@ -6,10 +6,9 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::exaggerate::ExaggerateRules;
 
-/// `ExaggerateRules`.
 const RULES: BufferKind = BufferKind::storage("exaggerate rules");
 
-/// Lights what the inputs show.
+/// Lights the visible surface.
 pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Shared, relief_light: &Target) {
     let relief = inputs.relief;
     let rules = ExaggerateRules {

@@ -1,16 +1,17 @@
-//! How the depth of the picture rises. See `shaders/tones/relief/gradient.wgsl`.
+//! The gradient of the picture's depth. See `shaders/tones/relief/gradient.wgsl`.
 
 use super::{Inputs, Shared};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// xy: the gradient of inverse depth, in 1/m; z: inverse depth, in 1/m; w: how far it is to be blurred, and whether all
-/// around is one surface, as `packed` in `shaders/shared/relief.wgsl` has them. All 0 is what has no relief.
+/// xy: the gradient of inverse depth, in 1/m; z: inverse depth, in 1/m; w: the standard deviation of the blur, and
+/// whether the neighbourhood is one surface, packed as by `packed` in `shaders/shared/relief.wgsl`. All 0 where there
+/// is no relief.
 pub const DEPTH_GRADIENT: TargetKind = TargetKind::storage("depth gradient", wgpu::TextureFormat::Rgba32Float);
-/// The same between steps of the blur.
+/// [`DEPTH_GRADIENT`] between steps of the blur.
 pub const BLURRED_GRADIENT: TargetKind = TargetKind::storage("blurred gradient", wgpu::TextureFormat::Rgba32Float);
 
-/// Finds the gradient of what the inputs show.
+/// Computes the gradient at the visible surface.
 pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Shared, depth_gradient: &Target) {
     let resources = [
         ("view", inputs.view.clone()),

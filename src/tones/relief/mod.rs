@@ -1,9 +1,10 @@
-//! Light that brings out relief, for tones in steps or smooth ones: warped or scaled by curvature, or grazing the land's
-//! form at several scales.
+//! Light that emphasises relief, for stepped or smooth tones: warped or scaled by curvature, or grazing the land's form
+//! at several scales.
 //!
-//! Warp and scaling ask how the picture bends toward the eye: [`gradient`] finds how depth rises, [`diffuse`] blurs that up
-//! to silhouettes and creases, and [`radiance`] or [`scaling`] takes its curvature and lights the place. [`exaggerate`] asks
-//! the land's own forms instead. All write a tone for each pixel, which `tones/toon` takes in place of its own light.
+//! Warping and scaling use the view-centred curvature of the picture: [`gradient`] computes the gradient of depth,
+//! [`diffuse`] blurs it up to silhouettes and creases, and [`radiance`] or [`scaling`] derives its curvature and lights
+//! the pixel. [`exaggerate`] uses the land's own forms instead. All write a tone for each pixel, which `tones/toon`
+//! uses in place of its own light.
 //!
 //! Sources: Vergne, Pacanowski, Barla, Granier and Schlick 2009 and 2010; Rusinkiewicz, Burns and DeCarlo 2006.
 //!
@@ -27,41 +28,36 @@ use crate::scene::view::Pose;
 use crate::style::{Relief, ReliefKind, Style};
 use crate::tones::light::LightUniform;
 
-/// rgb: the colour of the light, of luminance 1; a: the tone that is asked for.
+/// rgb: the colour of the light, of luminance 1; a: the requested tone.
 pub const RELIEF_LIGHT: TargetKind = TargetKind::storage("relief light", wgpu::TextureFormat::Rgba16Float);
 
-/// `ReliefRules`: no uniform, since passes have three of these already (`docs/decisions/software-drivers.md`).
+/// `ReliefRules` are not a uniform, since passes already have three of these (`docs/decisions/software-drivers.md`).
 const RULES: BufferKind = BufferKind::storage("relief rules");
 
-/// What the passes read.
+/// Inputs of the passes.
 pub struct Inputs<'a> {
-    /// `View`.
     pub view: &'a Resource,
-    /// Whose relief.
     pub relief: &'a Relief,
-    /// The style's light.
+    /// The style, for its light.
     pub style: &'a Style,
-    /// The scene's.
+    /// The light of the scene.
     pub light: &'a Light,
-    /// Of the eye.
+    /// The pose of the eye.
     pub pose: &'a Pose,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
-    /// What the land sees of the sun and the sky, for a style that asks, with `Terrain`.
+    /// The `Terrain` uniform and the bindings of the horizon maps, for a style with cast shadows or occlusion.
     pub horizon_maps: Option<(Named, [Named; 5])>,
-    /// What the shadows of trees take of the sun, if there are any and the style asks.
+    /// The share of sunlight that trees block, if there are trees and the style has their shadows.
     pub tree_shadow: Option<&'a Target>,
-    /// What is seen.
     pub surface_id: &'a Target,
-    /// Of the surface.
     pub position: &'a Target,
-    /// Of the surface.
     pub normal: &'a Target,
     /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL), or one empty texel.
     pub form_normal: &'a Target,
 }
 
-/// What several passes bind.
+/// Resources that several passes bind.
 struct Shared {
     light: Resource,
     focus: Resource,
@@ -83,19 +79,19 @@ impl Relief {
     }
 }
 
-/// By which shadows there are: those of trees count 1, and those of land 2.
+/// Returns an index for the shadows that exist: those of trees count 1, those of land 2.
 fn shadows(inputs: &Inputs<'_>) -> usize {
     usize::from(inputs.tree_shadow.is_some()) + 2 * usize::from(inputs.horizon_maps.is_some())
 }
 
-/// What both passes with shadows read of them.
+/// Returns the bindings of the shadows, for the two passes that have them.
 fn shadow_resources(inputs: &Inputs<'_>) -> impl Iterator<Item = Named> {
     let of_land =
         inputs.horizon_maps.clone().into_iter().flat_map(|(terrain, maps)| std::iter::once(terrain).chain(maps));
     of_land.chain(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())))
 }
 
-/// Lights what the inputs show.
+/// Lights the visible surface.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let relief_light = targets.whole(recorder.gpu(), &RELIEF_LIGHT);
     let shared = Shared {

@@ -1,4 +1,4 @@
-//! Light of all that surrounds the scene, warped by curvature. See `shaders/tones/relief/radiance.wgsl`.
+//! Environment lighting, warped by curvature. See `shaders/tones/relief/radiance.wgsl`.
 
 use super::surroundings::SkyParts;
 use super::{Inputs, Shared, shadow_resources, shadows};
@@ -8,12 +8,11 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
 
-/// `Surroundings`.
 const SURROUNDINGS: BufferKind = BufferKind::storage("surroundings");
-/// `SkyLight`s.
+/// The `SkyLight`s.
 const SKY_LIGHTS: BufferKind = BufferKind::storage("sky lights");
 
-/// By [`shadows`]; warped light counts 4.
+/// The shader's definitions, indexed by [`shadows`], plus 4 for warped light.
 const DEFINITIONS: [&[&str]; 8] = [
     &[],
     &["TREE_SHADOWS"],
@@ -25,7 +24,7 @@ const DEFINITIONS: [&[&str]; 8] = [
     &["HORIZON_MAPS", "TREE_SHADOWS", "WARPED"],
 ];
 
-/// Lights what the inputs show; `slopes` is the blurred gradient of depth, and without it light is not warped.
+/// Lights the visible surface. `slopes` is the blurred gradient of depth; without it light is not warped.
 pub(super) fn run(
     recorder: &mut Recorder<'_>,
     inputs: &Inputs<'_>,

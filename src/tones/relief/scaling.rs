@@ -1,4 +1,4 @@
-//! Light that is scaled by curvature. See `shaders/tones/relief/scaling.wgsl`.
+//! Light scaled by curvature. See `shaders/tones/relief/scaling.wgsl`.
 
 use super::{Inputs, Shared, shadow_resources, shadows};
 use crate::gpu::buffer::BufferKind;
@@ -7,13 +7,12 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::scaling::ScalingRules;
 
-/// `ScalingRules`.
 const RULES: BufferKind = BufferKind::storage("scaling rules");
 
-/// By [`shadows`].
+/// The shader's definitions, indexed by [`shadows`].
 const DEFINITIONS: [&[&str]; 4] = [&[], &["TREE_SHADOWS"], &["HORIZON_MAPS"], &["HORIZON_MAPS", "TREE_SHADOWS"]];
 
-/// Lights what the inputs show; `slopes` is the blurred gradient of depth, and without it nothing bends.
+/// Lights the visible surface. `slopes` is the blurred gradient of depth; without it curvature is zero.
 pub(super) fn run(
     recorder: &mut Recorder<'_>,
     inputs: &Inputs<'_>,

@@ -1,10 +1,10 @@
-//! What surrounds a scene, taken apart into few lights (Vergne and others 2009, section 6.1: pre-sampled environment
+//! The environment of a scene, divided into few lights (Vergne and others 2009, section 6.1: pre-sampled environment
 //! lights).
 //!
-//! The parts have their middles on a spiral around the sphere, so that each has about the same solid angle; the radiance of
-//! a part is the mean over all directions that are nearer to its middle than to any other. Without a picture of them the
-//! surroundings are a clear sky, of the luminance that CIE S 011/E:2003 gives its type 12, over bright ground. The sun is
-//! no part of that sky, because a cast shadow takes it and not the sky.
+//! The middles of the parts are on a spiral around the sphere, so that each part has about the same solid angle; the
+//! radiance of a part is the mean over all directions that are nearer to its middle than to any other. Without an
+//! environment picture the environment is a clear sky, with the luminance that CIE S 011/E:2003 gives for its type 12,
+//! over bright ground. The sun is not part of that sky, because cast shadows block the sun but not the sky.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -14,29 +14,29 @@ use glam::DVec3;
 use crate::file::hdr::SkyPicture;
 use crate::style::Relief;
 
-/// Directions over which means are taken: rows from the zenith down, and columns.
+/// Directions over which means are computed: rows from the zenith down, and columns.
 const SAMPLED: [usize; 2] = [48, 96];
-/// Of the golden angle's spiral.
+/// The golden angle, for the spiral.
 const GOLDEN_RAD: f64 = 2.399_963_229_728_653;
 
-/// Luminances of a clear sky, of the ground below it, and colours: of the sun, of the sky near the sun and away from it, and
-/// of the ground; linear.
+/// Luminance of the ground below a clear sky, as a multiple of what level land receives; and linear colours of the sun,
+/// of the sky near the sun and away from it, and of the ground.
 const GROUND: f64 = 0.3;
 const SUN_COLOR: [f64; 3] = [1.14, 0.98, 0.72];
 const NEAR_SUN: [f64; 3] = [1.05, 1.0, 0.86];
 const AWAY_FROM_SUN: [f64; 3] = [0.74, 1.0, 1.54];
 const GROUND_COLOR: [f64; 3] = [1.05, 1.0, 0.88];
 
-/// A part of the surroundings.
+/// A part of the environment.
 #[derive(Clone, Copy, Debug)]
 pub struct PartOfSky {
-    /// Unit, in the world: its middle.
+    /// Unit vector toward its middle, in world space.
     pub direction: DVec3,
     /// Linear red, green and blue; level land that sees all parts has the luminance of all light but the sun's.
     pub radiance: [f64; 3],
 }
 
-/// The surroundings of a style in a scene's light.
+/// The environment of a style in a scene's light.
 pub struct SkyParts {
     lights: u32,
     picture: Option<Arc<SkyPicture>>,
@@ -45,7 +45,7 @@ pub struct SkyParts {
     to_sun: DVec3,
     /// All parts, of about the same solid angle.
     pub parts: Vec<PartOfSky>,
-    /// What land that faces the sun has of it.
+    /// The light of the sun on land that faces it, linear.
     pub sun: [f64; 3],
 }
 
@@ -53,19 +53,19 @@ fn luminance([red, green, blue]: [f64; 3]) -> f64 {
     0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
-/// A clear sky's luminance in a direction above the horizon, and a colour, by the sun's direction.
+/// Returns the linear light of a clear sky in a direction above the horizon, given the sun's direction.
 fn clear_sky(direction: DVec3, to_sun: DVec3) -> [f64; 3] {
     let away_rad = direction.angle_between(to_sun);
     let gradation = 1.0 - (-0.32 / direction.z.max(1e-3)).exp();
     let about_sun = 1.0 + 10.0 * ((-3.0 * away_rad).exp() - (-1.5 * PI).exp()) + 0.45 * away_rad.cos().powi(2);
-    // A sun below the horizon lights no part of it.
+    // A sun below the horizon does not light the sky.
     let is_up = (to_sun.z * 10.0).clamp(0.0, 1.0);
     let luminance = gradation * (1.0 + is_up * (about_sun - 1.0));
     let near = (-1.5 * away_rad).exp() * is_up;
     std::array::from_fn(|i| luminance * (AWAY_FROM_SUN[i] + (NEAR_SUN[i] - AWAY_FROM_SUN[i]) * near))
 }
 
-/// Middles of parts, on a spiral around the sphere.
+/// Returns the middles of the parts, on a spiral around the sphere.
 fn middles(count: u32) -> Vec<DVec3> {
     let middle = |i: u32| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
@@ -76,7 +76,7 @@ fn middles(count: u32) -> Vec<DVec3> {
     (0..count).map(middle).collect()
 }
 
-/// Directions all over the sphere, each with its solid angle.
+/// Returns directions all over the sphere, each with its solid angle.
 fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
     let [rows, columns] = SAMPLED;
     let edge = move |row: usize| (PI * row as f64 / rows as f64).cos();
@@ -90,7 +90,7 @@ fn sphere() -> impl Iterator<Item = (DVec3, f64)> {
     })
 }
 
-/// The mean radiance of each part.
+/// Returns the parts with their mean radiance.
 fn parts_of(count: u32, radiance: impl Fn(DVec3) -> [f64; 3]) -> Vec<PartOfSky> {
     let middles = middles(count);
     let mut sums = vec![([0.0; 3], 0.0); middles.len()];
@@ -111,7 +111,7 @@ fn parts_of(count: u32, radiance: impl Fn(DVec3) -> [f64; 3]) -> Vec<PartOfSky> 
         .collect()
 }
 
-/// What level land has of the parts: luminance, as a white sky gives it 1.
+/// Returns the luminance of level land under the parts, relative to a white sky.
 fn on_level_land(parts: &[PartOfSky]) -> f64 {
     let sum =
         |of: fn([f64; 3]) -> f64| parts.iter().map(|part| part.direction.z.max(0.0) * of(part.radiance)).sum::<f64>();
@@ -119,7 +119,7 @@ fn on_level_land(parts: &[PartOfSky]) -> f64 {
 }
 
 impl SkyParts {
-    /// Of a style's relief, and where the sun stands.
+    /// Creates the environment of a style's relief with the sun in direction `to_sun`.
     pub fn new(relief: &Relief, to_sun: DVec3) -> Self {
         let turn_rad = f64::from(relief.turn_deg).to_radians();
         let sun_part = if relief.sky.is_some() { 0.0 } else { f64::from(relief.sun) };
@@ -155,7 +155,7 @@ impl SkyParts {
         }
     }
 
-    /// Whether it is what [`SkyParts::new`] would make.
+    /// Returns whether [`SkyParts::new`] would return the same parts.
     pub fn is_of(&self, relief: &Relief, to_sun: DVec3) -> bool {
         let same_picture = match (&self.picture, &relief.sky) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other) || own == other,
@@ -168,13 +168,13 @@ impl SkyParts {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+    #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use super::*;
 
     #[test]
     fn parts_keep_the_light_of_the_whole() {
-        // A bright half: the sum over the parts is the integral over the sphere.
+        // One half of the sphere is bright: the sum over the parts is the integral over the sphere.
         let radiance = |direction: DVec3| if direction.x > 0.2 { [3.0, 1.0, 0.0] } else { [0.5; 3] };
         let whole: f64 = sphere().map(|(direction, angle)| radiance(direction)[0] * angle).sum();
         for (count, most) in [(54, 0.02), (128, 0.02), (6, 0.2)] {
@@ -198,7 +198,7 @@ mod tests {
         let parts = SkyParts::new(&relief("sun = 0.6"), to_sun);
         assert!((on_level_land(&parts.parts) - 0.4).abs() < 1e-6 && (luminance(parts.sun) - 0.6).abs() < 1e-6);
         assert!(parts.is_of(&relief("sun = 0.6"), to_sun) && !parts.is_of(&relief("sun = 0.5"), to_sun));
-        // The sky is bright about the sun, and its parts are numbers where the sun is below.
+        // The sky is bright around the sun, and its parts are finite where the sun is below the horizon.
         let toward = |direction: DVec3| {
             let nearest =
                 parts.parts.iter().max_by(|a, b| a.direction.dot(direction).total_cmp(&b.direction.dot(direction)));

@@ -1,14 +1,15 @@
-//! Maps that were made before, in `marks/` of the cache folder: a file for each recipe.
+//! The cache of tonal art maps, in `marks/` of the cache folder: a file for each recipe.
 //!
 //! ```text
 //! 8 bytes  "HACHTAM1"
-//! u64      which recipe, and which version of the generator
+//! u64      hash of the recipe and the generator's version
 //! u32      side in pixels
 //! u64      FNV-1a of the thresholds
 //! …        the thresholds
 //! ```
 //!
-//! What is damaged, cut off or of another recipe is made anew. A folder that cannot be written only costs time.
+//! A file that is damaged, cut off or of another recipe is regenerated. If the folder cannot be written, the map is
+//! generated each time.
 
 use std::fs;
 use std::path::Path;
@@ -22,16 +23,16 @@ use crate::style::marks::{Kind, Recipe};
 
 const MAGIC: &[u8; 8] = b"HACHTAM1";
 const HEAD_BYTES: usize = 8 + 8 + 4 + 8;
-/// Somebody who works on a recipe makes many maps; the oldest go.
+/// A user who edits a recipe generates many maps; the oldest files are removed.
 const MOST_FILES: usize = 64;
 
-/// The recipe's map from `folder`; made, and kept there, if it is not.
+/// Returns the recipe's map from `folder`; if it is not there, generates and stores it.
 ///
 /// # Errors
 /// As [`TonalArtMap::make`].
 pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, StyleError> {
     if recipe.kind == Kind::Stack {
-        // Pictures change without their names, and reading them is the most of it.
+        // The pictures may change without their names, and reading them takes most of the time.
         return TonalArtMap::make(recipe);
     }
     let key = key(recipe);
@@ -40,7 +41,7 @@ pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, Style
         if let Some(map) = unpack(&bytes, key) {
             return Ok(map);
         }
-        tracing::warn!("{}: is damaged; this file of the cache is made anew", path.display());
+        tracing::warn!("{}: this cached tonal art map is damaged; it is regenerated", path.display());
     }
     let map = TonalArtMap::make(recipe)?;
     if let Err(error) = fs::create_dir_all(folder).and_then(|()| atomic::write(&path, &pack(&map, key))) {
@@ -50,9 +51,9 @@ pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, Style
     Ok(map)
 }
 
-/// All that a map depends on.
+/// Returns a hash of everything that a map depends on.
 fn key(recipe: &Recipe) -> u64 {
-    // `Debug` writes every number so that it can be read back; the description changes no mark.
+    // `Debug` writes every number so that it can be read back; the description does not affect the marks.
     let recipe = Recipe { description: String::new(), ..recipe.clone() };
     Fnv::new().add(&GENERATOR_VERSION.to_le_bytes()).add(format!("{recipe:?}").as_bytes()).finish()
 }
@@ -80,7 +81,7 @@ fn unpack(bytes: &[u8], key: u64) -> Option<TonalArtMap> {
     is_whole.then(|| TonalArtMap { side_px, thresholds: thresholds.to_vec() })
 }
 
-/// Removes the oldest beyond a number. What cannot be removed stays.
+/// Removes the oldest files beyond [`MOST_FILES`]. Files that cannot be removed stay.
 fn trim(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut maps: Vec<_> = entries

@@ -1,35 +1,37 @@
-//! Thresholds whose mean tone is right: by rank over the tile, and by rank within every neighbourhood.
+//! Equalises thresholds so that the mean tone is right: by rank over the tile, and by rank within every neighbourhood.
 //!
-//! A threshold that is replaced by its rank inks just the asked part of the tile (histogram equalisation). That the
-//! part is right everywhere needs the rank among the neighbours: contrast-limited equalisation's idea (Pizer and
-//! others 1987), but with a Gaussian window that moves with the texel, so there are no blocks and the order of nearby
-//! texels stays. Neighbours of one mark have nearly the same window, so a mark's border stays where it is or moves as
-//! a whole.
+//! A threshold that is replaced by its rank inks exactly the requested fraction of the tile (histogram equalisation).
+//! For the fraction to be right everywhere, the rank among the neighbours is needed: the idea of contrast-limited
+//! equalisation (Pizer and others 1987), but with a Gaussian window that moves with the texel, so there are no blocks
+//! and the order of nearby texels is preserved. Neighbours of one mark have nearly the same window, so a mark's border
+//! stays where it is or moves as a whole.
 //!
-//! The share of a window below a threshold is known for a number of thresholds, from pictures of what each of them
-//! inks, in cells of 4 × 4 texels, blurred; between them it is interpolated in threshold and place.
+//! The fraction of a window below a threshold is computed for a number of thresholds, from pictures of what each of
+//! them inks, in cells of 4 × 4 texels, blurred; it is interpolated in threshold and place.
 
 use rayon::prelude::*;
 
-/// Standard deviations of the windows, along and across marks.
+/// Standard deviations of the windows, along and across the marks.
 #[derive(Clone, Copy)]
 pub(super) struct Windows {
     /// At middle tones.
     pub(super) narrow_px: [f32; 2],
-    /// At light and dark ones.
+    /// At light and dark tones.
     pub(super) wide_px: [f32; 2],
 }
 
-/// From the first to the second darkness (and as far from black) the window goes from the wider to the narrower.
+/// Between the first and the second darkness (and likewise from black) the window changes from the wider to the
+/// narrower.
 const NARROWING: [f32; 2] = [0.1, 0.35];
-/// Side of a cell.
+/// Side of a cell, in texels.
 const CELL_PX: usize = 4;
-/// Thresholds for which the share is known.
+/// Thresholds for which the fraction is computed.
 const BINS: usize = 96;
-/// Every turn moves tones between neighbourhoods, which the next one sees; after five little is left to move.
+/// Iterations: each one moves tones between neighbourhoods, which the next one takes into account; after five, little
+/// is left to move.
 const TURNS: usize = 5;
 
-/// Each value's rank, 0 to 1. What is equal keeps its order.
+/// Returns each value's rank, 0 to 1. Equal values keep their order.
 pub(super) fn ranks(values: &[f32]) -> Vec<f32> {
     let mut order: Vec<(u32, u32)> = values.iter().zip(0..).map(|(value, place)| (sortable(*value), place)).collect();
     order.sort_unstable();
@@ -40,13 +42,13 @@ pub(super) fn ranks(values: &[f32]) -> Vec<f32> {
     ranks
 }
 
-/// A whole number that is larger for a larger float.
+/// Returns an integer that is larger for a larger float.
 fn sortable(value: f32) -> u32 {
     let bits = value.to_bits();
     if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }
 }
 
-/// Ranks over the tile after ranks within each neighbourhood, a few times over.
+/// Alternates ranks within each neighbourhood and ranks over the tile, [`TURNS`] times.
 pub(super) fn everywhere(values: &[f32], side_px: usize, windows: Windows) -> Vec<f32> {
     let mut even = ranks(values);
     for _ in 0..TURNS {
@@ -55,17 +57,17 @@ pub(super) fn everywhere(values: &[f32], side_px: usize, windows: Windows) -> Ve
     even
 }
 
-/// Thresholds of 0 to 1 by their rank in the window around them.
+/// Returns for thresholds of 0 to 1 their rank in the window around them.
 fn locally(thresholds: &[f32], side_px: usize, windows: Windows) -> Vec<f32> {
     let cells = side_px / CELL_PX;
-    // Shares of the window, for each bin's upper end a picture; the first is nothing.
+    // Fractions of the window: a picture for the upper end of each bin.
     let mut bins = vec![0_u8; thresholds.len()];
     bins.iter_mut().zip(thresholds).for_each(|(bin, t)| *bin = ((t * BINS as f32) as usize).min(BINS - 1) as u8);
     let mut counts = vec![[0.0_f32; BINS]; cells * cells];
     for (place, bin) in bins.iter().enumerate() {
         counts[place / side_px / CELL_PX * cells + place % side_px / CELL_PX][usize::from(*bin)] += 1.0;
     }
-    // From counts to the share up to and with a bin.
+    // From counts to the fraction up to and including a bin.
     let texels = (CELL_PX * CELL_PX) as f32;
     for cell in &mut counts {
         let mut sum = 0.0;
@@ -83,7 +85,7 @@ fn locally(thresholds: &[f32], side_px: usize, windows: Windows) -> Vec<f32> {
         for (bin, share) in narrow.iter_mut().enumerate() {
             let darkness = (bin + 1) as f32 / BINS as f32;
             let part = (darkness.min(1.0 - darkness) - NARROWING[0]) / (NARROWING[1] - NARROWING[0]);
-            // Two windows do not agree quite: a share of more must not become less.
+            // Two windows do not quite agree: the fraction below a greater threshold must not be less.
             most = most.max(wide[bin] + (*share - wide[bin]) * part.clamp(0.0, 1.0));
             *share = most;
         }
@@ -108,10 +110,10 @@ fn locally(thresholds: &[f32], side_px: usize, windows: Windows) -> Vec<f32> {
     (0..thresholds.len()).into_par_iter().map(share).collect()
 }
 
-/// Weights of a window by cells, from its middle on: three boxes, which are a Gaussian to a few per cent.
+/// Returns the weights of a window, by cells: three boxes, which approximate a Gaussian to a few per cent.
 fn kernel(cells: usize, window_px: f32) -> Vec<f32> {
     let window = window_px / CELL_PX as f32;
-    // Variance of a box of 2r+1 is ((2r+1)² − 1) / 12.
+    // The variance of a box of 2r+1 is ((2r+1)² − 1) / 12.
     let radius = (window * window * 4.0 + 1.0).sqrt() / 2.0 - 0.5;
     let radius = (radius.round() as usize).min((cells - 1) / 6);
     let side = 2 * radius + 1;
@@ -126,7 +128,8 @@ fn kernel(cells: usize, window_px: f32) -> Vec<f32> {
     weights
 }
 
-/// Sums by `kernel` along one axis; neighbours along it lie `step` apart, lines `line` apart. The tile repeats.
+/// Returns sums weighted by `kernel` along one axis; its neighbours are `step` apart, lines are `line` apart. The tile
+/// repeats.
 fn blurred(counts: &[[f32; BINS]], cells: usize, kernel: &[f32], step: usize, line: usize) -> Vec<[f32; BINS]> {
     let middle = kernel.len() / 2;
     let mut sums = vec![[0.0; BINS]; counts.len()];

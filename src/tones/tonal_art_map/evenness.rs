@@ -1,14 +1,14 @@
-//! Where the next mark belongs: where it lies farthest from all the others, at every distance.
+//! Finds the place of the next mark: the place that is farthest from all other marks, at every distance.
 //!
-//! Each mark lays a hill of coverage on grids of doubling coarseness, all of one volume; their sum falls about as the
-//! square of the distance. The place with the least of it under the whole mark is taken: the best of many candidates
-//! (Praun and others 2001 sum a pyramid of blurred tones), and then let slide while it gets better (as swapping in
-//! void-and-cluster: Ulichney 1993).
+//! Each mark adds a hill of coverage to grids of doubling coarseness, all of the same volume; their sum falls about as
+//! the square of the distance. The place with the least coverage under the whole mark is chosen: the best of many
+//! candidates (Praun and others 2001 sum a pyramid of blurred tones), which then slides while that improves it (as
+//! swapping in void-and-cluster: Ulichney 1993).
 
 /// Radius of a hill, in cells.
 const HILL: f32 = 5.0;
 
-/// Grids of coverage.
+/// Grids of coverage, from fine to coarse.
 pub(super) struct Evenness {
     side_px: usize,
     grids: Vec<Grid>,
@@ -21,14 +21,14 @@ struct Grid {
 }
 
 impl Evenness {
-    /// `width_px` is the width of a mark: finer coverage does not matter.
+    /// Creates empty grids. `width_px` is the width of a mark: finer coverage does not matter.
     pub(super) fn new(side_px: usize, width_px: f32) -> Self {
         let mut grids = Vec::new();
         let mut cell_px = 1;
         while 2.0 * cell_px as f32 <= width_px {
             cell_px *= 2;
         }
-        // A hill must not reach around the tile.
+        // A hill must not wrap around the tile.
         while side_px / cell_px >= 11 {
             let cells = side_px / cell_px;
             grids.push(Grid { cell_px, cells, coverage: vec![0.0; cells * cells] });
@@ -37,7 +37,7 @@ impl Evenness {
         Self { side_px, grids }
     }
 
-    /// The mean coverage under a mark whose points lie `step_px` apart, moved by `offset`.
+    /// Returns the mean coverage under a mark whose points are `step_px` apart, moved by `offset`.
     pub(super) fn under(&self, points: &[[f32; 2]], step_px: f32, offset: [f32; 2]) -> f32 {
         let mut sum = 0.0;
         for grid in &self.grids {
@@ -56,7 +56,7 @@ impl Evenness {
         sum
     }
 
-    /// Lays a mark.
+    /// Adds a mark to the coverage.
     pub(super) fn lay(&mut self, points: &[[f32; 2]], step_px: f32, offset: [f32; 2]) {
         for grid in &mut self.grids {
             let stride = grid.stride(step_px);
@@ -68,7 +68,7 @@ impl Evenness {
         }
     }
 
-    /// From the better of two places, slides to a better one, by ever shorter steps.
+    /// Slides a mark from `offset` to a place with less coverage, by ever shorter steps.
     pub(super) fn slide(&self, points: &[[f32; 2]], step_px: f32, mut offset: [f32; 2], first_px: f32) -> [f32; 2] {
         let mut least = self.under(points, step_px, offset);
         let mut length_px = first_px;
@@ -91,7 +91,7 @@ impl Evenness {
 }
 
 impl Grid {
-    /// Every how many of the points are enough: about one in a cell.
+    /// Returns the stride at which points are sampled: about one per cell.
     fn stride(&self, step_px: f32) -> usize {
         (1.5 * self.cell_px as f32 / step_px).round().max(1.0) as usize
     }
@@ -108,7 +108,7 @@ impl Grid {
                 let dx = x as f32 - u;
                 let left = 1.0 - (dx * dx + dy * dy) / (HILL * HILL);
                 if left > 0.0 {
-                    // Much like a Gaussian of 2 cells.
+                    // Similar to a Gaussian of 2 cells.
                     self.coverage[row + x.rem_euclid(cells) as usize] += volume * left * left * left;
                 }
             }

@@ -1,14 +1,14 @@
-//! A printer's halftone: round dots on a turned grid, which grow, meet at the middle tone, and leave round holes.
+//! A printer's halftone: round dots on a rotated grid, which grow, meet at the middle tone, and leave round holes.
 //!
-//! The grid's two waves have whole numbers of periods over the tile, (n, n) and (−n, n), so it closes; it is turned by
-//! 45°, as the black of a print is. The spot function is the sum of two cosines (PostScript's commonest): the same
-//! shape for dots and for holes.
+//! The grid's two waves have whole numbers of periods over the tile, (n, n) and (−n, n), so it is periodic; it is
+//! rotated by 45°, as the black of a print is. The spot function is the sum of two cosines (PostScript's most common
+//! one): the same shape for dots and for holes.
 
 use super::chance::Chance;
 use crate::lines::strokes::texture::field::Field;
 use crate::style::marks::Recipe;
 
-/// cos(2π turns) to 4 decimals, from products alone: Bhaskara's formula (7th century).
+/// Returns cos(2π turns), from products alone: Bhaskara's formula (7th century), with an error below 0.002.
 fn cosine(turns: f32) -> f32 {
     let t = 2.0 * (turns - turns.round()).abs();
     // sin(π (½ − t)) by halves of the wave, which are mirrored.
@@ -16,7 +16,7 @@ fn cosine(turns: f32) -> f32 {
     sign * (1.0 - 4.0 * t * t) / (1.0 + t * t)
 }
 
-/// At how much ink each texel is reached, in any rising scale.
+/// Returns the ink at which each texel is reached, on an arbitrary rising scale.
 pub(super) fn ink(recipe: &Recipe) -> Vec<f32> {
     let side = recipe.side_px as usize;
     // (n, n): √2 n dots along a side.

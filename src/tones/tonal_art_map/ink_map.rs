@@ -1,40 +1,40 @@
-//! At how much ink each texel is reached: the least over all marks.
+//! The ink at which each texel is reached: the least over all marks.
 //!
-//! A mark begins in its middle and from there grows along itself and to its sides: the tone darkens by a stroke that
-//! is drawn, not by one that blinks. The middle line of a pixel's width comes whole, for a line that is thinner than a
-//! pixel would break into dots wherever it passes between two pixels.
+//! A mark begins in its middle and grows from there along itself and to its sides: the tone darkens by a stroke that is
+//! drawn, not by one that pops up. The middle line, which is one pixel wide, appears as a whole, because a line thinner
+//! than a pixel would break into dots wherever it passes between two pixels.
 
 use super::growth::Growth;
 
-/// Half a pixel: the part of a mark that is there as soon as the mark is.
+/// Half a pixel: the part of a mark that exists as soon as the mark does.
 const CORE_PX: f32 = 0.5;
-/// How much ink passes while a mark grows to its width: a part of what there was when it began, and a little.
+/// The ink over which a mark grows to its width: this fraction of the ink at its beginning, plus `GROWING_LEAST`.
 const GROWING: f32 = 0.3;
 const GROWING_LEAST: f32 = 0.01;
-/// What no mark has reached.
+/// The value of texels that no mark has reached.
 const UNREACHED: f32 = 1e9;
 
-/// Ink at which each texel is reached. The tile repeats.
+/// The ink at which each texel is reached. The tile repeats.
 pub(super) struct InkMap {
     pub(super) side_px: usize,
     pub(super) ink: Vec<f32>,
 }
 
-/// A place of a mark, with all that its growing asks for.
+/// A place on a mark, with everything that its growth depends on.
 #[derive(Clone, Copy)]
 pub(super) struct MarkPoint {
     /// Ink at which the mark begins.
     pub(super) begin: f32,
-    /// From the middle line.
+    /// Distance from the middle line.
     pub(super) away_px: f32,
     /// Half the mark's width here, at mid tone.
     pub(super) half_px: f32,
-    /// 0 in the mark's middle, 1 at its ends.
+    /// Position along the mark: 0 in its middle, 1 at its ends.
     pub(super) along: f32,
 }
 
 impl MarkPoint {
-    /// The ink at which the place is reached.
+    /// Returns the ink at which the place is reached.
     pub(super) fn reached_at(self, growth: &Growth) -> f32 {
         let half_px = self.half_px.max(CORE_PX);
         let rim_px = (half_px * growth.width_at(self.begin) - CORE_PX).max(0.25);
@@ -50,14 +50,14 @@ impl InkMap {
         Self { side_px, ink: vec![UNREACHED; side_px * side_px] }
     }
 
-    /// Inks a texel at `ink` at the latest.
+    /// Lowers the ink of a texel to `ink`.
     pub(super) fn reach(&mut self, x: usize, y: usize, ink: f32) {
         let texel = &mut self.ink[y * self.side_px + x];
         *texel = texel.min(ink);
     }
 
-    /// A piece of a mark, from one point to another, each with half its width and its place along the mark; texels up
-    /// to `reach_px` beyond its border count.
+    /// Draws a piece of a mark, from one point to another, each with half its width and its position along the mark, up
+    /// to `reach_px` beyond its border.
     pub(super) fn piece(&mut self, growth: &Growth, begin: f32, ends: [End; 2], reach_px: f32) {
         let [a, b] = ends;
         let wide = a.half_px.max(b.half_px) + reach_px;
@@ -83,14 +83,14 @@ impl InkMap {
         }
     }
 
-    /// Texels that no mark has reached go on from those beside them, farther and farther.
+    /// Fills the texels that no mark has reached by distance from those that one has.
     pub(super) fn close_up(&mut self) {
         let side = self.side_px;
         let open: Vec<usize> = (0..side * side).filter(|place| self.ink[*place] >= UNREACHED).collect();
-        // All borders at one height, so that what is left closes by distance alone.
+        // All borders get the same height, so that the remaining texels close by distance alone.
         let most = self.ink.iter().copied().filter(|ink| *ink < UNREACHED).fold(0.0, f32::max);
-        // Sweeps forth and back, as a chamfer distance has them (Borgefors 1986), until nothing changes: the tile
-        // repeats, so two need not be enough.
+        // Sweeps forward and backward, as for a chamfer distance (Borgefors 1986), until nothing changes: the tile
+        // repeats, so two sweeps need not be enough.
         let mut is_changed = !open.is_empty();
         while is_changed {
             is_changed = false;
@@ -105,7 +105,7 @@ impl InkMap {
         }
     }
 
-    /// The eight beside a texel, with their distances.
+    /// Returns the ink of the eight neighbours of a texel, with their distances.
     fn beside(&self, place: usize) -> impl Iterator<Item = (f32, f32)> + '_ {
         const DIAGONAL: f32 = std::f32::consts::SQRT_2;
         let side = self.side_px;
@@ -116,7 +116,7 @@ impl InkMap {
             (0, 2, DIAGONAL),
             (2, 2, DIAGONAL),
         ]);
-        // One is added before one is taken away, so that nothing is below 0.
+        // One is added before one is subtracted, so that no index is negative.
         steps.map(move |(right, down, step)| {
             (self.ink[(y + side + down - 1) % side * side + (x + side + right - 1) % side], step)
         })

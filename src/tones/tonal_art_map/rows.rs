@@ -1,11 +1,11 @@
-//! Lines through the whole tile: whole rows, one after another, each between two that are there.
+//! Lines through the whole tile, drawn as whole rows, one after another, each between two existing ones.
 //!
-//! When all are there they stand evenly, but for the hand's jitter. They come by steps of the golden section, so that
-//! at every number of rows there are but two or three sizes of gaps, mixed everywhere (Sós 1958): neither do all gaps
-//! halve at once, nor is one part of the tile denser than another. Where a row begins early and where late varies along
-//! it, so lines come as long strokes that grow at their ends.
+//! When all exist they are evenly spaced, apart from the hand's jitter. They are added by steps of the golden section,
+//! so that for every number of rows there are only two or three sizes of gaps, mixed everywhere (Sós 1958): gaps do not
+//! all halve at once, and no part of the tile is denser than another. The ink at which a row begins varies along it, so
+//! lines appear as long strokes that grow at their ends.
 //!
-//! Rows run in a direction (a, b) of whole numbers, which closes on the tile; those of (1, 0) are level.
+//! Rows run in a direction (a, b) of integers, which closes on the tile; rows of (1, 0) are horizontal.
 
 use super::chance::Chance;
 use super::growth::Growth;
@@ -13,30 +13,30 @@ use super::ink_map::{InkMap, MarkPoint};
 use crate::lines::strokes::texture::field::Field;
 use crate::style::marks::Recipe;
 
-/// A family of rows.
+/// A family of parallel rows.
 pub(super) struct Family {
-    /// Whole numbers without a common divisor.
+    /// Direction, as integers without a common divisor.
     pub(super) direction: [i32; 2],
-    /// Rows beyond this number do not come; the others widen.
+    /// The most rows; when they are reached, rows only widen.
     pub(super) most: usize,
     /// Ink before the first row begins.
     pub(super) after: f32,
-    /// Tells families apart.
+    /// Random stream, a different one for each family.
     pub(super) stream: u32,
 }
 
-/// A row: where it lies across, and the ink at which it begins.
+/// A row: its position across, and the ink at which it begins.
 struct Row {
     across_px: f32,
     begin: f32,
-    /// Its own piece of the noises.
+    /// Offset of its own piece of the noises.
     shift: [usize; 2],
     width: f32,
 }
 
-/// Where rows lie, 0 to 1, in the order in which they come.
+/// Returns the positions of rows, 0 to 1, in the order in which they are added.
 fn places(count: usize, jitter: f32, chance: &mut Chance) -> Vec<f32> {
-    // By steps of the golden section, and then moved to even places without changing their order.
+    // By steps of the golden section, then moved to even spacing without changing their order.
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let steps: Vec<f32> = (0..count).map(|i| (i as f64 * GOLDEN).fract() as f32).collect();
     let start = chance.part();
@@ -52,7 +52,7 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
     let side = map.side_px;
     let [a, b] = family.direction.map(|part| part as f32);
     let norm = (a * a + b * b).sqrt();
-    // All that is across repeats after this.
+    // The period across the rows.
     let period_px = side as f32 / norm;
     let mut chance = Chance::new(recipe.seed, family.stream);
     let count = growth.count().min(family.most);
@@ -63,7 +63,7 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
         rows.push(Row { across_px: at * period_px, begin: family.after + growth.begin(before), shift, width });
     }
     rows.sort_by(|a, b| a.across_px.total_cmp(&b.across_px));
-    // The first row at or beyond each pixel across.
+    // For each pixel across, the first row at or beyond it.
     let starts: Vec<usize> =
         (0..=period_px.ceil() as usize).map(|px| rows.partition_point(|row| row.across_px < px as f32)).collect();
 
@@ -100,7 +100,7 @@ pub(super) fn draw(recipe: &Recipe, growth: &Growth, family: &Family, map: &mut 
                 let pressed = hand.values()[place].clamp(-2.0, 2.0);
                 let away_px = (off + own_px * own.values()[place]).abs();
                 let half_px = 0.5 * recipe.width_px * row.width * (1.0 + 0.2 * recipe.pressure * pressed);
-                // A row that begins late here has its end here.
+                // Where the ink of its beginning is higher, the row has an end.
                 let begin = family.after + (row.begin - family.after) * (1.0 - 0.3 * pressed);
                 let place = MarkPoint { begin, away_px, half_px, along: 0.0 };
                 least = least.min(place.reached_at(growth));

@@ -1,10 +1,10 @@
-//! Thresholds from pictures that somebody drew, from light to dark.
+//! Thresholds from a user's pictures, from light to dark.
 //!
-//! A texel belongs to the first picture that inks it, so pictures that are not nested are made so: each takes over the
-//! marks of all that are lighter. Within a picture marks come one after another, each (a group of texels that touch)
-//! from its middle to its border; in scanned pictures darker texels come first. What no picture inks goes on by the
-//! distance from ink. All of it is replaced by its rank, so a picture appears just at its own darkness, and in between
-//! part of its marks.
+//! A texel belongs to the first picture that inks it, so pictures that are not nested become nested: each contains the
+//! marks of all lighter ones. Within a picture marks appear one after another, each (a group of touching texels) from
+//! its middle to its border; in scanned pictures darker texels come first. Texels that no picture inks follow by their
+//! distance from ink. All values are replaced by their ranks, so a picture appears exactly at its own darkness, and in
+//! between a part of its marks.
 
 use super::TonalArtMap;
 use super::chance::Chance;
@@ -21,27 +21,27 @@ struct Image {
     darkness: Vec<f32>,
 }
 
-/// The map of a recipe's pictures.
+/// Reads the pictures of a recipe and returns their map.
 pub(super) fn read(recipe: &Recipe) -> Result<TonalArtMap, StyleError> {
     let images: Vec<Image> = pictures::read(recipe)?.iter().map(image).collect();
     let side_px = images.first().map_or(recipe.side_px as usize, |image| image.side_px);
     Ok(TonalArtMap::of_ranks(side_px as u32, &super::equalise::ranks(&order(&images, side_px, recipe.seed))))
 }
 
-/// What a picture says.
+/// Returns the darkness of a picture.
 fn image(picture: &Picture) -> Image {
     let darkness = picture.rgba.chunks_exact(4).map(|pixel| {
-        // Rec. 709, on the paper's white where the picture is transparent.
+        // Rec. 709 luminance, on white paper where the picture is transparent.
         let [r, g, b, a] = [pixel[0], pixel[1], pixel[2], pixel[3]].map(|byte| f32::from(byte) / 255.0);
         a * (1.0 - (0.2126 * r + 0.7152 * g + 0.0722 * b))
     });
     Image { side_px: picture.width as usize, darkness: darkness.collect() }
 }
 
-/// A number for each texel that rises in the order in which texels are inked.
+/// Returns a number for each texel that rises in the order in which texels are inked.
 fn order(images: &[Image], side_px: usize, seed: u32) -> Vec<f32> {
     let count = side_px * side_px;
-    // The first picture that inks a texel.
+    // The first picture that inks each texel.
     let first: Vec<usize> = (0..count)
         .map(|place| images.iter().position(|image| image.darkness[place] >= INK).unwrap_or(images.len()))
         .collect();
@@ -57,7 +57,7 @@ fn order(images: &[Image], side_px: usize, seed: u32) -> Vec<f32> {
         let depths = depths(&mark, &first, side_px);
         for (place, depth) in mark.iter().zip(depths) {
             let darkness = images[first[*place]].darkness[*place];
-            // Marks one after another; within a mark the middle first.
+            // Marks appear one after another; within a mark the middle comes first.
             order[*place] = first[*place] as f32 + 0.9 * turn - 0.04 * depth.min(1.0) - 0.02 * darkness;
         }
     }
@@ -65,7 +65,7 @@ fn order(images: &[Image], side_px: usize, seed: u32) -> Vec<f32> {
     order
 }
 
-/// The four beside a texel; the tile repeats.
+/// Returns the four neighbours of a texel; the tile repeats.
 fn beside(place: usize, side_px: usize) -> [usize; 4] {
     let (x, y) = (place % side_px, place / side_px);
     [
@@ -76,7 +76,7 @@ fn beside(place: usize, side_px: usize) -> [usize; 4] {
     ]
 }
 
-/// All texels of one picture that hang together with `start`.
+/// Returns the connected texels of one picture that contain `start`.
 fn touching(first: &[usize], seen: &mut [bool], start: usize, side_px: usize) -> Vec<usize> {
     let mut mark = vec![start];
     seen[start] = true;
@@ -93,7 +93,7 @@ fn touching(first: &[usize], seen: &mut [bool], start: usize, side_px: usize) ->
     mark
 }
 
-/// How deep each texel of a mark lies: the part of those around it that are the mark's.
+/// Returns the depth of each texel in a mark: the fraction of its surroundings that belongs to the mark.
 fn depths(mark: &[usize], first: &[usize], side_px: usize) -> Vec<f32> {
     let inside = |place: usize, other: usize| first[other] == first[place];
     let depth = |&place: &usize| {
@@ -106,7 +106,7 @@ fn depths(mark: &[usize], first: &[usize], side_px: usize) -> Vec<f32> {
     mark.iter().map(depth).collect()
 }
 
-/// What no picture inks, by steps from ink.
+/// Orders the texels that no picture inks, by steps from ink.
 fn close_up(order: &mut [f32], first: &[usize], images: usize, side_px: usize) {
     let mut border: Vec<usize> = (0..order.len()).filter(|place| first[*place] < images).collect();
     let mut reached: Vec<bool> = first.iter().map(|first| *first < images).collect();

@@ -1,4 +1,4 @@
-//! Marks that stand by themselves: dashes, dots, curls and dabs, each placed where it makes the tone most even.
+//! Separate marks: dashes, dots, curls and dabs, each placed where it makes the tone most even.
 
 use super::chance::Chance;
 use super::evenness::Evenness;
@@ -6,10 +6,10 @@ use super::growth::Growth;
 use super::ink_map::{End, InkMap};
 use crate::style::marks::{Kind, Recipe};
 
-/// Candidates for a place if placing is regular, and if it is not.
+/// Number of candidate places if placement is regular, and if it is random.
 const CANDIDATES: [f32; 2] = [40.0, 4.0];
 
-/// So many marks take some two seconds; what is left open then closes by marks that widen.
+/// The most marks, which take some two seconds; what is left open is closed by marks that widen.
 const MOST_MARKS: usize = 120_000;
 
 /// A mark around its middle.
@@ -17,11 +17,11 @@ struct Shape {
     points: Vec<[f32; 2]>,
     /// Half the width at each point, at mid tone.
     half_px: Vec<f32>,
-    /// Between points.
+    /// Distance between points.
     step_px: f32,
 }
 
-/// Part of the full width at `at`, 0 to 1 along a mark: a stroke sets in sooner than it is lifted.
+/// Returns the fraction of the full width at `at`, 0 to 1 along a mark: a stroke begins more abruptly than it ends.
 fn thinning(taper: f32, at: f32) -> f32 {
     let ease = |from_end: f32, length: f32| {
         if from_end >= length {
@@ -33,7 +33,7 @@ fn thinning(taper: f32, at: f32) -> f32 {
     ease(at, 0.35 * taper).min(ease(1.0 - at, 0.65 * taper))
 }
 
-/// A straight stroke with a slight bend.
+/// Returns a straight stroke with a slight bend.
 fn stroke(recipe: &Recipe, chance: &mut Chance) -> Shape {
     let length_px = recipe.length_px * (1.0 + 0.35 * recipe.jitter * chance.gentle());
     let count = (length_px / 4.0).ceil().max(1.0) as usize;
@@ -51,12 +51,12 @@ fn stroke(recipe: &Recipe, chance: &mut Chance) -> Shape {
     widths(points.collect(), length_px / count as f32, recipe, chance)
 }
 
-/// A curl: a pen that goes round while it goes on, without being lifted.
+/// Returns a curl: a pen that circles while it moves on, without being lifted.
 fn curl(recipe: &Recipe, chance: &mut Chance) -> Shape {
     const STEP_PX: f32 = 1.5;
     let count = (recipe.length_px / STEP_PX).ceil().max(2.0) as usize;
     let mut way = [1.0_f32, 0.0_f32];
-    // Any direction: turned by a rational rotation, whose sides are exact.
+    // Any direction: rotated by a rational rotation, which needs no trigonometric function.
     let turn = |way: [f32; 2], half: f32| {
         let scale = 1.0 / (1.0 + half * half);
         let [cos, sin] = [(1.0 - half * half) * scale, 2.0 * half * scale];
@@ -75,7 +75,7 @@ fn curl(recipe: &Recipe, chance: &mut Chance) -> Shape {
         }
         pace += 0.25 * (aim - pace);
         way = turn(way, 0.5 * STEP_PX * pace / radius_px);
-        // The whole hand moves on along the lines.
+        // The whole hand moves along the lines.
         at = [at[0] + STEP_PX * (way[0] + 0.28), at[1] + STEP_PX * way[1]];
     }
     let middle = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f32>() / points.len() as f32);
@@ -83,7 +83,7 @@ fn curl(recipe: &Recipe, chance: &mut Chance) -> Shape {
     widths(points, STEP_PX, recipe, chance)
 }
 
-/// Gives points their widths, whose mean is the recipe's.
+/// Assigns widths to points; their mean is the recipe's width.
 fn widths(points: Vec<[f32; 2]>, step_px: f32, recipe: &Recipe, chance: &mut Chance) -> Shape {
     let last = (points.len() - 1).max(1) as f32;
     let profile: Vec<f32> = (0..points.len()).map(|i| thinning(recipe.taper, i as f32 / last).max(0.1)).collect();
@@ -97,7 +97,7 @@ fn widths(points: Vec<[f32; 2]>, step_px: f32, recipe: &Recipe, chance: &mut Cha
     Shape { half_px: half_px.collect(), points, step_px }
 }
 
-/// Area of the tile for each mark at mid tone.
+/// Returns the area of the tile per mark at mid tone.
 fn area_px(recipe: &Recipe) -> f32 {
     match recipe.kind {
         Kind::Stipple | Kind::Dots => recipe.spacing_px * recipe.spacing_px,
@@ -112,7 +112,7 @@ pub(super) fn draw(recipe: &Recipe, map: &mut InkMap) {
     let growth = Growth::new(recipe.mid_darkness(), mid_count, recipe.width_px, recipe.swell);
     let mut chance = Chance::new(recipe.seed, 1);
     let mut evenness = Evenness::new(map.side_px, recipe.width_px);
-    // Few marks are larger, and each of them counts for more.
+    // If there are few marks, they are larger, and the place of each matters more.
     let few = (16_000.0 / growth.count() as f32).clamp(1.0, if recipe.kind == Kind::Scribble { 3.0 } else { 8.0 });
     let candidates = (few * (CANDIDATES[0] + (CANDIDATES[1] - CANDIDATES[0]) * recipe.jitter)).round() as usize;
     let first_px = (4.0 * (1.0 - recipe.jitter)).max(0.25);

@@ -1,25 +1,24 @@
-//! The table of colours of a toon style: tones across, the attribute down.
+//! The colour table of a toon style: the tone across, the attribute down.
 
 use crate::gpu::Gpu;
 use crate::style::{Attribute, Ramp, Stop};
 
-/// Texels across.
+/// Texels across: steps of the tone.
 const TONES: usize = 256;
-/// Texels down.
+/// Texels down: steps of the attribute.
 const ROWS: usize = 128;
 
 /// A ramp on the GPU.
 pub struct RampTable {
     ramp: Option<Ramp>,
-    /// For bindings.
     pub view: wgpu::TextureView,
-    /// Row of an attribute: the first number and what is multiplied with it.
+    /// Row of an attribute: row = first number + second number × attribute.
     pub row_px: [f32; 2],
-    /// As the shader counts them.
+    /// The attribute, numbered as in the shader: 0 height, 1 slope, 2 distance.
     pub by: u32,
 }
 
-/// The colour of a list at `place` of 0 to 1, between its neighbours.
+/// Returns the interpolated colour of a list at `place`, 0 to 1.
 fn between(colors: &[[f32; 3]], place: f32) -> [f32; 3] {
     let at = place.clamp(0.0, 1.0) * (colors.len() - 1) as f32;
     let first = (at as usize).min(colors.len() - 1);
@@ -32,7 +31,7 @@ fn linear(stop: &Stop) -> Vec<[f32; 3]> {
     stop.colors.iter().map(|color| color.linear()).collect()
 }
 
-/// The colour of a tone at an attribute.
+/// Returns the colour of a tone at an attribute.
 fn color_at(stops: &[(f32, Vec<[f32; 3]>)], attribute: f32, tone: f32) -> [f32; 3] {
     let after = stops.partition_point(|(at, _)| *at <= attribute);
     let (low, high) = (after.saturating_sub(1), after.min(stops.len() - 1));
@@ -43,7 +42,7 @@ fn color_at(stops: &[(f32, Vec<[f32; 3]>)], attribute: f32, tone: f32) -> [f32; 
 }
 
 impl RampTable {
-    /// Of a ramp; none is the greys.
+    /// Creates the table of a ramp; `None` gives greys.
     pub fn new(gpu: &Gpu, ramp: Option<&Ramp>) -> Self {
         let greys = || vec![(0.0, vec![[0.0; 3], [1.0; 3]])];
         let stops = ramp.map_or_else(greys, |ramp| ramp.stops.iter().map(|stop| (stop.at, linear(stop))).collect());
@@ -84,7 +83,7 @@ impl RampTable {
         Self { ramp: ramp.cloned(), view, row_px: [-first * scale, scale], by }
     }
 
-    /// Whether this is the table of `ramp`.
+    /// Returns whether this is the table of `ramp`.
     pub fn is_of(&self, ramp: Option<&Ramp>) -> bool {
         self.ramp.as_ref() == ramp
     }

@@ -1,17 +1,17 @@
-//! Noises that repeat: white noise, blurred by boxes that wrap around.
+//! Periodic noise: white noise, blurred by boxes that wrap around.
 //!
-//! Three boxes are a Gaussian to a few per cent. Boxes of any length have a fraction at both ends (Gwosdek and others
-//! 2011). Only sums, products, quotients and roots are used, which IEEE 754 rounds in one way: every machine grows the
-//! same tile.
+//! Three boxes approximate a Gaussian to a few per cent. Boxes of any length have a fraction at both ends (Gwosdek and
+//! others 2011). Only sums, products, quotients and roots are used, which IEEE 754 rounds in one way: every machine
+//! grows the same tile.
 
-/// Numbers along × across that repeat in both directions.
+/// Numbers along × across the stroke that repeat in both directions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     size_px: [usize; 2],
     values: Vec<f32>,
 }
 
-/// PCG in two dimensions (Jarzynski and Olano 2020), as `shaders/shared/pcg.wgsl` has it.
+/// PCG hash in two dimensions (Jarzynski and Olano 2020), as in `shaders/shared/pcg.wgsl`.
 pub fn hash(mut v: [u32; 2]) -> [u32; 2] {
     v = v.map(|x| x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     for _ in 0..2 {
@@ -22,13 +22,13 @@ pub fn hash(mut v: [u32; 2]) -> [u32; 2] {
     v
 }
 
-/// White noise in −0.5 … 0.5.
+/// Returns white noise in −0.5 … 0.5.
 fn white(place: usize, seed: u32, stream: u32) -> f32 {
     let [x, y] = hash([place as u32, seed.wrapping_add(stream.wrapping_mul(0x85eb_ca6b))]);
     ((x ^ y) >> 8) as f32 / 16_777_216.0 - 0.5
 }
 
-/// A box of `length` around each value, three times.
+/// Blurs with a box of `length` around each value, three times.
 fn blur(values: &mut [f32], length: f32) {
     let count = values.len();
     let length = length.min(count as f32 / 3.0);
@@ -38,7 +38,7 @@ fn blur(values: &mut [f32], length: f32) {
     }
     let (whole, rest) = (half as usize, half - (half as usize) as f32);
     let reach = whole + 1;
-    // Sums of all that stand before a place, from `reach` before the first value on, in turn around the circle.
+    // Prefix sums, which begin `reach` before the first value and wrap around.
     let mut before = Vec::with_capacity(count + 2 * reach + 1);
     for _ in 0..3 {
         let around = (0..count + 2 * reach).map(|i| values[(i + count - reach % count) % count]);
@@ -57,12 +57,13 @@ fn blur(values: &mut [f32], length: f32) {
 }
 
 impl Field {
-    /// Zeros.
+    /// Returns a field of zeros.
     pub fn zero(size_px: [usize; 2]) -> Self {
         Self { size_px, values: vec![0.0; size_px[0] * size_px[1]] }
     }
 
-    /// Marks of about `mark_px` pixels along and across, of mean 0 and variance 1; 1 is white noise.
+    /// Returns marks of about `mark_px` pixels along and across, with mean 0 and variance 1; a size of 1 is white
+    /// noise.
     pub fn noise(size_px: [usize; 2], mark_px: [f32; 2], seed: u32, stream: u32) -> Self {
         let [along, across] = size_px;
         let mut values: Vec<f32> = (0..along * across).map(|place| white(place, seed, stream)).collect();
@@ -86,13 +87,13 @@ impl Field {
         self.values.iter_mut().for_each(|value| *value = ((f64::from(*value) - mean) / deviation) as f32);
     }
 
-    /// The same, each column moved across by up to about `wander_px`, slowly along.
+    /// Moves each column across by up to about `wander_px`; the shift varies slowly along the stroke.
     pub fn swerved(self, wander_px: f32, seed: u32, stream: u32) -> Self {
         if wander_px <= 0.0 {
             return self;
         }
         let [along, across] = self.size_px;
-        // A swerve is an eighth of the tile long.
+        // The period of a swerve is an eighth of the tile.
         let way = Self::noise([along, 1], [along as f32 / 8.0, 1.0], seed, stream + 64);
         let mut moved = Self::zero(self.size_px);
         for (place, value) in moved.values.iter_mut().enumerate() {
@@ -105,18 +106,18 @@ impl Field {
         moved
     }
 
-    /// Adds another of the same size.
+    /// Adds a weighted field of the same size.
     pub fn add(&mut self, other: &Self, weight: f32) {
         self.values.iter_mut().zip(&other.values).for_each(|(value, more)| *value += weight * more);
     }
 
-    /// Each value changed by itself.
+    /// Applies a function to each value.
     pub fn map(mut self, change: impl Fn(f32) -> f32) -> Self {
         self.values.iter_mut().for_each(|value| *value = change(*value));
         self
     }
 
-    /// Each value's rank, 0 to 1: any distribution becomes uniform.
+    /// Returns each value's rank, 0 to 1: any distribution becomes uniform.
     pub fn ranks(&self) -> Self {
         let mut order: Vec<u32> = (0..self.values.len() as u32).collect();
         order.sort_by(|a, b| self.values[*a as usize].total_cmp(&self.values[*b as usize]));
@@ -127,7 +128,7 @@ impl Field {
         ranks
     }
 
-    /// Averages of 2 × 2; sides are even.
+    /// Returns averages of 2 × 2 values; both sides must be even.
     pub fn halved(&self) -> Self {
         let [along, across] = self.size_px;
         let mut half = Self::zero([along / 2, across / 2]);
@@ -139,12 +140,12 @@ impl Field {
         half
     }
 
-    /// Along, across.
+    /// Returns the size along and across the stroke.
     pub fn size_px(&self) -> [usize; 2] {
         self.size_px
     }
 
-    /// Rows along the stroke.
+    /// Returns the values, in rows along the stroke.
     pub fn values(&self) -> &[f32] {
         &self.values
     }

@@ -1,4 +1,4 @@
-//! A stroke texture on the GPU: its tile with levels, how it repeats, and its rule's numbers.
+//! A stroke texture on the GPU: its tile with mip levels, its sampler, and the numbers of its rule.
 
 use std::sync::Arc;
 
@@ -22,13 +22,13 @@ pub struct StrokeTexture {
 }
 
 impl StrokeTexture {
-    /// That of a recipe. None while it grows beside the frame.
+    /// Returns the texture of a recipe, which is cached; `None` while it grows in the background.
     pub fn of(recorder: &mut Recorder<'_>, recipe: &Recipe) -> Option<Arc<Self>> {
         let made_of = recipe.clone();
         recorder.cached_in_background(|texture: &Self| texture.is_of(recipe), move |gpu| Self::new(gpu, &made_of))
     }
 
-    /// Grows the tile and sends it.
+    /// Grows the tile and uploads it.
     pub fn new(gpu: &Gpu, recipe: &Recipe) -> Self {
         let levels = grow(recipe);
         let [width, height] = levels[0].size_px;
@@ -59,7 +59,7 @@ impl StrokeTexture {
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("stroke texture"),
-            // Across too: the border is made by the rule, so a wide stroke just goes on.
+            // The tile repeats across too: the rule makes the border, so a wide stroke shows several tiles.
             address_mode_u: wgpu::AddressMode::Repeat,
             address_mode_v: wgpu::AddressMode::Repeat,
             mag_filter: wgpu::FilterMode::Linear,
@@ -72,12 +72,12 @@ impl StrokeTexture {
         Self { recipe: recipe.clone(), brush, texture, view, sampler }
     }
 
-    /// Whether this is the texture of `recipe`.
+    /// Returns whether this is the texture of `recipe`.
     pub fn is_of(&self, recipe: &Recipe) -> bool {
         self.recipe == *recipe
     }
 
-    /// What the shader binds.
+    /// Returns the bindings of the shader.
     pub fn resources(&self) -> [Named; 3] {
         [
             ("brush", self.brush.binding()),
@@ -86,7 +86,7 @@ impl StrokeTexture {
         ]
     }
 
-    /// For measurements.
+    /// Returns the tile, for measurements.
     pub fn texture(&self) -> &wgpu::Texture {
         &self.texture
     }
