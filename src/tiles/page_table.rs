@@ -21,8 +21,9 @@ use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
 /// The slot of a tile that is not in the atlas.
 const NO_SLOT: u32 = crate::gpu::wgsl::shared::terrain::NO_SLOT;
-/// The map floor of a tile without a map, and of one whose map is not used: nearly 1 at each corner is as good as 1.
+/// The map floor of a tile without a map.
 const NO_MAP: u32 = crate::gpu::wgsl::shared::terrain::NO_MAP;
+/// The map floor of a tile whose map is not used: nearly 1 at each corner, which is as good as 1 but not `NO_MAP`.
 const ALL_BLOCKED: u32 = 0xfefe_fefe;
 /// The record of a tile that the surface does not use.
 const NOTHING: TileRecord = TileRecord {
