@@ -4,11 +4,12 @@
 //! finer than the data and are evaluated, not loaded. A patch is split while its measured mesh error, seen from the
 //! nearest point of its box, exceeds the allowed error in pixels. The leaves cover the view exactly once.
 //!
-//! Each leaf has a continuous level: its own, plus the fraction of the way to the distance at which its parent would be
-//! drawn. At the end of that way all four siblings have the shape of their parent, so nothing pops. Where two leaves
-//! meet, both take the coarser of their continuous levels on the shared edge (`shaders/surface/land/vertices.wgsl`
-//! morphs to it): there are no cracks, and neighbours may differ by more than one level. The only rule is that the
-//! corners of a leaf must exist on its neighbours' levels, hence at most `MAX_LEVEL_STEP`.
+//! Each leaf has a continuous level: its own, plus a fraction that grows from 0 to 1 as the allowed error grows from
+//! the leaf's error to its parent's. At 1 all four siblings have the shape of their parent, so nothing pops. Where two
+//! leaves meet, both take the coarser of their continuous levels on the shared edge
+//! (`shaders/surface/land/vertices.wgsl` morphs to it): there are no cracks, and neighbours may differ by more than one
+//! level. The only rule is that the corners of a leaf must exist on its neighbours' levels, hence at most
+//! `MAX_LEVEL_STEP`.
 //!
 //! Patches are visited from near to far, and those hidden behind nearer land (`skyline`) are skipped.
 //!
