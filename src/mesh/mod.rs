@@ -36,13 +36,13 @@ pub enum MeshError {
     #[error("cannot read the mesh {}: {cause}", named(path))]
     Read {
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect, with its line where that is known.
         cause: String,
     },
     /// The meshes have more triangles or vertices than the GPU's buffers can hold, or there are too many of them.
     #[error("the scene's meshes have {found} {what} in all; at most {most} can be drawn")]
     TooMany {
-        /// What is counted: triangles, vertices or placed meshes.
+        /// The counted elements: triangles, vertices or placed meshes.
         what: &'static str,
         /// The number in the scene.
         found: u64,

@@ -106,7 +106,7 @@ pub enum PyramidError {
     NoOverviews {
         /// The file, or its address.
         path: PathBuf,
-        /// What is missing, as a sentence.
+        /// The missing part, as a sentence.
         cause: String,
     },
     /// A server sent damaged bytes at every attempt.
@@ -114,7 +114,7 @@ pub enum PyramidError {
     Sent {
         /// The address of the file.
         path: PathBuf,
-        /// What the bytes should have been, for example "tile 0 3 4".
+        /// The content of the bytes, for example "tile 0 3 4".
         what: String,
         /// The damage.
         cause: String,

@@ -158,7 +158,7 @@ mod tests {
         // A jump to steep land is bounded at once.
         let (taken, _) = budget.find(search, 1.0, land(1e9));
         assert!(taken <= 1000);
-        // The planted error: without a budget nothing bounds it.
+        // The planted error: without a budget the number of patches is unbounded.
         assert!(Budget::new(usize::MAX, 1.0).find(search, 1.0, land(1e9)).0 > 1000);
     }
 

@@ -66,7 +66,10 @@ impl GridProjection {
         }
         let best = best.unwrap_or_else(|| unreachable!("the list of degrees is not empty"));
         if best.worst_samples > 0.01 {
-            tracing::warn!("the map projection of this extent is approximated to {:.3} samples only; drawn positions are that inexact", best.worst_samples);
+            tracing::warn!(
+                "positions are off by up to {:.3} samples: the extent is large for its projection",
+                best.worst_samples
+            );
         }
         best
     }

@@ -161,7 +161,11 @@ fn polygons_on_grid(path: &Path, place: &Georeference) -> Result<Vec<Vec<Ring>>,
     let is_shown = |polygon: &Vec<Ring>| polygon.iter().flatten().flatten().all(|c| c.is_finite());
     let (shown, hidden): (Vec<_>, Vec<_>) = all.into_iter().partition(is_shown);
     if !hidden.is_empty() {
-        tracing::warn!("{}: ignored {} polygons outside the range of the world's projection", named(path), hidden.len());
+        tracing::warn!(
+            "{}: ignored {} polygons outside the range of the world's projection",
+            named(path),
+            hidden.len()
+        );
     }
     Ok(shown)
 }

@@ -97,7 +97,10 @@ fn stances(
                 && found.len() < count as usize
             {
                 let found = found.len();
-                tracing::warn!("{}: placed {found} of {count}; the rule leaves no room for more", named(&placement.file));
+                tracing::warn!(
+                    "{}: placed {found} of {count}; the rule leaves no room for more",
+                    named(&placement.file)
+                );
             }
             let stance = |spot: &super::scattered::Spot| Stance {
                 origin_m: spot.at_m,

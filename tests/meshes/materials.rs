@@ -111,14 +111,14 @@ fn what_is_wrong_with_materials_is_told_and_plain() {
             [1.0, 0.0, 0.0],
         ),
         ("newmtl bark\nKd 1 0 0\nTr 0.5\n", "transparent", [1.0, 0.0, 0.0]),
-        ("newmtl bark\nKd 1 0 0\nmap_Kd -clamp on no such.png\n", "no texture \"no such.png\"", [1.0, 0.0, 0.0]),
+        ("newmtl bark\nKd 1 0 0\nmap_Kd -clamp on no such.png\n", "texture \"no such.png\" is not", [1.0, 0.0, 0.0]),
         ("newmtl bark\nKd 1 0 0\nmap_Kd broken.png\n", "broken.png", [1.0, 0.0, 0.0]),
         (
             "newmtl leaf\nKd 1 0 0\n",
             "these materials are not in its libraries and are drawn plain: \"bark\"",
             Material::PLAIN_COLOR,
         ),
-        ("\0\u{1}PK", "no library of it has", Material::PLAIN_COLOR),
+        ("\0\u{1}PK", "not in its libraries", Material::PLAIN_COLOR),
     ] {
         let folder = Folder::new();
         folder.file("a.mtl", library);

@@ -18,7 +18,7 @@ pub enum Below<'a> {
     Parts(Round, &'a [Part]),
 }
 
-/// What a later round knows about its base level besides the heights.
+/// The data of a later round's base level, besides its heights.
 pub struct Ground {
     /// The heights of the base level as stored; `None` if they equal the averaged heights.
     pub stored: Option<Field>,

@@ -9,9 +9,11 @@
 //!  u64      the bake that it belongs to
 //!  u32 …    round, chunk x, y
 //!  u32      bytes of the contents
-//!  contents f32 f32 u64 range of level 0, no-data samples; u32 … and by tile: u32 bytes, u32 CRC-32, f32 min, max, error, u8 no-data;
+//!  contents f32 f32 u64 range of level 0, no-data samples;
+//!           u32 … and by tile: u32 bytes, u32 CRC-32, f32 min, max, error, u8 no-data;
 //!           u32 … and the deferred samples: u32 level, x, y, f32; u32 … and the patches above the coarsest level
-//!  grids    f32: the top level as averaged, and as stored; the vertices; by patch of the top's pages min, max, error, no-data
+//!  grids    f32: the top level as averaged, and as stored; the vertices;
+//!           by patch of the top's pages min, max, error, no-data
 //!  pages    of each tile: see `record`
 //!  tiles
 //! ```
@@ -43,7 +45,7 @@ pub struct PartName {
     pub chunk: Chunk,
 }
 
-/// What a part records about one of its tiles.
+/// A part's entry of one of its tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileEntry {
     /// Length of its encoded bytes.

@@ -33,7 +33,7 @@ const PAGE_AT: usize = 36;
 /// The code of a patch beyond the grid.
 const NO_PATCH: u8 = 3;
 
-/// What the sidecar records about a tile and its patches.
+/// A decoded record: the statistics of a tile and its patches.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Record {
     /// The tile's height range, errors and no-data.

@@ -7,7 +7,7 @@
 //!   u32      version
 //!   u32      bytes of the header: the records begin there
 //!   u64      FNV-1a of the rest of the header
-//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: the link, by which an outdated sidecar is found
+//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: the link that identifies it
 //!     u32 u32   width, height of level 0: all further sizes and counts follow from them
 //!     f64       the error bound of the stored heights in metres; 0 = lossless
 //!     f32 f32   lowest and highest height in metres

@@ -45,7 +45,10 @@ impl StoredLevels {
                 || (image.tile_width(), image.tile_height()) != (tile, tile)
                 || (layout.samples_per_pixel, layout.bits_per_sample, layout.sample_format) != (1, 32, 3)
             {
-                return Err(mismatch(format!("level {level} is not {} × {} float32 samples in tiles of 256 × 256", size.width, size.height)));
+                return Err(mismatch(format!(
+                    "level {level} is not {} × {} float32 in tiles of 256",
+                    size.width, size.height
+                )));
             }
         }
         let bytes = RandomAccess::open(path).map_err(PyramidError::io(name, "opening"))?;

@@ -56,7 +56,7 @@ where
 /// interrupted bake is resumed.
 ///
 /// # Errors
-/// As [`open_or_bake`].
+/// As for [`open_or_bake`].
 pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
     open_or_bake_file_with(path, &OpenOptions::default(), progress)
 }
@@ -65,7 +65,7 @@ pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid
 /// pyramid. With a no-data value, even a baked pyramid is baked again.
 ///
 /// # Errors
-/// As [`open_or_bake`].
+/// As for [`open_or_bake`].
 pub fn open_or_bake_file_with(
     path: &Path,
     options: &OpenOptions,
@@ -82,7 +82,7 @@ pub fn open_or_bake_file_with(
 /// read.
 ///
 /// # Errors
-/// As [`open_or_bake`].
+/// As for [`open_or_bake`].
 pub fn open_or_bake_store(
     path: &Path,
     options: &OpenOptions,

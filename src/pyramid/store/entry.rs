@@ -81,7 +81,7 @@ impl Entry {
     /// Bakes the pyramid again, unless another process did. `is_whole` checks the place where damage was found.
     ///
     /// # Errors
-    /// As [`Entry::open_or_make`].
+    /// As for [`Entry::open_or_make`].
     pub fn make_anew(
         &self,
         is_whole: impl FnOnce(&Pyramid) -> bool,
