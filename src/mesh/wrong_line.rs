@@ -80,9 +80,7 @@ fn corner(word: &str, before: Counts, limit: Counts) -> Option<String> {
     let mut parts = word.split('/');
     let (vertex, normal) = (parts.next().unwrap_or_default(), parts.nth(1).unwrap_or_default());
     let check = |what: &str, text: &str, before: i64, limit: i64| {
-        let Ok(index) = text.parse::<i64>() else {
-            return Some(format!("{} is not the {what} of a face", quoted(word)));
-        };
+        let Ok(index) = text.parse::<i64>() else { return Some(format!("{} is not a face's {what}", quoted(word))) };
         let is_there = if index < 0 { index >= -before } else { (1..=limit).contains(&index) };
         (!is_there).then(|| format!("the face uses {what} {index}, but there are {limit}"))
     };

@@ -48,9 +48,7 @@ impl Folder {
                 Ok(found) => found,
                 // Another process may be about to write `bake.txt`, and may have done so between the two reads.
                 Err(_) if is_begun() => return folder.describe(&text),
-                Err(_) => {
-                    fs::read_to_string(&about).map_err(|_| refused("is not a work folder of a bake; move it away"))?
-                }
+                Err(_) => fs::read_to_string(&about).map_err(|_| refused("is not a work folder; move it away"))?,
             };
             let lines: Vec<&str> = found.lines().collect();
             if lines.first() != Some(&FIRST_LINE) || lines.get(2) != Some(&&*name) {
