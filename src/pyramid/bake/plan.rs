@@ -175,8 +175,8 @@ impl Plan {
                 regions[i].raw = hull(regions[i].raw, cover_region(coarser, fine, coarse));
             }
         }
-        // The areas of coarse tiles begin earlier than the tiles of the base, and vertices without data take a mean over
-        // their surroundings.
+        // The areas of coarse tiles begin earlier than the tiles of the base, and vertices without data take a mean
+        // over their surroundings.
         let base = &mut regions[0];
         base.raw = hull(base.raw, base.own.grown(reach + 1, self.sizes[round.base]));
         regions

@@ -130,7 +130,7 @@ pub fn against_heights(heights: &Field, finest: LevelSize, view: &LevelView<'_>)
     all.map(|(errors, _)| errors).reduce(|| Errors::none(tiles.samples()), Errors::or).finish()
 }
 
-/// The base level of a later round, which stands in for the full-resolution heights.
+/// The base level of a later round, used in place of the full-resolution heights.
 pub struct Base<'a> {
     /// The level that the round reads.
     pub view: LevelView<'a>,

@@ -23,8 +23,8 @@ impl OccluderMinima {
     pub fn of(tile: &Tile, statistics: &TileStatistics) -> Self {
         const STRIDE: usize = TILE_STRIDE as usize;
         const BLOCKS: usize = TILE_BLOCKS as usize;
-        // A level's samples are up to half a sample away from those of the mesh, so a block includes two more samples on
-        // each side.
+        // A level's samples are up to half a sample away from those of the mesh, so a block includes two more samples
+        // on each side.
         const SIDE: usize = BLOCK_SAMPLES as usize + 4;
         let mut minima_m = Vec::with_capacity(BLOCKS * BLOCKS);
         let mut columns = [(0.0_f32, 0.0_f32); STRIDE];
